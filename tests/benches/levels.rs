@@ -1,23 +1,12 @@
-//! What polygon levels cost: rungs of a ladder beside meshes of as many faces
-//! alone, and beside what was not built, one tree over the versions of several
-//! rungs. `cargo bench -p shisen-tests --bench levels`, optionally with
-//! `-- FILE.obj` for a mesh of one's own.
+//! The cost of polygon levels: rungs of a ladder beside meshes of as many faces alone.
+//! `cargo bench -p shisen-tests --bench levels`, optionally with `-- FILE.obj` for another mesh.
 //!
-//! The shared tree is as good as it could be: built like any other, and the
-//! faces that a rung does not have cost nothing, since they are blanked out of
-//! its leaves, and subtrees without any other out of its nodes.
-//!
-//! In a mixture each ray is of a rung of its own, and all rungs compete for the
-//! caches; it is measured beside the mean of the levels: the same rays rung
-//! after rung, each on a mesh alone. The shared tree, which is but one, is not
-//! charged for mixing. There are two mixtures. "Neighbours" is what a viewer
-//! causes: the rows of a picture, whose level falls from the middle to the
-//! sides from 1 to 0. "Mixed" is the worst that can be: each ray is of another
-//! rung than the one before it.
-//!
-//! The neighbours are measured as a renderer sends them, too: in tiles of 8×8.
-//! The mean of the levels is there that of the same tile on each mesh alone, by
-//! how many of its rays see as many faces.
+//! In a mixture each ray is of a rung of its own, and all rungs compete for the caches; it is
+//! measured beside the mean of the levels: the same rays rung after rung, each on a mesh alone.
+//! "Neighbours" is the mixture of a viewer: the rows of a picture, whose level falls from the
+//! middle to the sides from 1 to 0. "Mixed" is the worst one: each ray is of another rung than
+//! the one before it. The neighbours are measured in tiles of 8×8, too, as a renderer sends them:
+//! beside the same tiles on each mesh alone, by the share of their rays on that mesh.
 
 use glam::Vec3;
 use shisen::bake::simplify::{Ladder, PolygonLevels};
@@ -29,16 +18,17 @@ use shisen_core::frame::{
 };
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField, VisualFieldLimits};
 use shisen_core::scene::Scene;
-use shisen_core::scene::format::{Header, INDEX, LEAF, LeafBlock, Mesh, Node, Table, seal};
+use shisen_core::scene::format::{LeafBlock, Node};
 use shisen_core::shape::Ray;
 use shisen_core::trace::{MeshTracer, TraversalStack};
+use shisen_evidence::measure::{in_turns, timed};
+use shisen_evidence::table::Table;
 use shisen_tests::meshes::normalised;
 use shisen_tests::rays::{Random, RawRay, incoherent, pinhole};
 use std::collections::HashSet;
+use std::convert::Infallible;
 use std::hint::black_box;
-use std::mem::offset_of;
 use std::path::Path;
-use std::time::Instant;
 
 const REPEAT: usize = 11;
 const RUNGS: usize = 16;
@@ -47,8 +37,6 @@ const SIDE: u32 = 512;
 const TILE: u32 = 8;
 /// The tangent of half the picture's field.
 const HALF_WIDTH: f64 = 0.12;
-/// How many rungs share a tree.
-const GROUPS: [usize; 4] = [2, 4, 8, 16];
 
 fn main() {
     let file = std::env::args()
@@ -61,9 +49,8 @@ fn main() {
     let levels = PolygonLevels::new(500..=u32::MAX, RUNGS as u32).expect("levels");
     let scene = lone_mesh(mesh.clone());
     let bake = || Baked::<8>::with_levels(&scene, &levels).expect("bakes");
-    let times = sorted((0..REPEAT).map(|_| seconds(&mut || drop(bake()))));
-    let ladder_time = seconds(&mut || drop(Ladder::new(&mesh, &levels)));
-    let ladder = Ladder::new(&mesh, &levels).expect("a ladder");
+    let bake_time = ratios_in_turns(1, |_| seconds(&mut || drop(bake()))).1;
+    let (ladder_time, ladder) = timed(|| Ladder::new(&mesh, &levels).expect("a ladder"));
     let baked = bake();
     let faces: Vec<usize> = ladder.rungs().iter().map(Vec::len).collect();
     println!(
@@ -71,7 +58,7 @@ fn main() {
          simplify); faces: {faces:?}",
         ladder.versions().triangles.len(),
         baked.as_bytes().len(),
-        1e3 * times[REPEAT / 2],
+        1e3 * bake_time,
         1e3 * ladder_time,
     );
     let zoom = to_rays(&pinhole(SIDE, HALF_WIDTH));
@@ -90,20 +77,16 @@ fn main() {
     let fixed = [&zoom, &incoherent].map(|rays| fixed(&contenders, rays));
     let mixed =
         [neighbours, in_turn(&zoom), in_turn(&incoherent)].map(|rays| mixed(&contenders, &rays));
-    println!("time a ray, mesh alone = 1: geometric mean of all rungs, and mixtures");
-    println!(
-        "{:>20} {:>8} {:>10} {:>8} {:>10} {:>8} {:>14}",
-        "", "zoom", "neighbours", "mixed", "incoherent", "mixed", "bytes of trees"
-    );
-    for (place, Contender { name, bytes, .. }) in contenders.iter().enumerate() {
-        let [zoom, incoherent] = fixed.each_ref().map(|ratios| ratios[place]);
-        let [neighbours, zoom_mixed, incoherent_mixed] =
-            mixed.each_ref().map(|ratios| ratios[place]);
-        println!(
-            "{name:>20} {zoom:8.3} {neighbours:10.3} {zoom_mixed:8.3} {incoherent:10.3} \
-             {incoherent_mixed:8.3} {bytes:14}"
-        );
-    }
+    let rows: Vec<usize> = (0..contenders.len()).collect();
+    let table = Table::new(&rows)
+        .text("", |&row| contenders[row].name.to_owned())
+        .number("zoom", 3, |&row| Some(fixed[0][row]))
+        .number("neighbours", 3, |&row| Some(mixed[0][row]))
+        .number("mixed", 3, |&row| Some(mixed[1][row]))
+        .number("incoherent", 3, |&row| Some(fixed[1][row]))
+        .number("mixed", 3, |&row| Some(mixed[2][row]))
+        .count("bytes of trees", |&row| contenders[row].bytes as u64);
+    println!("time a ray, mesh alone = 1: geometric mean of all rungs, and mixtures\n{table:#}");
     let tiles = tiles(&contenders, &view, lod);
     println!("neighbours in tiles, mean of the levels = 1: {tiles:.3}");
     let within = fixed.iter().all(|ratios| ratios[LADDER] <= 1.05);
@@ -112,7 +95,7 @@ fn main() {
 
 /// A way to store the rungs.
 struct Contender {
-    name: String,
+    name: &'static str,
     /// Bytes of all its trees.
     bytes: usize,
     /// For each rung a scene, and which of its meshes that rung is.
@@ -124,35 +107,19 @@ const ALONE: usize = 0;
 const LADDER: usize = 1;
 
 fn contenders(ladder: &Ladder<'_>, baked: &Baked) -> Vec<Contender> {
-    let alone: Vec<Baked> = ladder.rungs().iter().map(|r| part(ladder, r).1).collect();
-    let mut contenders = vec![
+    let alone: Vec<Baked> = ladder.rungs().iter().map(|r| part(ladder, r)).collect();
+    vec![
         Contender {
-            name: "mesh alone".into(),
+            name: "mesh alone",
             bytes: alone.iter().map(size_of_trees).sum(),
             rungs: alone.into_iter().map(|baked| (baked, 0)).collect(),
         },
         Contender {
-            name: "rung of the ladder".into(),
+            name: "rung of the ladder",
             bytes: size_of_trees(baked),
             rungs: (0..RUNGS).map(|rung| (baked.clone(), rung)).collect(),
         },
-    ];
-    contenders.extend(GROUPS.map(|size| {
-        let mut bytes = 0;
-        let mut rungs = Vec::new();
-        for group in ladder.rungs().chunks(size) {
-            let (versions, tree) = part(ladder, &group.concat());
-            bytes += size_of_trees(&tree);
-            rungs.extend(group.iter().map(|rung| {
-                let alive: HashSet<u32> = rung.iter().copied().collect();
-                let is_dead = |id: u32| !alive.contains(&versions[id as usize]);
-                (blank(&tree, is_dead), 0)
-            }));
-        }
-        let name = format!("tree of {size} rungs");
-        Contender { name, bytes, rungs }
-    }));
-    contenders
+    ]
 }
 
 /// Time of each contender by that of the meshes alone, where all rays are of
@@ -161,7 +128,7 @@ fn fixed(contenders: &[Contender], rays: &[Ray]) -> Vec<f64> {
     let mut sums = vec![0.0; contenders.len()];
     for rung in 0..RUNGS {
         let mut hits = HashSet::new();
-        let ratios = in_turns(contenders.len(), |place| {
+        let (ratios, _) = ratios_in_turns(contenders.len(), |place| {
             let (scene, mesh) = &contenders[place].rungs[rung];
             let scene = scene.scene();
             let tracer = tracer(&scene, *mesh);
@@ -169,7 +136,7 @@ fn fixed(contenders: &[Contender], rays: &[Ray]) -> Vec<f64> {
                 hits.insert(trace(rays.iter().map(|ray| (ray, &tracer))));
             })
         });
-        assert_eq!(hits.len(), 1, "all trees hold the same faces");
+        assert_eq!(hits.len(), 1, "both hold the same faces");
         for (sum, ratio) in sums.iter_mut().zip(ratios) {
             *sum += ratio.ln();
         }
@@ -190,7 +157,7 @@ fn mixed(contenders: &[Contender], rays: &[(Ray, usize)]) -> Vec<f64> {
         })
         .collect();
     let mut hits = HashSet::new();
-    let ratios = in_turns(contenders.len(), |place| {
+    let (ratios, _) = ratios_in_turns(contenders.len(), |place| {
         let (mut count, mut sum) = (0, 0);
         let mut add = |(more, further)| {
             count += more;
@@ -212,7 +179,7 @@ fn mixed(contenders: &[Contender], rays: &[(Ray, usize)]) -> Vec<f64> {
         hits.insert((count, sum));
         time
     });
-    assert_eq!(hits.len(), 1, "all trees hold the same faces");
+    assert_eq!(hits.len(), 1, "both hold the same faces");
     ratios
 }
 
@@ -291,7 +258,7 @@ fn tiles(contenders: &[Contender], view: &View, lod: LevelOfDetail) -> f64 {
     });
     let (several, all) = (several.count(), tiles.len());
     println!("{several} of {all} tiles see several rungs");
-    let ratios = in_turns(2, |place| {
+    let (ratios, _) = ratios_in_turns(2, |place| {
         if place == LADDER {
             let times = tiles.iter().map(|&(at, _)| time_of_tile(&ladder, view, at));
             return times.sum();
@@ -331,29 +298,26 @@ fn time_of_tile(renderer: &Renderer<'_>, view: &View, (x, y): (u32, u32)) -> f64
     time
 }
 
-/// Measures one contender after the other, again and again: the medians of
-/// what each takes by what the meshes alone take in the same turn.
-fn in_turns(contenders: usize, mut time: impl FnMut(usize) -> f64) -> Vec<f64> {
-    let mut ratios = vec![Vec::new(); contenders];
-    for _ in 0..REPEAT {
-        let times: Vec<f64> = (0..contenders).map(&mut time).collect();
-        for (ratios, time) in ratios.iter_mut().zip(&times) {
-            ratios.push(time / times[ALONE]);
-        }
-    }
-    let median = |ratios: Vec<f64>| sorted(ratios.into_iter())[REPEAT / 2];
-    ratios.into_iter().map(median).collect()
+/// Times contenders in turns: the medians of their times over those of the meshes alone in the
+/// same turn, and the median time of the first.
+fn ratios_in_turns(contenders: usize, mut time: impl FnMut(usize) -> f64) -> (Vec<f64>, f64) {
+    let places: Vec<usize> = (0..contenders).collect();
+    let times = in_turns(&places, REPEAT, |&place| {
+        Ok::<_, Infallible>((time(place), ()))
+    });
+    let times = times.expect("no contender fails");
+    let ratios = times.iter().map(|one| one.ratio_to(&times[ALONE]));
+    (ratios.collect(), times[ALONE].median())
 }
 
 fn tracer<'a>(scene: &'a Scene<'a, 8>, mesh: usize) -> MeshTracer<'a> {
     MeshTracer::new(scene, mesh, Simd::detect()).expect("a mesh")
 }
 
-/// Some versions, ascending and each once, and baked as a mesh.
-fn part(ladder: &Ladder<'_>, triangles: &[u32]) -> (Vec<u32>, Baked) {
+/// Some triangles of all versions, baked as a mesh.
+fn part(ladder: &Ladder<'_>, triangles: &[u32]) -> Baked {
     let mut triangles = triangles.to_vec();
     triangles.sort_unstable();
-    triangles.dedup();
     let mesh = TriangleMesh {
         triangles: triangles
             .iter()
@@ -362,81 +326,12 @@ fn part(ladder: &Ladder<'_>, triangles: &[u32]) -> (Vec<u32>, Baked) {
         triangle_materials: Vec::new(),
         ..ladder.versions().clone()
     };
-    (triangles, Baked::new(&lone_mesh(mesh)).expect("bakes"))
+    Baked::new(&lone_mesh(mesh)).expect("bakes")
 }
 
 fn size_of_trees(baked: &Baked) -> usize {
     let (nodes, leaves, _) = baked.scene().sizes();
     nodes * size_of::<Node<8>>() + leaves * size_of::<LeafBlock<8>>()
-}
-
-/// A scene of one mesh without some of its triangles, in the same tree.
-fn blank(baked: &Baked, is_dead: impl Fn(u32) -> bool) -> Baked {
-    let mut bytes = baked.as_bytes().to_vec();
-    let table = |field: usize| word(baked.as_bytes(), field + offset_of!(Table, offset)) as usize;
-    let nodes = table(offset_of!(Header, nodes));
-    let leaves = table(offset_of!(Header, leaves));
-    let mesh = table(offset_of!(Header, meshes));
-    let count = word(&bytes, offset_of!(Header, nodes) + offset_of!(Table, count)) as usize;
-    let first = word(&bytes, offset_of!(Header, top_nodes)) as usize;
-    let mut faces = 0;
-    let mut is_empty = vec![true; count];
-    // Children come after their parents.
-    for number in (first..count).rev() {
-        let node = nodes + number * size_of::<Node<8>>();
-        for lane in 0..8 {
-            let at = node + offset_of!(Node<8>, child) + 4 * lane;
-            let child = word(&bytes, at);
-            let dead = if child & LEAF != 0 {
-                let leaf = leaves + (child & INDEX) as usize * size_of::<LeafBlock<8>>();
-                let alive = blank_leaf(&mut bytes[leaf..], &is_dead);
-                if alive > 0 {
-                    faces += (child >> 28 & 7) + 1;
-                }
-                alive == 0
-            } else {
-                child == 0 || is_empty[child as usize]
-            };
-            if dead {
-                set(&mut bytes, at, 0);
-                for plane in 0..6 {
-                    let empty = [f32::INFINITY, f32::NEG_INFINITY][plane % 2];
-                    set(&mut bytes, node + 32 * plane + 4 * lane, empty.to_bits());
-                }
-            }
-            is_empty[number] &= dead;
-        }
-    }
-    set(&mut bytes, mesh + offset_of!(Mesh, faces), faces);
-    assert!(seal(&mut bytes));
-    Baked::from_bytes(&bytes).expect("a scene")
-}
-
-/// Takes triangles out of a leaf; returns how many are left.
-fn blank_leaf(leaf: &mut [u8], is_dead: impl Fn(u32) -> bool) -> usize {
-    let mut alive = 0;
-    for lane in 0..8 {
-        let id = word(leaf, offset_of!(LeafBlock<8>, ids) + 4 * lane);
-        if id == u32::MAX {
-            continue;
-        }
-        if is_dead(id) {
-            for coordinate in 0..9 {
-                set(leaf, 32 * coordinate + 4 * lane, f32::NAN.to_bits());
-            }
-        } else {
-            alive += 1;
-        }
-    }
-    alive
-}
-
-fn word(bytes: &[u8], at: usize) -> u32 {
-    u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"))
-}
-
-fn set(bytes: &mut [u8], at: usize, word: u32) {
-    bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
 }
 
 /// Hits and the sum of their distances, of rays each by its tracer.
@@ -449,15 +344,7 @@ fn trace<'r>(rays: impl Iterator<Item = (&'r Ray, &'r MeshTracer<'r>)>) -> (usiz
 }
 
 fn seconds(work: &mut dyn FnMut()) -> f64 {
-    let start = Instant::now();
-    work();
-    start.elapsed().as_secs_f64()
-}
-
-fn sorted(times: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut times: Vec<f64> = times.collect();
-    times.sort_by(f64::total_cmp);
-    times
+    timed(work).0
 }
 
 fn to_rays(raw: &[RawRay]) -> Vec<Ray> {

@@ -1,15 +1,16 @@
-//! Closest hits on one thread by each path there is for them, on the same rays,
-//! interleaved in one run. `cargo bench -p shisen-tests --bench paths`,
+//! Closest hits on one thread by each path of the tracer, on the same rays, in turns in one run. `cargo bench -p shisen-tests --bench paths`,
 //! optionally with `-- FILE.obj` for a mesh of one's own.
 
 use shisen::bake::{Baked, lone_mesh};
 use shisen_core::Simd;
 use shisen_core::shape::Ray;
 use shisen_core::trace::{MeshTracer, TileRays, TraversalStack};
+use shisen_evidence::measure::{Timed, in_turns, timed};
+use shisen_evidence::table::Table;
 use shisen_tests::meshes::{icosphere, normalised};
 use shisen_tests::rays::{Random, RawRay, bounce, incoherent, pinhole};
+use std::convert::Infallible;
 use std::path::Path;
-use std::time::Instant;
 
 const REPEAT: usize = 7;
 
@@ -23,13 +24,8 @@ fn main() {
     );
     let mesh = normalised(mesh, 10.0);
     println!("{} triangles", mesh.triangles.len());
-    let start = Instant::now();
-    let baked = Baked::<8>::new(&lone_mesh(mesh.clone())).expect("bakes");
-    println!(
-        "baked in {:?}, {} bytes",
-        start.elapsed(),
-        baked.as_bytes().len()
-    );
+    let (seconds, baked) = timed(|| Baked::<8>::new(&lone_mesh(mesh.clone())).expect("bakes"));
+    println!("baked in {seconds:.3} s, {} bytes", baked.as_bytes().len());
     let compact = Baked::<4>::new(&lone_mesh(mesh.clone())).expect("bakes");
     let (scene, compact) = (baked.scene(), compact.scene());
     let detected = MeshTracer::new(&scene, 0, Simd::detect()).expect("a mesh");
@@ -57,16 +53,8 @@ fn main() {
         ),
         ("primary", primary),
     ];
-    println!("Mrays/s, median of {REPEAT}, one thread");
-    println!(
-        "{:>10} {:>9} {:>9} {:>9} {:>9} {:>11}",
-        "rays",
-        Simd::detect().name(),
-        "portable",
-        "4 wide",
-        "8x8 tile",
-        "tile/single",
-    );
+    let columns = [Simd::detect().name(), "portable", "4 wide", "8x8 tile"];
+    let mut rows = Vec::new();
     for (name, raw) in &sets {
         let rays = to_rays(raw);
         // Only pictures come in blocks.
@@ -75,46 +63,28 @@ fn main() {
         } else {
             Vec::new()
         };
-        let contenders: [&dyn Fn() -> u32; 4] = [
+        let paths: [&dyn Fn() -> u32; 4] = [
             &|| one_by_one(&detected, &rays),
             &|| one_by_one(&portable, &rays),
             &|| one_by_one(&four, &rays),
             &|| in_tiles(&detected, &tiles),
         ];
-        let rate = interleaved(&contenders).map(|seconds| rays.len() as f64 / seconds / 1e6);
-        print!("{name:>10}");
-        print_row(&rate, !tiles.is_empty());
+        let times = in_turns(&paths, REPEAT, |path| Ok::<_, Infallible>(timed(path)));
+        let times = times.expect("no path fails");
+        let rate = |time: &Timed<u32>| rays.len() as f64 / time.median() / 1e6;
+        let rates: Vec<f64> = times.iter().map(rate).collect();
+        rows.push((*name, rates, !tiles.is_empty()));
     }
-}
-
-fn print_row(rate: &[f64; 4], tiled: bool) {
-    for (number, rate) in rate.iter().enumerate() {
-        if number == 3 && !tiled {
-            print!(" {:>9}", "-");
-        } else {
-            print!(" {rate:9.2}");
-        }
+    let mut table = Table::new(&rows).text("rays", |row| row.0.to_owned());
+    for (number, column) in columns.into_iter().enumerate() {
+        table = table.number(column, 2, |(_, rates, is_tiled)| {
+            (number < 3 || *is_tiled).then_some(rates[number])
+        });
     }
-    if tiled {
-        print!(" {:11.2}", rate[3] / rate[0]);
-    }
-    println!();
-}
-
-/// The median seconds of each contender, who take turns.
-fn interleaved<const N: usize>(contenders: &[&dyn Fn() -> u32; N]) -> [f64; N] {
-    let mut times = [[0.0; REPEAT]; N];
-    for round in 0..REPEAT {
-        for (contender, times) in contenders.iter().zip(&mut times) {
-            let start = Instant::now();
-            std::hint::black_box(contender());
-            times[round] = start.elapsed().as_secs_f64();
-        }
-    }
-    times.map(|mut times| {
-        times.sort_by(f64::total_cmp);
-        times[REPEAT / 2]
-    })
+    table = table.number("tile/single", 2, |(_, rates, is_tiled)| {
+        is_tiled.then(|| rates[3] / rates[0])
+    });
+    println!("Mrays/s, median of {REPEAT}, one thread\n{table:#}");
 }
 
 fn in_tiles(tracer: &MeshTracer<'_>, tiles: &[TileRays]) -> u32 {

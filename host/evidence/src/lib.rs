@@ -6,7 +6,12 @@
 //! cargo run --release -p shisen-evidence -- tradeoff --quick --out report
 //! ```
 
+mod charts;
 #[doc(hidden)]
 pub mod cli;
+pub mod measure;
+mod quartz;
 pub mod selftest;
+pub mod table;
+mod textbook;
 pub mod tradeoff;

@@ -1,9 +1,8 @@
-//! Hard cases: where a formula in single precision goes wrong when it is
-//! written down as in the textbook, and what this tracer makes of it.
+//! Hard cases: where a textbook's formula goes wrong in single precision.
 //!
-//! Every case names its reference, measures the error of what is built in and
-//! that of the naive way on the same inputs (of [`FRAMES`], where no textbook has a way, on
-//! the frame that is the reference), and has a bound that fails it.
+//! Every case names its reference, measures the error of the built-in way and that of the
+//! naive way on the same inputs (for [`FRAMES`], of which no textbook has a way, on
+//! the reference frame), and has a bound that fails it.
 //! Inputs are drawn from stated seeds, so that a case is the same everywhere.
 
 mod boxes;
@@ -23,15 +22,6 @@ mod time;
 mod triangles;
 
 pub(crate) use input::Inputs;
-pub(crate) use refraction::exact as exact_refraction;
-
-/// The textbook's ways, for who compares them on usual inputs.
-pub(crate) mod naive {
-    pub(crate) use super::capture::traced_mirror;
-    pub(crate) use super::gaze::printed_level;
-    pub(crate) use super::refraction::textbook as textbook_refraction;
-    pub(crate) use super::triangles::moller_trumbore;
-}
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::Serialize;
@@ -48,7 +38,7 @@ pub enum Effort {
 }
 
 impl Effort {
-    /// One of two.
+    /// Returns the first or the second value.
     pub(crate) fn pick<T>(self, quick: T, full: T) -> T {
         match self {
             Self::Quick => quick,
@@ -56,7 +46,7 @@ impl Effort {
         }
     }
 
-    /// How many of what a whole run has.
+    /// Returns the count for this effort, given that of the full run.
     fn of(self, full: usize) -> usize {
         match self {
             Self::Quick => full.div_ceil(25),
@@ -68,38 +58,64 @@ impl Effort {
 /// A hard case.
 #[derive(Debug)]
 pub struct Case {
-    /// For people and programs to name it by.
+    /// The name, unique among all cases.
     pub name: &'static str,
-    /// What is hard about it.
+    /// The reason why the inputs are hard.
     pub hard: &'static str,
-    /// What the error is, with its unit.
+    /// The kind of error, with its unit.
     pub error: &'static str,
-    /// What the error is measured against.
+    /// The reference of the error.
     pub reference: &'static str,
     /// The naive way.
     pub naive: &'static str,
-    /// The error that is let pass, itself included.
+    /// The largest error that passes.
     pub bound: f64,
     measure: fn(Effort) -> Errors,
 }
 
-/// The largest errors that a case met; infinite where something was not a
-/// number, or where the verdict (hit or miss, one side or the other) was wrong
-/// beyond doubt.
+/// The texts that several cases share.
+struct Family {
+    error: &'static str,
+    reference: &'static str,
+    naive: &'static str,
+}
+
+impl Family {
+    const fn case(
+        &self,
+        name: &'static str,
+        hard: &'static str,
+        bound: f64,
+        measure: fn(Effort) -> Errors,
+    ) -> Case {
+        Case {
+            name,
+            hard,
+            error: self.error,
+            reference: self.reference,
+            naive: self.naive,
+            bound,
+            measure,
+        }
+    }
+}
+
+/// The largest errors of a case; infinite where a result was not a number, or where a
+/// verdict (hit or miss, one side or the other) was wrong beyond doubt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Errors {
-    /// Of what is built in.
+    /// The error of the built-in way.
     pub ours: f64,
-    /// Of the naive way.
+    /// The error of the naive way.
     pub naive: f64,
 }
 
-/// What came of a case.
+/// The outcome of a case.
 #[derive(Debug)]
 pub struct Outcome {
-    /// Which.
+    /// The case.
     pub case: &'static Case,
-    /// What it measured.
+    /// The measured errors.
     pub errors: Errors,
 }
 
@@ -109,13 +125,13 @@ impl Outcome {
         self.errors.ours <= self.case.bound
     }
 
-    /// Whether the naive way is within the bound, too: a control, which shows that
-    /// nothing is lost where nothing is hard, or what a guarantee elsewhere costs.
+    /// Whether the naive way is within the bound, too. Such a control shows that nothing is
+    /// lost on easy inputs, or the price of a guarantee elsewhere.
     pub fn is_control(&self) -> bool {
         self.errors.naive <= self.case.bound
     }
 
-    /// As reports have it.
+    /// Returns the row of reports.
     pub fn row(&self) -> Row {
         let Self { case, errors } = self;
         let has = |(_, cases): &&(&str, &[Case])| cases.iter().any(|one| one.name == case.name);
@@ -138,13 +154,13 @@ impl Outcome {
 /// An outcome for people and programs.
 #[derive(Debug, Serialize)]
 pub struct Row {
-    /// Of [`GROUPS`].
+    /// The name of one of [`GROUPS`].
     pub group: &'static str,
     /// As [`Case::name`].
     pub name: &'static str,
     /// As [`Case::hard`].
     pub hard: &'static str,
-    /// What the errors are, with their unit: [`Case::error`].
+    /// As [`Case::error`].
     pub unit: &'static str,
     /// As [`Case::reference`].
     pub reference: &'static str,
@@ -182,8 +198,8 @@ pub const GROUPS: [(&str, &[Case]); 13] = [
     ("numbers", numbers::CASES),
 ];
 
-/// Runs the cases whose name holds `part`, on all threads, and gives their
-/// outcomes in order; `done` hears of each as it ends.
+/// Runs the cases whose name has `part` in it, on all threads, and returns their outcomes in
+/// order; calls `done` at the end of each.
 pub fn run(effort: Effort, part: &str, done: impl Fn() + Sync) -> Vec<Outcome> {
     let cases: Vec<&'static Case> = selected(part).collect();
     let run = |&case: &&'static Case| {
@@ -194,14 +210,13 @@ pub fn run(effort: Effort, part: &str, done: impl Fn() + Sync) -> Vec<Outcome> {
     cases.par_iter().map(run).collect()
 }
 
-/// The cases whose name holds `part`.
+/// Returns the cases whose name has `part` in it.
 pub fn selected(part: &str) -> impl Iterator<Item = &'static Case> {
     let all = GROUPS.into_iter().flat_map(|(_, cases)| cases);
     all.filter(move |case| case.name.contains(part))
 }
 
-/// Takes in errors as they come: the largest of each, and what is no number
-/// as infinite.
+/// The largest errors so far; what is not a number counts as infinite.
 #[derive(Debug, Clone, Copy)]
 struct Worst(Errors);
 
@@ -220,7 +235,35 @@ impl Worst {
     }
 }
 
-fn worse(so_far: f64, error: f64) -> f64 {
+/// Draws inputs from a seed, `count` times, and gathers the largest errors. The result of
+/// `check` is ignored: `None` skips an input.
+fn largest<R>(
+    seed: u64,
+    count: usize,
+    mut check: impl FnMut(&mut Inputs, &mut Worst) -> R,
+) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
+    for _ in 0..count {
+        let _ = check(&mut inputs, &mut worst);
+    }
+    worst.0
+}
+
+/// The same for wrong verdicts: the case is broken with fewer than `least` inputs.
+fn wrong<R>(
+    seed: u64,
+    count: usize,
+    least: usize,
+    mut check: impl FnMut(&mut Inputs, &mut Verdicts) -> R,
+) -> Errors {
+    let (mut inputs, mut verdicts) = (Inputs::new(seed), Verdicts::default());
+    for _ in 0..count {
+        let _ = check(&mut inputs, &mut verdicts);
+    }
+    verdicts.of_at_least(least)
+}
+
+pub(crate) fn worse(so_far: f64, error: f64) -> f64 {
     if error.is_nan() {
         f64::INFINITY
     } else {
@@ -237,15 +280,15 @@ struct Verdicts {
 }
 
 impl Verdicts {
-    /// Whether what is built in and the naive way are wrong about an input.
+    /// Counts an input about which the built-in way or the naive way may be wrong.
     fn wrong(&mut self, ours: bool, naive: bool) {
         self.inputs += 1;
         self.ours += usize::from(ours);
         self.naive += usize::from(naive);
     }
 
-    /// How many were wrong. Of next to no inputs none is wrong, either: fewer than
-    /// `least` are a broken case.
+    /// Returns the numbers of wrong verdicts. The case is broken with fewer than `least`
+    /// inputs, as no verdict of next to none is wrong.
     fn of_at_least(self, least: usize) -> Errors {
         if self.inputs < least.max(1) {
             return BROKEN;
@@ -257,7 +300,7 @@ impl Verdicts {
     }
 }
 
-/// Of a case whose inputs could not be made.
+/// The errors of a case whose inputs could not be made.
 const BROKEN: Errors = Errors {
     ours: f64::INFINITY,
     naive: f64::INFINITY,

@@ -12,22 +12,22 @@ use std::ptr::NonNull;
 
 /// One way of tracing.
 pub struct Contender {
-    /// Who.
+    /// The peer's name.
     pub name: String,
-    /// How.
+    /// The peer's mode.
     pub mode: String,
-    /// Which version.
+    /// The peer's version.
     pub version: String,
     /// Instructions and lanes.
     pub simd: String,
-    /// What it does.
+    /// The task.
     pub task: Task,
     raw: &'static Raw,
 }
 
-/// What is traced.
+/// A mesh to trace.
 pub struct Subject {
-    /// What it is called.
+    /// The mesh's name.
     pub name: String,
     /// Its triangles.
     pub mesh: TriangleMesh,
@@ -36,13 +36,13 @@ pub struct Subject {
     corners: Vec<f32>,
 }
 
-/// Rays; those of a picture have so many pixels a row, others 0.
+/// Rays to trace.
 pub struct RaySet {
-    /// What they are called.
+    /// The name of their kind.
     pub name: &'static str,
     /// Origin and direction.
     pub rays: Vec<[f32; 6]>,
-    /// Pixels a row.
+    /// Pixels a row of a picture; 0 for other rays.
     pub side: usize,
 }
 
@@ -72,10 +72,10 @@ pub fn locked(package: &str) -> String {
 }
 
 impl Contender {
-    /// All of a library, which stays loaded.
+    /// Loads all contenders of a library, which stays loaded.
     ///
     /// # Errors
-    /// What keeps it from being loaded.
+    /// The library cannot be loaded.
     pub fn load(path: &Path) -> Result<Vec<Self>, libloading::Error> {
         // SAFETY: built by `run` from the sources beside this; nothing runs on loading.
         let library = Box::leak(Box::new(unsafe { Library::new(path) }?));
@@ -114,7 +114,7 @@ impl Contender {
         self.is_ours() && self.mode.starts_with("default")
     }
 
-    /// A row about it, in which the number is still to be filled in.
+    /// Returns a row about it without a number.
     pub fn row(&self, part: &'static str, subject: &str, what: &str) -> Row {
         Row {
             subject: subject.to_owned(),
@@ -127,7 +127,7 @@ impl Contender {
         }
     }
 
-    /// Builds its tree; `None` where it cannot.
+    /// Builds its tree; `None` if it cannot.
     pub fn open<'s>(&self, subject: &'s Subject) -> Option<Opened<'s>> {
         let mesh = Box::new(Mesh {
             corners: subject.corners.as_ptr(),
@@ -147,10 +147,10 @@ impl Contender {
 }
 
 impl Opened<'_> {
-    /// Traces all rays; there are as many hits.
+    /// Traces all rays.
     ///
     /// # Panics
-    /// Where there are not.
+    /// There are not as many hits.
     pub fn trace(&self, rays: &RaySet, hits: &mut [Hit]) {
         assert_eq!(rays.rays.len(), hits.len(), "a hit for each ray");
         let rays = Rays {
@@ -174,7 +174,7 @@ impl Subject {
     /// Bakes a mesh.
     ///
     /// # Errors
-    /// Where it cannot be baked.
+    /// The mesh cannot be baked.
     pub fn new(name: impl Into<String>, mesh: TriangleMesh) -> Result<Self, BakeError> {
         let corners = mesh.triangles.iter().flatten();
         let corners = corners

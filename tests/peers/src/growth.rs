@@ -1,20 +1,21 @@
-//! How what ours costs grows with triangles, instances, lights, pixels and threads.
+//! How the cost of ours grows with triangles, instances, lights, pixels and threads.
 
+use super::clock::cpu_median;
 use super::command::Shisen;
-use super::contender::{Contender, RaySet, Subject, locked};
-use super::measure::{cpu_seconds, median};
+use super::contender::{Contender, RaySet, Subject};
 use super::meshes::{normalised, torus};
 use super::rays::{Random, incoherent, pinhole};
 use super::report::{Report, Row};
 use glam::{DAffine3, DVec3};
 use shisen::bake::Baked;
+use shisen::live::quantiles::median;
 use shisen::picture::chart::{Axis, Chart, Corner, Line, Names, Note};
 use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen_core::Simd;
+use shisen_core::frame::{Budget, Workspace};
 use shisen_core::shape::Ray;
 use shisen_core::trace::{MeshTracer, Tracer, TraversalStack};
-use shisen_core::frame::{Budget, Workspace};
 use shisen_peers_interface::{Hit, Task};
 use std::error::Error;
 use std::fmt::Write as _;
@@ -22,7 +23,7 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::thread::available_parallelism;
 
-/// What was measured along an axis: places, and numbers by line.
+/// Numbers along an axis.
 struct Curve {
     name: &'static str,
     points: Vec<(f64, f64)>,
@@ -35,20 +36,8 @@ pub struct Extent {
     pub side: u32,
     /// Whether fewer places are measured.
     pub quick: bool,
-    /// Rounds that medians are of.
+    /// Rounds of a median.
     pub rounds: usize,
-}
-
-fn row(what: &str, at: f64, value: f64, unit: &'static str) -> Row {
-    Row {
-        subject: format!("{at}"),
-        what: what.to_owned(),
-        peer: "Shisen".to_owned(),
-        version: locked("shisen"),
-        value,
-        unit,
-        ..Row::of_part("how cost grows")
-    }
 }
 
 /// Rays that see a mesh of radius 10, and rays from all around.
@@ -73,10 +62,57 @@ fn rays_of(set: &RaySet) -> Vec<Ray> {
     set.rays.iter().filter_map(ray).collect()
 }
 
-/// Against triangles of one mesh.
+/// Millions of rays a second, and steps a ray, of both kinds of rays.
+struct Growth([Curve; 2], [Curve; 2]);
+
+impl Growth {
+    fn new() -> Self {
+        let curve = |name| Curve {
+            name,
+            points: Vec::new(),
+        };
+        let [rates, steps] = [0; 2].map(|_| ["primary", "incoherent"].map(curve));
+        Self(rates, steps)
+    }
+
+    /// Adds what rays took where there is so much of something.
+    fn push(&mut self, kind: usize, at: f64, rays: usize, seconds: f64, steps: u64) {
+        let rays = rays as f64;
+        self.0[kind].points.push((at, 1.0e-6 * rays / seconds));
+        self.1[kind].points.push((at, steps as f64 / rays));
+    }
+
+    fn add(
+        &self,
+        report: &mut Report,
+        out: &Path,
+        axis: (&'static str, &'static str),
+        notes: Vec<Note>,
+    ) -> Result<(), Box<dyn Error>> {
+        let Self(rates, steps) = self;
+        add(
+            report,
+            out,
+            axis,
+            ("rays a second", "Mrays/s"),
+            rates,
+            notes,
+        )?;
+        add(
+            report,
+            out,
+            axis,
+            ("steps a ray", "steps"),
+            steps,
+            Vec::new(),
+        )
+    }
+}
+
+/// Measures against triangles of one mesh.
 ///
 /// # Errors
-/// Where it cannot be baked, or a chart cannot be written.
+/// The mesh cannot be baked, or a chart cannot be written.
 pub fn triangles(
     contenders: &[Contender],
     extent: Extent,
@@ -87,8 +123,7 @@ pub fn triangles(
         .iter()
         .find(|contender| contender.is_default() && contender.task == Task::Nearest)
         .ok_or("ours is not among the contenders")?;
-    let mut rates: [Vec<(f64, f64)>; 2] = Default::default();
-    let mut steps: [Vec<(f64, f64)>; 2] = Default::default();
+    let mut growth = Growth::new();
     let mut sizes = Vec::new();
     for doubling in (0..=10).step_by(if extent.quick { 2 } else { 1 }) {
         // 1,024 to 1,048,576 triangles, twice as long around as across.
@@ -102,58 +137,28 @@ pub fn triangles(
         let opened = default.open(&subject).ok_or("ours has no tree")?;
         let scene = subject.baked.scene();
         let tracer = MeshTracer::new(&scene, 0, Simd::detect()).ok_or("no mesh")?;
-        for (number, set) in sets.iter().enumerate() {
+        for (kind, set) in sets.iter().enumerate() {
             let mut hits = vec![Hit::MISS; set.rays.len()];
             opened.trace(set, &mut hits);
-            let seconds: Vec<_> = (0..extent.rounds)
-                .map(|_| {
-                    let start = cpu_seconds();
-                    opened.trace(set, &mut hits);
-                    cpu_seconds() - start
-                })
-                .collect();
-            rates[number].push((count, 1.0e-6 * set.rays.len() as f64 / median(&seconds)));
+            let seconds = cpu_median(extent.rounds, || opened.trace(set, &mut hits));
             let mut stack = TraversalStack::EMPTY;
             let rays = rays_of(set);
-            let sum: u64 = rays
-                .iter()
-                .map(|ray| tracer.nearest(ray, &mut stack).1)
-                .sum();
-            steps[number].push((count, sum as f64 / rays.len() as f64));
+            let steps = rays.iter().map(|ray| tracer.nearest(ray, &mut stack).1);
+            growth.push(kind, count, rays.len(), seconds, steps.sum());
         }
     }
-    for (name, steps) in ["primary", "incoherent"].into_iter().zip(&steps) {
+    for Curve { name, points } in &growth.1 {
         let what = format!(
             "{name} rays: steps at 1 M triangles / what a logarithm through the fewer says"
         );
-        report.at_most(what, beyond_logarithm(steps), 1.1);
+        report.at_most(what, beyond_logarithm(points), 1.1);
     }
-    let notes = cache_notes(&sizes, &report.caches, &rates[0]);
-    let [primary, others] = rates;
-    let of = |points, name| Curve { name, points };
-    let curves = [of(primary, "primary"), of(others, "incoherent")];
-    add(
-        report,
-        out,
-        ("triangles", "triangles of one mesh"),
-        ("rays a second", "Mrays/s"),
-        &curves,
-        notes,
-    )?;
-    let [primary, others] = steps;
-    let curves = [of(primary, "primary"), of(others, "incoherent")];
-    add(
-        report,
-        out,
-        ("triangles", "triangles of one mesh"),
-        ("steps a ray", "steps"),
-        &curves,
-        Vec::new(),
-    )
+    let notes = cache_notes(&sizes, &report.caches, &growth.0[0].points);
+    growth.add(report, out, ("triangles", "triangles of one mesh"), notes)
 }
 
-/// The last number over what a + b·ln x, fitted by least squares to the lower half of
-/// the places, has there.
+/// The ratio of the last number to the one of a + b·ln x there, which is fitted by least
+/// squares to the lower half of the places.
 fn beyond_logarithm(points: &[(f64, f64)]) -> f64 {
     let half = &points[..points.len().div_ceil(2)];
     let count = half.len() as f64;
@@ -169,7 +174,7 @@ fn beyond_logarithm(points: &[(f64, f64)]) -> f64 {
     })
 }
 
-/// Where a baked mesh is as large as each cache, on a line.
+/// Notes on a line where a baked mesh is as large as each cache.
 fn cache_notes(sizes: &[(f64, f64)], caches: &[(u32, u64)], line: &[(f64, f64)]) -> Vec<Note> {
     let mut notes = Vec::new();
     for &(level, bytes) in caches {
@@ -193,14 +198,13 @@ fn cache_notes(sizes: &[(f64, f64)], caches: &[(u32, u64)], line: &[(f64, f64)])
     notes
 }
 
-/// Against instances of one mesh.
+/// Measures against instances of one mesh.
 ///
 /// # Errors
-/// Where they cannot be baked, or a chart cannot be written.
+/// They cannot be baked, or a chart cannot be written.
 pub fn instances(extent: Extent, out: &Path, report: &mut Report) -> Result<(), Box<dyn Error>> {
     let mesh = normalised(shisen::scene::quadruped::quadruped(), 1.0);
-    let mut rates: [Vec<(f64, f64)>; 2] = Default::default();
-    let mut steps: [Vec<(f64, f64)>; 2] = Default::default();
+    let mut growth = Growth::new();
     let places: &[u32] = if extent.quick {
         &[1, 3, 10]
     } else {
@@ -235,49 +239,29 @@ pub fn instances(extent: Extent, out: &Path, report: &mut Report) -> Result<(), 
         {
             let rays = rays_of(set);
             let mut workspace = Workspace::new();
-            let seconds: Vec<_> = (0..extent.rounds)
-                .map(|_| {
-                    workspace.statistics = Default::default();
-                    let start = cpu_seconds();
-                    for ray in &rays {
-                        let mut budget = Budget::UNLIMITED.clone();
-                        std::hint::black_box(tracer.nearest(ray, &mut budget, &mut workspace));
-                    }
-                    cpu_seconds() - start
-                })
-                .collect();
-            rates[kind].push((count, 1.0e-6 * rays.len() as f64 / median(&seconds)));
-            let sum = workspace.statistics.steps as f64;
-            steps[kind].push((count, sum / rays.len() as f64));
+            let seconds = cpu_median(extent.rounds, || {
+                workspace.statistics = Default::default();
+                for ray in &rays {
+                    let mut budget = Budget::UNLIMITED.clone();
+                    std::hint::black_box(tracer.nearest(ray, &mut budget, &mut workspace));
+                }
+            });
+            let steps = workspace.statistics.steps;
+            growth.push(kind, count, rays.len(), seconds, steps);
         }
     }
-    let of = |points, name| Curve { name, points };
-    let [primary, others] = rates;
-    let curves = [of(primary, "primary"), of(others, "incoherent")];
-    add(
+    growth.add(
         report,
         out,
         ("instances", "instances of one mesh"),
-        ("rays a second", "Mrays/s"),
-        &curves,
-        Vec::new(),
-    )?;
-    let [primary, others] = steps;
-    let curves = [of(primary, "primary"), of(others, "incoherent")];
-    add(
-        report,
-        out,
-        ("instances", "instances of one mesh"),
-        ("steps a ray", "steps"),
-        &curves,
         Vec::new(),
     )
 }
 
-/// Against lights, pixels of a wall and threads: frames of scene A, or of its animal.
+/// Measures frames of scene A, or of its animal, against lights, pixels of a wall and threads.
 ///
 /// # Errors
-/// Where the command fails, or a chart cannot be written.
+/// The command fails, or a chart cannot be written.
 pub fn frames(
     shisen: &Shisen,
     extent: Extent,
@@ -298,41 +282,36 @@ pub fn frames(
             let counts = report["rays"].as_object().ok_or("no rays")?;
             rays = counts.values().filter_map(serde_json::Value::as_f64).sum();
         }
-        let seconds = median(&seconds);
+        let seconds = median(seconds);
         Ok((1.0e-6 * rays / seconds, seconds))
     };
-    let arguments = |of: &[&str]| of.iter().map(|&word| word.to_owned()).collect::<Vec<_>>();
-    let mut measure = |axis, places: &[usize], of: &dyn Fn(usize) -> Vec<String>| {
+    let arguments = |words: &[&str]| {
+        words
+            .iter()
+            .map(|&word| word.to_owned())
+            .collect::<Vec<_>>()
+    };
+    let mut measure = |axis, places: &[usize], arguments: &dyn Fn(usize) -> Vec<String>| {
         let (mut rates, mut times) = (Vec::new(), Vec::new());
         for &place in places {
-            let (rate, seconds) = frame(&of(place))?;
+            let (rate, seconds) = frame(&arguments(place))?;
             rates.push((place as f64, rate));
             times.push((place as f64, 1.0e3 * seconds));
         }
-        let rates = [Curve {
-            name: "rays of all kinds",
-            points: rates,
-        }];
-        add(
-            report,
-            out,
-            axis,
-            ("rays a second", "Mrays/s"),
-            &rates,
-            Vec::new(),
-        )?;
-        let times = [Curve {
-            name: "a frame",
-            points: times,
-        }];
-        add(
-            report,
-            out,
-            axis,
-            ("time of a frame", "ms"),
-            &times,
-            Vec::new(),
-        )
+        for (name, points, quantity) in [
+            ("rays of all kinds", rates, ("rays a second", "Mrays/s")),
+            ("a frame", times, ("time of a frame", "ms")),
+        ] {
+            add(
+                report,
+                out,
+                axis,
+                quantity,
+                &[Curve { name, points }],
+                Vec::new(),
+            )?;
+        }
+        Ok::<_, Box<dyn Error>>(())
     };
     let size = if extent.quick { "128" } else { "256" };
     let lights: &[usize] = if extent.quick {
@@ -373,7 +352,7 @@ pub fn frames(
     })
 }
 
-/// An animal on a floor, and so many lights around it.
+/// An animal on a floor, with lights around it.
 fn lit_by(lights: usize) -> String {
     let mut scene =
         "[meshes.animal]\nbuiltin = \"quadruped\"\n\n[meshes.floor]\nbuiltin = \"square\"\n\n\
@@ -394,7 +373,7 @@ fn lit_by(lights: usize) -> String {
     scene
 }
 
-/// Rows, and a chart with both axes logarithmic.
+/// Adds rows, and writes a chart with both axes logarithmic.
 fn add(
     report: &mut Report,
     out: &Path,
@@ -405,31 +384,29 @@ fn add(
 ) -> Result<(), Box<dyn Error>> {
     for curve in curves {
         for &(at, value) in &curve.points {
-            let mut row = row(&format!("{} by {axis}", curve.name), at, value, unit);
-            row.mode = quantity.to_owned();
-            report.rows.push(row);
+            report.rows.push(Row {
+                subject: at.to_string(),
+                what: format!("{} by {axis}", curve.name),
+                mode: quantity.to_owned(),
+                ..Row::of_ours("how cost grows", value, unit)
+            });
         }
     }
     let points = || curves.iter().flat_map(|curve| &curve.points);
-    let range = |of: fn(&(f64, f64)) -> f64| {
-        let low = points().map(of).fold(f64::INFINITY, f64::min);
-        let high = points().map(of).fold(0.0, f64::max);
-        0.8 * low..1.25 * high
+    let scale = |name, label, number: fn(&(f64, f64)) -> f64| {
+        let low = points().map(number).fold(f64::INFINITY, f64::min);
+        let high = points().map(number).fold(0.0, f64::max);
+        Axis {
+            name,
+            label,
+            range: 0.8 * low..1.25 * high,
+            logarithmic: true,
+        }
     };
     let chart = Chart {
         title: format!("{quantity}, by {label}"),
-        x: Axis {
-            name: axis,
-            label,
-            range: range(|point| point.0),
-            logarithmic: true,
-        },
-        y: Axis {
-            name: unit,
-            label: unit,
-            range: range(|point| point.1),
-            logarithmic: true,
-        },
+        x: scale(axis, label, |point| point.0),
+        y: scale(unit, unit, |point| point.1),
         lines: curves
             .iter()
             .enumerate()

@@ -1,8 +1,11 @@
 //! Ours beside other ray tracers, in one run: see `run` beside this.
 
+mod clock;
 mod command;
 mod contender;
 mod growth;
+#[path = "../../../host/evidence/src/measure.rs"]
+#[allow(dead_code, reason = "shared with the evidence")]
 mod measure;
 #[path = "../../src/meshes.rs"]
 #[allow(dead_code, reason = "shared with the tests")]
@@ -14,21 +17,25 @@ mod product;
 mod rays;
 mod report;
 mod speed;
+#[path = "../../../host/evidence/src/table.rs"]
+#[allow(dead_code, reason = "shared with the evidence")]
+mod table;
 mod watertight;
 
 use clap::{Parser, ValueEnum};
 use command::Shisen;
 use contender::{Contender, Subject};
 use report::{Missing, Report};
+use shisen::scene::mesh::TriangleMesh;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Ours beside other ray tracers: rays a second and what hits differ
 ///
-/// `run` builds what this needs and starts it. The exit code is 1 where a ray of ours is
-/// lost or paths of ours differ, and where something cannot be measured at all; speed
-/// that misses its mark is told, and no failure.
+/// `run` builds what this needs and starts it. The exit code is 1 if a ray of ours is lost,
+/// paths of ours differ, or something cannot be measured at all. Speed that misses its mark is
+/// reported, and is no failure.
 ///
 /// With --json, one object: processor, caches (level and bytes), rounds, seed, rows,
 /// marks, missing (peer and reason), failures and charts. A row has part, subject, what,
@@ -44,11 +51,11 @@ struct Arguments {
     /// Fewer rays and rounds
     #[arg(long)]
     quick: bool,
-    /// What is measured
+    /// Parts to measure
     #[arg(long, value_enum, value_delimiter = ',', value_name = "PART,…",
           default_values_t = Part::ALL)]
     only: Vec<Part>,
-    /// Where random rays begin
+    /// Seed of random rays
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// The folder for peers.csv, peers.json and charts
@@ -66,7 +73,7 @@ struct Arguments {
     /// The program povray; without, pictures are not compared
     #[arg(long, value_name = "FILE")]
     povray: Option<PathBuf>,
-    /// Who is not there, and why
+    /// A peer that is not there, and the reason
     #[arg(long, value_name = "WHO=WHY")]
     missing: Vec<String>,
 }
@@ -108,30 +115,28 @@ fn main() -> ExitCode {
     }
 }
 
-/// The mesh of a file, called as the file.
-fn load(path: &Path) -> Result<Subject, Box<dyn Error>> {
-    let mesh =
-        shisen::scene::import::load(path).map_err(|error| format!("{}: {error}", path.display()))?;
+/// The mesh of a file, with the file's name.
+fn load(path: &Path) -> Result<(String, TriangleMesh), Box<dyn Error>> {
+    let mesh = shisen::scene::import::load(path)
+        .map_err(|error| format!("{}: {error}", path.display()))?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    Ok(Subject::new(name, meshes::normalised(mesh, 10.0))?)
+    Ok((name.into_owned(), mesh))
 }
 
 fn run(arguments: &Arguments) -> Result<Report, Box<dyn Error>> {
-    let subjects = if arguments.mesh.is_empty() {
-        let made = [
-            ("animal", shisen::scene::quadruped::quadruped()),
-            ("sphere", meshes::icosphere(5)),
-        ];
-        made.into_iter()
-            .map(|(name, mesh)| Ok(Subject::new(name, meshes::normalised(mesh, 10.0))?))
-            .collect::<Result<Vec<_>, Box<dyn Error>>>()?
+    let meshes = if arguments.mesh.is_empty() {
+        vec![
+            ("animal".to_owned(), shisen::scene::quadruped::quadruped()),
+            ("sphere".to_owned(), meshes::icosphere(5)),
+        ]
     } else {
-        arguments
-            .mesh
-            .iter()
-            .map(|path| load(path))
-            .collect::<Result<_, _>>()?
+        let paths = arguments.mesh.iter();
+        paths.map(|path| load(path)).collect::<Result<_, _>>()?
     };
+    let subjects = meshes.into_iter();
+    let subjects = subjects
+        .map(|(name, mesh)| Subject::new(name, meshes::normalised(mesh, 10.0)))
+        .collect::<Result<Vec<_>, _>>()?;
     let mut contenders = Vec::new();
     let mut report = Report {
         processor: processor(),
@@ -167,7 +172,7 @@ fn run(arguments: &Arguments) -> Result<Report, Box<dyn Error>> {
         let count = if arguments.quick { 250_000 } else { 5_000_000 };
         watertight::measure(&contenders, (count, arguments.seed), &mut report)?;
     }
-    of_ours(arguments, &contenders, &subjects, &mut report)?;
+    measure_ours(arguments, &contenders, &subjects, &mut report)?;
     report.write_csv(&arguments.out.join("peers.csv"))?;
     let json = serde_json::to_string_pretty(&report)?;
     shisen::files::write_atomically(&arguments.out.join("peers.json"), |file| {
@@ -182,8 +187,8 @@ fn run(arguments: &Arguments) -> Result<Report, Box<dyn Error>> {
     Ok(report)
 }
 
-/// The parts that no other one's library has a part in.
-fn of_ours(
+/// Measures the parts that need no library of a peer.
+fn measure_ours(
     arguments: &Arguments,
     contenders: &[Contender],
     subjects: &[Subject],

@@ -1,9 +1,10 @@
 //! POV-Ray, on scenes that both can describe: a dome master of mirror animals, and a
 //! ball that takes light apart.
 
-use super::command::{Shisen, children_seconds, run};
+use super::clock::children_seconds;
+use super::command::{Shisen, run};
 use super::contender::{Subject, locked};
-use super::measure::{faster, median};
+use super::measure::{Timed, in_turns};
 use super::report::{Report, Row};
 use glam::{DVec3, Vec3};
 use shisen::scene::builtin::{PaperScene, paper_scene};
@@ -19,17 +20,17 @@ const DEPTH: u32 = 5;
 /// Wavelengths, in both.
 const WAVELENGTHS: u32 = 7;
 
-/// A picture that both make.
+/// A picture that both render.
 struct Picture {
     name: &'static str,
     size: u32,
-    /// What ours is told.
+    /// The arguments of ours.
     arguments: Vec<String>,
-    /// What POV-Ray reads.
+    /// POV-Ray's description.
     description: String,
 }
 
-/// The version that POV-Ray says it has.
+/// The version of POV-Ray.
 fn version(povray: &Path) -> String {
     let output = Command::new(povray).arg("--version").output();
     let said = output.map_or(Vec::new(), |output| [output.stdout, output.stderr].concat());
@@ -40,11 +41,11 @@ fn version(povray: &Path) -> String {
         .map_or(String::new(), |word| word.trim_end_matches(':').to_owned())
 }
 
-/// Both pictures by both, in turns: processor seconds of the whole programs, one thread
-/// and one sample a pixel each.
+/// Renders both pictures by both programs in turns: processor seconds of the whole programs,
+/// with one thread and one sample a pixel.
 ///
 /// # Errors
-/// Where one of them fails.
+/// A program fails.
 pub fn measure(
     shisen: &Shisen,
     povray: &Path,
@@ -58,41 +59,49 @@ pub fn measure(
         let description = out.join(format!("{}.pov", picture.name));
         std::fs::write(&description, &picture.description)?;
         let theirs = out.join(format!("{}-povray.png", picture.name));
-        let (mut us, mut them) = (Vec::new(), Vec::new());
-        for _ in 0..report.rounds {
-            let start = children_seconds();
+        let call_ours = || -> Result<_, Box<dyn Error>> {
             let mut command = shisen.command(&picture.arguments);
             command.arg("--depth").arg(DEPTH.to_string());
             command
                 .args(["--samples", "1", "--threads", "1", "--quiet", "--out"])
                 .arg(&ours);
-            run(&mut command)?;
-            us.push(children_seconds() - start);
-            let start = children_seconds();
-            run(Command::new(povray)
+            run(&mut command)
+        };
+        let call_theirs = || {
+            let mut command = Command::new(povray);
+            command
                 .args(["+WT1", "-A", "-D", "-P", "+FN8", "-GA"])
                 .arg(format!("+W{}", picture.size))
                 .arg(format!("+H{}", picture.size))
                 .arg(format!("+I{}", description.display()))
-                .arg(format!("+O{}", theirs.display())))?;
-            them.push(children_seconds() - start);
-        }
-        let ratio = faster(&us, &them);
-        let row = |peer: &str, version: &str, mode: &str, seconds: &[f64]| Row {
+                .arg(format!("+O{}", theirs.display()));
+            run(&mut command)
+        };
+        let times = in_turns(&[true, false], report.rounds, |&is_ours| {
+            let start = children_seconds();
+            let _ = if is_ours {
+                call_ours()?
+            } else {
+                call_theirs()?
+            };
+            Ok::<_, Box<dyn Error>>((children_seconds() - start, ()))
+        })?;
+        let row = |peer: &str, version: &str, mode: &str, time: &Timed<()>| Row {
             subject: picture.name.to_owned(),
             what: format!("{0} by {0} pixels", picture.size),
             peer: peer.to_owned(),
             mode: mode.to_owned(),
             version: version.to_owned(),
-            value: median(seconds),
+            value: time.median(),
             unit: "cpu s",
-            default_ratio: Some(faster(&us, seconds)),
+            default_ratio: Some(time.ratio_to(&times[0])),
             ..Row::of_part("whole pictures, one thread")
         };
-        report
-            .rows
-            .push(row("Shisen", &locked("shisen"), "default build", &us));
-        report.rows.push(row("POV-Ray", &version, "", &them));
+        report.rows.extend([
+            row("Shisen", &locked("shisen"), "default build", &times[0]),
+            row("POV-Ray", &version, "", &times[1]),
+        ]);
+        let ratio = times[1].ratio_to(&times[0]);
         report.at_least(format!("{}: Shisen / POV-Ray", picture.name), ratio, 10.0);
     }
     Ok(())

@@ -1,13 +1,14 @@
-//! What only ours is measured for: two threads, checking a scene, baking one.
+//! Measurements of ours alone: two threads, checking a scene, baking one.
 
+use super::clock::{cpu_median, cpu_seconds};
 use super::command::Shisen;
-use super::contender::{RaySet, Subject, locked};
-use super::measure::{cpu_seconds, median};
+use super::contender::{RaySet, Subject};
 use super::rays::{Random, incoherent};
 use super::report::{Report, Row};
-use shisen::bake::{BakeError, Baked, Layout};
-use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::bake::simplify::PolygonLevels;
+use shisen::bake::{BakeError, Baked, Layout};
+use shisen::live::quantiles::median;
+use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen_core::scene::Scene;
 use std::error::Error;
 use std::hint::black_box;
@@ -15,28 +16,24 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::Instant;
 
-/// Rungs of a scene's polygon levels where nothing else is asked for.
+/// The default number of polygon levels.
 const RUNGS: u32 = Layout::Fast.polygon_levels();
 
-/// Above so many triangles another mark is meant for baking.
+/// Baking has another mark above so many triangles.
 const LARGE: usize = 20_000;
 
 fn row(subject: &str, what: &str, value: f64, unit: &'static str) -> Row {
     Row {
         subject: subject.to_owned(),
         what: what.to_owned(),
-        peer: "Shisen".to_owned(),
-        version: locked("shisen"),
-        value,
-        unit,
-        ..Row::of_part("ours alone")
+        ..Row::of_ours("ours alone", value, unit)
     }
 }
 
-/// Baking scene A with all its levels, and checking it.
+/// Bakes scene A with all its levels, and checks it.
 ///
 /// # Errors
-/// Where it cannot be baked.
+/// The scene cannot be baked.
 pub fn bake_and_check(subject: &Subject, report: &mut Report) -> Result<(), Box<dyn Error>> {
     let rounds = report.rounds;
     let scene = paper_scene(PaperScene::A, subject.mesh.clone())?;
@@ -51,18 +48,15 @@ pub fn bake_and_check(subject: &Subject, report: &mut Report) -> Result<(), Box<
     }
     let baked = baked.ok_or(BakeError::NoObjects)?;
     let bytes = baked.as_bytes();
-    // Many times a turn: it takes less than the clock is exact to.
+    // Many times a turn: one check is too short for the clock.
     let times = 20;
-    let checks = (0..rounds).map(|_| {
-        let start = cpu_seconds();
+    let check = cpu_median(rounds, || {
         for _ in 0..times {
             black_box(Scene::<8>::from_bytes(black_box(bytes)).is_ok());
         }
-        (cpu_seconds() - start) / f64::from(times)
-    });
-    let check = median(&checks.collect::<Vec<_>>());
+    }) / f64::from(times);
     let name = &subject.name;
-    let (wall, processor) = (median(&walls), median(&processors));
+    let (wall, processor) = (median(walls), median(processors));
     report.rows.extend([
         row(name, "bake, all threads", wall, "ms"),
         row(name, "bake", processor, "cpu ms"),
@@ -76,17 +70,16 @@ pub fn bake_and_check(subject: &Subject, report: &mut Report) -> Result<(), Box<
         report.at_most(format!("{name}: scene A checked, ms"), 1.0e3 * check, 5.0);
     }
     let mark = if large { 5000.0 } else { 150.0 };
-    // What one waits for; the processor time beside it is what other programs do not
-    // lengthen.
     let what = format!("{name}: scene A baked with {RUNGS} levels, ms on all threads");
     report.at_most(what, wall, mark);
     Ok(())
 }
 
-/// One process with two threads beside two with one: incoherent rays, by wall time.
+/// Compares one process of two threads with two processes of one: incoherent rays, by wall
+/// time.
 ///
 /// # Errors
-/// Where the command fails.
+/// The command fails.
 pub fn two_threads(
     shisen: &Shisen,
     subject: &Subject,
@@ -133,10 +126,10 @@ pub fn two_threads(
     }
     let name = &subject.name;
     report.rows.extend([
-        row(name, "two threads", median(&together), "Mrays/s"),
-        row(name, "two processes", median(&apart), "Mrays/s"),
+        row(name, "two threads", median(together), "Mrays/s"),
+        row(name, "two processes", median(apart), "Mrays/s"),
     ]);
     let what = format!("{name}, {} rays: two threads / two processes", set.name);
-    report.at_least(what, median(&ratios), 0.95);
+    report.at_least(what, median(ratios), 0.95);
     Ok(())
 }

@@ -1,4 +1,7 @@
-//! What was measured, as a table for people and as files for programs.
+//! Measurements as a table for people and as files for programs.
+
+use super::contender::locked;
+use super::table::Table;
 
 use serde::Serialize;
 use shisen::files::write_atomically;
@@ -7,19 +10,19 @@ use std::io;
 use std::path::Path;
 
 /// One measurement.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Row {
-    /// Which part of the program measured it.
+    /// The part of the program that measured it.
     pub part: &'static str,
     /// The mesh or scene.
     pub subject: String,
-    /// The rays, or what else was measured.
+    /// The rays, or another quantity.
     pub what: String,
-    /// Whose.
+    /// The peer.
     pub peer: String,
-    /// How.
+    /// The peer's mode.
     pub mode: String,
-    /// Which version.
+    /// The peer's version.
     pub version: String,
     /// Instructions and lanes.
     pub simd: String,
@@ -27,34 +30,34 @@ pub struct Row {
     pub value: f64,
     /// The unit of the value.
     pub unit: &'static str,
-    /// How many times as good ours is in the default build; of Mrays/s and of
-    /// seconds alike, above 1 ours is ahead.
+    /// How many times as fast ours is in the default build.
     pub default_ratio: Option<f64>,
     /// The same of the native build.
     pub native_ratio: Option<f64>,
-    /// Rays whose hit is another than ours.
+    /// The number of rays with another hit than ours.
     pub differ: Option<u64>,
     /// Number of rays.
     pub rays: Option<u64>,
 }
 
 impl Row {
-    /// A row of a part in which nothing else is filled in.
+    /// A row of a part with nothing else filled in.
     pub fn of_part(part: &'static str) -> Self {
         Self {
             part,
-            subject: String::new(),
-            what: String::new(),
-            peer: String::new(),
-            mode: String::new(),
-            version: String::new(),
-            simd: String::new(),
             value: f64::NAN,
-            unit: "",
-            default_ratio: None,
-            native_ratio: None,
-            differ: None,
-            rays: None,
+            ..Self::default()
+        }
+    }
+
+    /// A number of ours.
+    pub fn of_ours(part: &'static str, value: f64, unit: &'static str) -> Self {
+        Self {
+            peer: "Shisen".to_owned(),
+            version: locked("shisen"),
+            value,
+            unit,
+            ..Self::of_part(part)
         }
     }
 }
@@ -62,37 +65,37 @@ impl Row {
 /// A mark that is met or missed.
 #[derive(Debug, Clone, Serialize)]
 pub struct Mark {
-    /// What was measured.
+    /// The quantity.
     pub what: String,
-    /// What was measured.
+    /// The measured value.
     pub measured: f64,
     /// The mark.
     pub mark: f64,
-    /// Whether it is met from there up, or from there down.
+    /// Whether it is met at the mark and above, or at the mark and below.
     pub at_least: bool,
     /// Whether it is met.
     pub met: bool,
 }
 
-/// Somebody who is not measured.
+/// A peer that is not measured.
 #[derive(Debug, Clone, Serialize)]
 pub struct Missing {
-    /// Who.
+    /// The peer.
     pub peer: String,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
-/// All that a run found.
+/// The results of a run.
 #[derive(Debug, Default, Serialize)]
 pub struct Report {
     /// The processor's name, as the system gives it.
     pub processor: String,
     /// Its caches of data: level and bytes.
     pub caches: Vec<(u32, u64)>,
-    /// Rounds that medians are of.
+    /// Rounds of a median.
     pub rounds: usize,
-    /// Where random rays begin.
+    /// The seed of random rays.
     pub seed: u64,
     /// Measurements.
     pub rows: Vec<Row>,
@@ -100,7 +103,7 @@ pub struct Report {
     pub marks: Vec<Mark>,
     /// Peers that were not measured.
     pub missing: Vec<Missing>,
-    /// What must not be: rays of ours that are lost, or paths of ours that differ.
+    /// Rays of ours that are lost, and paths of ours that differ.
     pub failures: Vec<String>,
     /// Charts in the folder.
     pub charts: Vec<String>,
@@ -135,60 +138,39 @@ impl Report {
     /// The tables.
     pub fn text(&self) -> String {
         let mut text = String::new();
-        let width = |of: fn(&Row) -> usize| self.rows.iter().map(of).max().unwrap_or(0).max(4);
-        let subjects = width(|row| row.subject.chars().count());
-        let whats = width(|row| row.what.chars().count());
+        let ratio = |ratio: Option<f64>| ratio.map_or(String::new(), |r| format!("{r:.2}"));
         // Writing to a string does not fail.
-        let mut last = "";
-        for row in &self.rows {
-            if row.part != last {
-                let _ = writeln!(
-                    text,
-                    "\n{}\n{:<subjects$} {:<whats$} {:<46} {:>10} {:<8} {:>8} {:>8} {:>18}",
-                    row.part,
-                    "of",
-                    "what",
-                    "who",
-                    "median",
-                    "",
-                    "default/",
-                    "native/",
-                    "other hits"
-                );
-                last = row.part;
-            }
-            let ratio = |ratio: Option<f64>| ratio.map_or(String::new(), |r| format!("{r:.2}"));
-            let who = format!("{} {} {}", row.peer, row.version, row.mode);
-            let differ = match (row.differ, row.rays) {
-                (Some(differ), Some(rays)) => format!("{differ} of {rays}"),
-                (None, Some(rays)) => format!("of {rays}"),
-                _ => String::new(),
-            };
-            let line = format!(
-                "{:<subjects$} {:<whats$} {who:<46} {:>10} {:<8} {:>8} {:>8} {differ:>18}",
-                row.subject,
-                row.what,
-                number(row.value),
-                row.unit,
-                ratio(row.default_ratio),
-                ratio(row.native_ratio),
-            );
-            let _ = writeln!(text, "{}  {}", line, row.simd);
+        for rows in self.rows.chunk_by(|a, b| a.part == b.part) {
+            let table = Table::new(rows)
+                .text("subject", |row| row.subject.clone())
+                .text("what", |row| row.what.clone())
+                .text("peer", |row| {
+                    format!("{} {} {}", row.peer, row.version, row.mode)
+                })
+                .text("median", |row| {
+                    format!("{} {}", number(row.value), row.unit)
+                })
+                .text("default/", |row| ratio(row.default_ratio))
+                .text("native/", |row| ratio(row.native_ratio))
+                .text("other hits", |row| match (row.differ, row.rays) {
+                    (Some(differ), Some(rays)) => format!("{differ} of {rays}"),
+                    (None, Some(rays)) => format!("of {rays}"),
+                    _ => String::new(),
+                })
+                .text("", |row| row.simd.clone());
+            let _ = writeln!(text, "\n{}\n{table:#}", rows[0].part);
         }
-        if !self.marks.is_empty() {
-            let _ = writeln!(text, "\nmarks");
-        }
-        for mark in &self.marks {
-            let _ = writeln!(
-                text,
-                "{:<6} {:>9}, {} {:<8} {}",
-                if mark.met { "met" } else { "MISSED" },
-                number(mark.measured),
-                if mark.at_least { "at least" } else { "at most" },
-                number(mark.mark),
-                mark.what
-            );
-        }
+        let marks = Table::new(&self.marks)
+            .text("marks", |mark| mark.what.clone())
+            .text("measured", |mark| number(mark.measured))
+            .text("", |mark| {
+                let side = if mark.at_least { "at least" } else { "at most" };
+                format!("{side} {}", number(mark.mark))
+            })
+            .text("", |mark| {
+                if mark.met { "met" } else { "MISSED" }.to_owned()
+            });
+        let _ = writeln!(text, "\n{marks:#}");
         for Missing { peer, reason } in &self.missing {
             let _ = writeln!(text, "not measured: {peer}: {reason}");
         }
@@ -204,30 +186,28 @@ impl Report {
     /// What the system reports.
     pub fn write_csv(&self, path: &Path) -> io::Result<()> {
         let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
-        let optional = |number: Option<String>| number.unwrap_or_default();
         write_atomically(path, |file| {
             file.write_all(
                 b"part,subject,what,peer,mode,version,simd,value,unit,default_ratio,native_ratio,differ,rays\n",
             )?;
             for row in &self.rows {
-                let texts = [
-                    row.part,
-                    &row.subject,
-                    &row.what,
-                    &row.peer,
-                    &row.mode,
-                    &row.version,
-                    &row.simd,
-                ];
-                let numbers = [
-                    row.value.to_string(),
-                    quoted(row.unit),
-                    optional(row.default_ratio.map(|n| n.to_string())),
-                    optional(row.native_ratio.map(|n| n.to_string())),
-                    optional(row.differ.map(|n| n.to_string())),
-                    optional(row.rays.map(|n| n.to_string())),
-                ];
-                let cells: Vec<_> = texts.into_iter().map(quoted).chain(numbers).collect();
+                let Row {
+                    part,
+                    subject,
+                    what,
+                    peer,
+                    mode,
+                    version,
+                    simd,
+                    ..
+                } = row;
+                let texts = [*part, subject, what, peer, mode, version, simd].map(quoted);
+                let ratios = [row.default_ratio, row.native_ratio];
+                let ratios = ratios.map(|one| one.map_or(String::new(), |one| one.to_string()));
+                let counts = [row.differ, row.rays];
+                let counts = counts.map(|one| one.map_or(String::new(), |one| one.to_string()));
+                let value = [row.value.to_string(), quoted(row.unit)];
+                let cells = [&texts[..], &value, &ratios, &counts].concat();
                 writeln!(file, "{}", cells.join(","))?;
             }
             Ok(())

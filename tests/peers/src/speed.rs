@@ -1,26 +1,28 @@
 //! Rays a second, on the same rays in the same run.
 
+use super::clock::{by, cpu_seconds};
 use super::contender::{Contender, Opened, RaySet, Subject};
-use super::measure::{cpu_seconds, faster, geometric_mean, interleaved, median};
+use super::measure::in_turns;
 use super::rays::{Random, bounce, incoherent, pinhole};
 use super::report::{Report, Row};
 use shisen_peers_interface::{Hit, NONE, Task};
+use std::convert::Infallible;
 
-/// How far hits of two may lie apart to count as the same, in units of the mesh, whose
-/// radius is 10.
+/// The largest distance of hits that count as the same, in units of the mesh, whose radius
+/// is 10.
 const SAME: f32 = 1.0e-4;
 
-/// Tangents of half the fields of pictures: of the whole object, and of little but it.
+/// Pictures, with the tangents of half their fields: around the whole object, and close to it.
 const FIELDS: [(&str, f64); 2] = [("primary", 0.55), ("zoom", 0.12)];
 
-/// One who has a tree, and what it found.
+/// A contender with its tree and the hits that it found.
 struct Runner<'s> {
     contender: &'s Contender,
     opened: Opened<'s>,
     hits: Vec<Hit>,
 }
 
-/// Ratios of one kind of rays, by mesh: ours by them.
+/// How many times as fast as a peer ours is, with one kind of rays on one mesh.
 struct Ratio {
     task: Task,
     what: &'static str,
@@ -91,7 +93,7 @@ pub fn measure(
     marks(&ratios, report);
 }
 
-/// Everyone's tree, and what it took.
+/// Opens all contenders, and reports the times.
 fn open<'s>(
     contenders: &'s [Contender],
     subject: &'s Subject,
@@ -99,14 +101,13 @@ fn open<'s>(
 ) -> Vec<Runner<'s>> {
     let mut runners = Vec::new();
     for contender in contenders {
-        let start = cpu_seconds();
-        let opened = contender.open(subject);
-        let seconds = cpu_seconds() - start;
+        let mut opened = None;
+        let seconds = by(cpu_seconds, || opened = contender.open(subject));
         let Some(opened) = opened else {
-            report.failures.push(format!(
-                "{} {}: no tree of {}",
-                contender.name, contender.mode, subject.name
-            ));
+            let Contender { name, mode, .. } = contender;
+            report
+                .failures
+                .push(format!("{name} {mode}: no tree of {}", subject.name));
             continue;
         };
         // Ours was baked before.
@@ -134,7 +135,7 @@ fn one_kind(
     rounds: usize,
     report: &mut Report,
 ) -> Vec<Ratio> {
-    // What is compared with: nearest hits by the default build.
+    // The reference: nearest hits by the default build.
     let truth = {
         let ours = |runner: &&mut Runner| {
             runner.contender.is_default() && runner.contender.task == Task::Nearest
@@ -150,52 +151,50 @@ fn one_kind(
         .iter_mut()
         .filter(|runner| runner.contender.task == task)
         .collect();
-    let mut turns: Vec<Box<dyn FnMut() + '_>> = Vec::new();
     for runner in &mut runners {
-        // The first time, pages are touched.
+        // Touches the pages.
         runner.hits = vec![Hit::MISS; set.rays.len()];
         runner.opened.trace(set, &mut runner.hits);
-        let Runner { opened, hits, .. } = &mut **runner;
-        turns.push(Box::new(|| opened.trace(set, hits)));
     }
-    let seconds = interleaved(&mut turns, rounds);
-    drop(turns);
-    let of_ours = |default: bool| {
-        let is = |runner: &&mut Runner| {
-            runner.contender.is_ours() && runner.contender.is_default() == default
-        };
-        runners
-            .iter()
-            .position(|runner| is(&runner))
-            .map(|i| &seconds[i])
+    let places: Vec<usize> = (0..runners.len()).collect();
+    let Ok(times) = in_turns(&places, rounds, |&place| {
+        let Runner { opened, hits, .. } = &mut *runners[place];
+        Ok::<_, Infallible>((by(cpu_seconds, || opened.trace(set, hits)), ()))
+    });
+    let ours = |default: bool| {
+        let contenders = runners.iter().map(|runner| runner.contender);
+        let mut numbered = contenders.zip(&times);
+        let is = |one: &Contender| one.is_ours() && one.is_default() == default;
+        numbered.find(|(one, _)| is(one)).map(|(_, time)| time)
     };
-    let (default, native) = (of_ours(true), of_ours(false));
+    let (default, native) = (ours(true), ours(false));
     let mut ratios = Vec::new();
-    for (runner, theirs) in runners.iter().zip(&seconds) {
+    for (runner, theirs) in runners.iter().zip(&times) {
         let contender = runner.contender;
         let pairs = set.rays.iter().zip(truth.iter().zip(&runner.hits));
-        let differ = if contender.is_ours() {
-            pairs.filter(|(_, (a, b))| !is_exactly(task, a, b)).count()
-        } else {
-            pairs
-                .filter(|(ray, (a, b))| !is_about(task, ray, a, b))
-                .count()
+        let is_same = |&(ray, (a, b)): &(&[f32; 6], (&Hit, &Hit))| {
+            if contender.is_ours() {
+                is_exactly(task, a, b)
+            } else {
+                is_about(task, ray, a, b)
+            }
         };
+        let differ = pairs.filter(|pair| !is_same(pair)).count();
         if contender.is_ours() && differ != 0 {
             report.failures.push(format!(
                 "{} {}: {differ} hits of {} {} rays are not those of single rays in the default build",
                 contender.name, contender.mode, subject.name, set.name
             ));
         }
-        let default_ratio = default.map(|ours| faster(ours, theirs));
-        let native_ratio = native.map(|ours| faster(ours, theirs));
+        let default_ratio = default.map(|ours| theirs.ratio_to(ours));
+        let native_ratio = native.map(|ours| theirs.ratio_to(ours));
         let part = match task {
             Task::Nearest => "nearest hit, single rays",
             Task::Any => "any hit, single rays",
             Task::Picture => "nearest hit, pictures",
         };
         report.rows.push(Row {
-            value: set.rays.len() as f64 / median(theirs) / 1.0e6,
+            value: set.rays.len() as f64 / theirs.median() / 1.0e6,
             default_ratio,
             native_ratio,
             differ: Some(differ as u64),
@@ -231,49 +230,37 @@ fn is_about(task: Task, ray: &[f32; 6], a: &Hit, b: &Hit) -> bool {
     a.triangle == b.triangle || (a.t - b.t).abs() * length <= SAME
 }
 
-/// The marks: geometric means of the meshes.
+/// Sets the marks: geometric means of the meshes.
 fn marks(ratios: &[Ratio], report: &mut Report) {
-    let mean = |task: Task, what: &str, peer: &str, native: bool| {
-        let of = ratios
-            .iter()
-            .filter(|r| r.task == task && r.what == what && r.peer == peer)
-            .filter_map(|r| if native { r.native } else { r.default });
-        let of: Vec<_> = of.collect();
-        (!of.is_empty()).then(|| geometric_mean(&of))
-    };
-    let kinds = ["primary", "zoom", "incoherent", "bounce"];
-    for what in kinds {
-        if let Some(ratio) = mean(Task::Nearest, what, "Embree robust", false) {
-            let what = format!("{what} rays: default build / Embree robust, single rays");
-            report.at_least(what, ratio, 1.0);
-        }
-    }
-    for (what, mark) in kinds.into_iter().zip([0.95, 0.95, 1.0, 1.0]) {
-        let peer = "tinybvh BVH8_CPU, spatial splits";
-        if let Some(ratio) = mean(Task::Nearest, what, peer, true) {
-            let what = format!("{what} rays: native build / {peer}");
-            report.at_least(what, ratio, mark);
-        }
-    }
-    for (task, of) in [(Task::Nearest, "rays"), (Task::Any, "rays, any hit")] {
-        for what in kinds {
-            if let Some(ratio) = mean(task, what, "Shisen native build", false) {
-                let what = format!("{what} {of}: default build / native build");
-                report.at_least(what, ratio, 0.9);
+    let embree = "Embree robust";
+    let tinybvh = "tinybvh BVH8_CPU, spatial splits";
+    let native = "Shisen native build";
+    for (task, peer, marks) in [
+        (Task::Nearest, embree, [1.0; 4]),
+        (Task::Nearest, tinybvh, [0.95, 0.95, 1.0, 1.0]),
+        (Task::Nearest, native, [0.9; 4]),
+        (Task::Any, native, [0.9; 4]),
+        (Task::Picture, "Embree robust, packets of 16", [1.0; 4]),
+        (Task::Any, embree, [1.0; 4]),
+    ] {
+        let kinds = ["primary", "zoom", "incoherent", "bounce"];
+        let rays = match task {
+            Task::Nearest => "rays",
+            Task::Any => "rays, any hit",
+            Task::Picture => "rays in tiles",
+        };
+        let is_native = peer == tinybvh;
+        let build = if is_native { "native" } else { "default" };
+        for (what, mark) in kinds.into_iter().zip(marks) {
+            let is_own = |one: &&Ratio| one.task == task && one.what == what && one.peer == peer;
+            let own = ratios.iter().filter(is_own);
+            let own = own.filter_map(|one| if is_native { one.native } else { one.default });
+            let logarithms: Vec<f64> = own.map(f64::ln).collect();
+            if !logarithms.is_empty() {
+                let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
+                let what = format!("{what} {rays}: {build} build / {peer}");
+                report.at_least(what, mean.exp(), mark);
             }
-        }
-    }
-    for what in ["primary", "zoom"] {
-        if let Some(ratio) = mean(Task::Picture, what, "Embree robust, packets of 16", false) {
-            let what =
-                format!("{what} rays in tiles: default build / Embree robust, packets of 16");
-            report.at_least(what, ratio, 1.0);
-        }
-    }
-    for what in kinds {
-        if let Some(ratio) = mean(Task::Any, what, "Embree robust", false) {
-            let what = format!("{what} rays, any hit: default build / Embree robust");
-            report.at_least(what, ratio, 1.0);
         }
     }
 }

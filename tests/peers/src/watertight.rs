@@ -8,17 +8,17 @@ use glam::DVec3;
 use shisen::bake::BakeError;
 use shisen_peers_interface::{Hit, NONE, Task};
 
-/// Rays that are traced at a time.
+/// Rays traced at a time.
 const CHUNK: usize = 1 << 20;
 
-/// Squares along an edge of the cube: lines are not on round numbers.
+/// Squares along an edge of the cube, so that its lines are not on round numbers.
 const CELLS: u32 = 40;
 
-/// Counts lost rays of everyone who looks for nearest hits: so many at the middles of
-/// edges and at vertices of an ellipsoid, a fifth as many along the lines of a cube.
+/// Counts the lost rays of all contenders for nearest hits: `count` at the middles of edges
+/// and at vertices of an ellipsoid, a fifth of that along the lines of a cube.
 ///
 /// # Errors
-/// Where ours cannot bake them.
+/// A mesh cannot be baked.
 pub fn measure(
     contenders: &[Contender],
     (count, seed): (usize, u64),
@@ -87,7 +87,7 @@ fn count_lost(
     }
 }
 
-/// From around the ellipsoid's middle at one of some places: aimed in f64, rounded to
+/// A ray from around the ellipsoid's middle to one of the targets: aimed in f64, rounded to
 /// f32.
 fn aimed(random: &mut Random, targets: &[DVec3]) -> [f32; 6] {
     let origin = DVec3::from(random.direction()) * random.range(0.0, 0.3);
@@ -96,7 +96,7 @@ fn aimed(random: &mut Random, targets: &[DVec3]) -> [f32; 6] {
     [a, b, c, d, e, f].map(|component| component as f32)
 }
 
-/// Exactly along an axis, on lines of the grid both ways.
+/// A ray exactly along an axis, on lines of the grid both ways.
 fn along_a_line(random: &mut Random) -> [f32; 6] {
     let axis = random.below(3);
     let mut ray = [0.0; 6];

@@ -1,7 +1,6 @@
 //! `shisen-evidence bench`: how fast it is.
 
 mod budget;
-mod cells;
 mod fill;
 mod foveated;
 mod frames;

@@ -1,6 +1,7 @@
 //! `shisen-evidence selftest`: the hard cases, and how the naive way does at them.
 
 use crate::selftest::{self, Effort, FRAMES, Outcome, Row};
+use crate::table::Table;
 use clap::Args;
 use serde::Serialize;
 use shisen::cli::output::failure::{Failure, Fault};
@@ -12,23 +13,21 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Tries the tracer on hard cases, against exact references
 ///
-/// Each case draws inputs on which a formula goes wrong in single precision
-/// when it is written down as in the textbook: origins ten million radii away,
-/// rays through the corners of closed meshes, light at the critical angle. It
-/// gives the largest error of what is built in and that of the naive way on
-/// the same inputs (of frames: of the frame that they are compared with); where that is within the bound as well, the case is a control.
-/// The exit code is 1 where an error is above its bound.
+/// Each case draws inputs on which a textbook's formula goes wrong in single precision:
+/// origins ten million radii away, rays through the corners of closed meshes, light at the
+/// critical angle. It gives the largest error of the built-in way and that of the naive way on
+/// the same inputs (for frames, on the reference frame). A case whose naive way is within the
+/// bound as well is a control. The exit code is 1 where an error is above its bound.
 ///
 /// Frames are compared by AVX2 and by portable code, which is the compiler's SSE2 on x86-64.
-/// Where the processor has no AVX2 there is portable code alone, and a note says so.
+/// A processor without AVX2 has portable code alone, and a note says so.
 ///
 /// With --json, one object: quick, simd (the fastest path of this processor: avx2 or
-/// portable), `paths_compared` (of frames: portable, and avx2 where it is there; empty
-/// where none of the cases is of frames), passed and failed (how many cases did), and
-/// cases: group, name, hard (what is hard about it), unit (what the errors
-/// are), reference, naive (the naive way), passed, error, bound, `naive_error` and
-/// control (whether the naive way is within the bound, too) each. An error is null
-/// where something was no number, or where a verdict was wrong beyond doubt.
+/// portable), `paths_compared` (the paths of the frames; empty without cases of frames),
+/// passed and failed (numbers of cases), and cases, each with group, name, hard (what is hard
+/// about it), unit (of the errors), reference, naive (the naive way), passed, error, bound,
+/// `naive_error` and control (whether the naive way is within the bound, too). An error is
+/// null where a result was not a number, or a verdict was wrong beyond doubt.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// Only cases whose name has this in it
@@ -45,7 +44,6 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// What the cases measured.
 #[derive(Debug, Serialize)]
 struct Report {
     quick: bool,
@@ -100,7 +98,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 const PORTABLE: &str = Simd::PORTABLE.name();
 
-/// Where a comparison of paths has one path.
+/// Said where one path is compared with itself.
 const NO_AVX2: &str = "note: no AVX2 here: frames are compared on portable code alone, by modes, \
                        trees and numbers of threads; a processor with AVX2 compares both";
 
@@ -117,49 +115,38 @@ fn paths_compared(cases: &[Row], simd: &'static str) -> Vec<&'static str> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut group = "";
-        for row in &self.cases {
-            if row.group != group {
-                group = row.group;
-                writeln!(f, "{group:<40}     ours    bound    naive")?;
-            }
-            let verdict = match (row.passed, row.control) {
-                (false, _) => "  FAILED",
-                (true, true) => "  control",
-                (true, false) => "",
+        for cases in self.cases.chunk_by(|a, b| a.group == b.group) {
+            let verdict = |row: &Row| match (row.passed, row.control) {
+                (false, _) => "FAILED".to_owned(),
+                (true, true) => "control".to_owned(),
+                (true, false) => String::new(),
             };
-            writeln!(
-                f,
-                "  {:<38} {} {} {}{verdict}",
-                row.name,
-                Number(row.error),
-                Number(row.bound),
-                Number(row.naive_error),
-            )?;
-            if !row.passed {
-                writeln!(f, "    {}; error: {}", row.hard, row.unit)?;
+            let table = Table::new(cases)
+                .text(cases[0].group, |row| format!("  {:<38}", row.name))
+                .text("ours", |row| number(row.error))
+                .text("bound", |row| number(row.bound))
+                .text("naive", |row| number(row.naive_error))
+                .text("", verdict);
+            writeln!(f, "{table:#}")?;
+            for row in cases.iter().filter(|row| !row.passed) {
+                writeln!(f, "    {}: {}; error: {}", row.name, row.hard, row.unit)?;
             }
         }
         write!(f, "{} passed, {} failed", self.passed, self.failed)
     }
 }
 
-/// To three digits, eight wide.
-struct Number(f64);
-
-impl fmt::Display for Number {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(x) = *self;
-        if x == 0.0 {
-            f.pad(&format!("{:>8}", 0))
-        } else if !x.is_finite() {
-            f.pad("   wrong")
-        } else if (0.01..1.0e5).contains(&x) {
-            let digits = if x < 10.0 { 2 } else { usize::from(x < 100.0) };
-            f.pad(&format!("{x:>8.digits$}"))
-        } else {
-            f.pad(&format!("{x:>8.1e}"))
-        }
+/// A number with three digits.
+fn number(x: f64) -> String {
+    if x == 0.0 {
+        "0".to_owned()
+    } else if !x.is_finite() {
+        "wrong".to_owned()
+    } else if (0.01..1.0e5).contains(&x) {
+        let digits = if x < 10.0 { 2 } else { usize::from(x < 100.0) };
+        format!("{x:.digits$}")
+    } else {
+        format!("{x:.1e}")
     }
 }
 
@@ -169,7 +156,7 @@ mod tests {
 
     #[test]
     fn without_avx2_one_path_is_compared_with_itself() {
-        let of = |part| {
+        let rows = |part| {
             let all = selftest::selected(part).map(|case| {
                 let errors = selftest::Errors {
                     ours: 0.0,
@@ -179,8 +166,8 @@ mod tests {
             });
             all.collect::<Vec<_>>()
         };
-        assert_eq!(paths_compared(&of("frame-on"), PORTABLE), ["portable"]);
-        assert_eq!(paths_compared(&of(""), "avx2"), ["portable", "avx2"]);
-        assert!(paths_compared(&of("refraction"), "avx2").is_empty());
+        assert_eq!(paths_compared(&rows("frame-on"), PORTABLE), ["portable"]);
+        assert_eq!(paths_compared(&rows(""), "avx2"), ["portable", "avx2"]);
+        assert!(paths_compared(&rows("refraction"), "avx2").is_empty());
     }
 }

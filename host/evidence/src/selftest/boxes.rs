@@ -1,7 +1,7 @@
 //! Rays and boxes: a box whose contents a ray meets must never be missed.
 
 use super::input::{Inputs, single};
-use super::{BROKEN, Case, Effort, Errors, UNIT, Verdicts, Worst};
+use super::{BROKEN, Case, Effort, Errors, Family, UNIT, Worst, wrong};
 use glam::{DVec3, Vec3};
 use shisen_core::numeric::largest_magnitude;
 use shisen_core::shape::{Ray, Slabs};
@@ -10,34 +10,32 @@ const LOST: &str = "boxes missed that the ray meets";
 const SMITS: &str = "Smits' test of 1998: (low − o)/d and (high − o)/d, by the sign of d";
 const GRID: &str = "points of the box that the ray goes through, on a grid where f32 is exact";
 
+/// Boxes missed, on a grid.
+const MISSED: Family = Family {
+    error: LOST,
+    reference: GRID,
+    naive: SMITS,
+};
+
 pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "box-along-its-axes",
-        hard: "directions with components that are 0, or −0",
-        error: LOST,
-        reference: GRID,
-        naive: SMITS,
-        bound: 0.0,
-        measure: along_axes,
-    },
-    Case {
-        name: "box-from-its-planes",
-        hard: "origin on the plane of a face, or on the face, and along it: 0·∞",
-        error: LOST,
-        reference: GRID,
-        naive: SMITS,
-        bound: 0.0,
-        measure: from_planes,
-    },
-    Case {
-        name: "box-without-thickness",
-        hard: "boxes around level triangles, edges and points",
-        error: LOST,
-        reference: GRID,
-        naive: SMITS,
-        bound: 0.0,
-        measure: flat,
-    },
+    MISSED.case(
+        "box-along-its-axes",
+        "directions with components that are 0, or −0",
+        0.0,
+        along_axes,
+    ),
+    MISSED.case(
+        "box-from-its-planes",
+        "origin on the plane of a face, or on the face, and along it: 0·∞",
+        0.0,
+        from_planes,
+    ),
+    MISSED.case(
+        "box-without-thickness",
+        "boxes around level triangles, edges and points",
+        0.0,
+        flat,
+    ),
     Case {
         name: "box-without-end",
         hard: "boxes from −∞ to ∞ on some axes; and one of ∞ to −∞, which is nothing",
@@ -47,15 +45,12 @@ pub(super) const CASES: &[Case] = &[
         bound: 0.0,
         measure: infinite,
     },
-    Case {
-        name: "box-by-subnormal-directions",
-        hard: "components of 10⁻⁴⁵ to 10⁻³⁰ beside others of 1: reciprocals that are no number",
-        error: LOST,
-        reference: GRID,
-        naive: SMITS,
-        bound: 0.0,
-        measure: subnormal,
-    },
+    MISSED.case(
+        "box-by-subnormal-directions",
+        "components of 10⁻⁴⁵ to 10⁻³⁰ beside others of 1: reciprocals that are no number",
+        0.0,
+        subnormal,
+    ),
     Case {
         name: "box-at-its-corners-from-far",
         hard: "rays through corners and edges from 10 to 10⁶ m, boxes of up to 16 m",
@@ -67,9 +62,8 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "box-beside-the-ray",
-        // A box is widened by what rounding may have moved either of them, for the
-        // worst ray that there is: whoever misses none enters some in vain. Smits'
-        // test, exact beside this box, misses those of the cases above.
+        // A box is widened by the rounding of the worst ray: some boxes are entered in vain so
+        // that none is missed. Smits' test, exact here, misses boxes of the cases above.
         hard: "rays that pass a box by: what the caution costs that misses none",
         error: "how far beside a box is still entered, 2⁻²⁴ of the farthest coordinate",
         reference: "slabs in f64",
@@ -127,11 +121,6 @@ fn truth(ray: &Ray, low: Vec3, high: Vec3, more: f64) -> bool {
     near <= far
 }
 
-/// Counts whoever misses a box that is met.
-fn count(verdicts: &mut Verdicts, ray: &Ray, low: Vec3, high: Vec3) {
-    verdicts.wrong(!ours(ray, low, high), !smits(ray, low, high));
-}
-
 /// Eighths from −8 to 8.
 fn on_grid(inputs: &mut Inputs) -> DVec3 {
     DVec3::from_array([0; 3].map(|_| inputs.range(-64.0, 64.0).round() / 8.0))
@@ -150,7 +139,7 @@ fn a_zero(inputs: &mut Inputs) -> f32 {
     if inputs.sign() < 0.0 { -0.0 } else { 0.0 }
 }
 
-/// Through the point, with `zeros` components of the direction exactly nothing.
+/// A ray through the point, with `zeros` components of the direction exactly 0.
 fn through(inputs: &mut Inputs, point: DVec3, zeros: usize) -> Option<Ray> {
     let mut direction = single(on_grid(inputs));
     let first = inputs.below(3);
@@ -161,71 +150,66 @@ fn through(inputs: &mut Inputs, point: DVec3, zeros: usize) -> Option<Ray> {
     Ray::new(single(point) - direction * back, direction)
 }
 
-fn along_axes(effort: Effort) -> Errors {
-    let (mut inputs, mut verdicts) = (Inputs::new(300), Verdicts::default());
+/// Counts the boxes that the tests miss, of those drawn: a ray that meets a box, given a box and
+/// one of its points.
+fn missed(
+    seed: u64,
+    effort: Effort,
+    draw: impl Fn(&mut Inputs, [DVec3; 2], DVec3) -> Option<(Ray, [DVec3; 2])>,
+) -> Errors {
     let tries = effort.of(500_000);
-    for _ in 0..tries {
-        let ([low, high], _) = a_box(&mut inputs);
+    wrong(seed, tries, tries / 2, |inputs, verdicts| {
+        let (corners, point) = a_box(inputs);
+        let (ray, corners) = draw(inputs, corners, point)?;
+        let [low, high] = corners.map(single);
+        verdicts.wrong(!ours(&ray, low, high), !smits(&ray, low, high));
+        Some(())
+    })
+}
+
+fn along_axes(effort: Effort) -> Errors {
+    missed(300, effort, |inputs, [low, high], _| {
         // Inside: its faces are the next case.
         let point = (low + high) / 2.0;
         let zeros = 1 + inputs.below(2);
-        if low.cmplt(high).all()
-            && let Some(ray) = through(&mut inputs, point, zeros)
-        {
-            count(&mut verdicts, &ray, single(low), single(high));
-        }
-    }
-    verdicts.of_at_least(tries / 2)
+        let has_room = low.cmplt(high).all();
+        let ray = has_room.then(|| through(inputs, point, zeros))?;
+        Some((ray?, [low, high]))
+    })
 }
 
 fn from_planes(effort: Effort) -> Errors {
-    let (mut inputs, mut verdicts) = (Inputs::new(301), Verdicts::default());
-    let tries = effort.of(500_000);
-    for _ in 0..tries {
-        let ([low, high], mut point) = a_box(&mut inputs);
+    missed(301, effort, |inputs, [low, high], mut point| {
         let axis = inputs.below(3);
-        point[axis] = if inputs.sign() < 0.0 {
-            low[axis]
-        } else {
-            high[axis]
-        };
+        point[axis] = [high, low][usize::from(inputs.sign() < 0.0)][axis];
         let zeros = inputs.below(3);
-        let mut direction = single(on_grid(&mut inputs));
+        let mut direction = single(on_grid(inputs));
         for i in 0..zeros {
-            direction[(axis + i) % 3] = a_zero(&mut inputs);
+            direction[(axis + i) % 3] = a_zero(inputs);
         }
         let back = inputs.below(4) as f32;
-        if low.cmplt(high).all()
-            && let Some(ray) = Ray::new(single(point) - direction * back, direction)
-        {
-            count(&mut verdicts, &ray, single(low), single(high));
-        }
-    }
-    verdicts.of_at_least(tries / 2)
+        let ray = Ray::new(single(point) - direction * back, direction);
+        let ray = ray.filter(|_| low.cmplt(high).all());
+        Some((ray?, [low, high]))
+    })
 }
 
 fn flat(effort: Effort) -> Errors {
-    let (mut inputs, mut verdicts) = (Inputs::new(302), Verdicts::default());
-    let tries = effort.of(500_000);
-    for _ in 0..tries {
-        let ([low, mut high], point) = a_box(&mut inputs);
+    missed(302, effort, |inputs, [low, mut high], point| {
         let first = inputs.below(3);
         for axis in 0..=inputs.below(3) {
             high[(first + axis) % 3] = low[(first + axis) % 3];
         }
         let zeros = inputs.below(3);
-        if let Some(ray) = through(&mut inputs, point.min(high), zeros) {
-            count(&mut verdicts, &ray, single(low), single(high));
-        }
-    }
-    verdicts.of_at_least(tries / 2)
+        let ray = through(inputs, point.min(high), zeros)?;
+        Some((ray, [low, high]))
+    })
 }
 
 fn infinite(effort: Effort) -> Errors {
-    let (mut inputs, mut verdicts) = (Inputs::new(303), Verdicts::default());
     let tries = effort.of(500_000);
-    for _ in 0..tries {
-        let ([low, high], point) = a_box(&mut inputs);
+    wrong(303, tries, tries / 2, |inputs, verdicts| {
+        let ([low, high], point) = a_box(inputs);
         let (mut low, mut high) = (single(low), single(high));
         let first = inputs.below(3);
         for axis in 0..=inputs.below(3) {
@@ -233,22 +217,18 @@ fn infinite(effort: Effort) -> Errors {
             high[(first + axis) % 3] = f32::INFINITY;
         }
         let zeros = inputs.below(3);
-        if let Some(ray) = through(&mut inputs, point, zeros) {
-            count(&mut verdicts, &ray, low, high);
+        if let Some(ray) = through(inputs, point, zeros) {
+            verdicts.wrong(!ours(&ray, low, high), !smits(&ray, low, high));
             let (nothing, at_all) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
             verdicts.wrong(ours(&ray, nothing, at_all), smits(&ray, nothing, at_all));
         }
-    }
-    verdicts.of_at_least(tries / 2)
+    })
 }
 
 fn subnormal(effort: Effort) -> Errors {
-    let (mut inputs, mut verdicts) = (Inputs::new(304), Verdicts::default());
-    let tries = effort.of(500_000);
-    for _ in 0..tries {
-        let ([low, high], point) = a_box(&mut inputs);
+    missed(304, effort, |inputs, [low, high], point| {
         let main = inputs.below(3);
-        // On a face, the least step leads out of the box: within.
+        // Within the box: on a face, the least step leads out.
         let point = point
             .max(low + (high - low) * 0.25)
             .min(low + (high - low) * 0.75);
@@ -260,28 +240,18 @@ fn subnormal(effort: Effort) -> Errors {
         }
         let mut from = single(point);
         from[main] -= direction[main] * 4.0;
-        if let Some(ray) = Ray::new(from, direction).filter(|_| low.cmplt(high).all()) {
-            count(&mut verdicts, &ray, single(low), single(high));
-        }
-    }
-    verdicts.of_at_least(tries / 2)
+        let ray = Ray::new(from, direction).filter(|_| low.cmplt(high).all());
+        Some((ray?, [low, high]))
+    })
 }
 
 fn corners_from_far(effort: Effort) -> Errors {
-    let (mut inputs, mut verdicts) = (Inputs::new(305), Verdicts::default());
-    let tries = effort.of(500_000);
-    for _ in 0..tries {
-        let ([low, high], point) = a_box(&mut inputs);
+    missed(305, effort, |inputs, [low, high], point| {
         let from = single(inputs.direction() * inputs.magnitude(1.0, 6.0));
-        let Some(ray) = Ray::new(from, single(point - from.as_dvec3())) else {
-            continue;
-        };
-        let (low, high) = (single(low), single(high));
-        if truth(&ray, low, high, 0.0) {
-            count(&mut verdicts, &ray, low, high);
-        }
-    }
-    verdicts.of_at_least(tries / 2)
+        let ray = Ray::new(from, single(point - from.as_dvec3()))?;
+        let is_met = truth(&ray, single(low), single(high), 0.0);
+        is_met.then_some((ray, [low, high]))
+    })
 }
 
 fn beside(effort: Effort) -> Errors {
@@ -297,7 +267,7 @@ fn beside(effort: Effort) -> Errors {
             continue;
         };
         let (low, high) = (single(low), single(high));
-        // By how much the box would have to grow to be met: by halving.
+        // Finds by halving how much the box would have to grow to be met.
         let needed = || {
             let (mut least, mut most) = (0.0, 4096.0);
             for _ in 0..24 {

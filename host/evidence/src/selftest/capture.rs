@@ -1,8 +1,9 @@
 //! Lines of sight off a mirrored spheroid, and the dome masters they make.
 
 use super::input::Inputs;
-use super::{Case, Effort, Errors, Worst, worse};
-use glam::{DVec2, DVec3, Mat3, Vec3};
+use super::{Case, Effort, Errors, Family, Worst, largest, worse};
+use crate::textbook::{angle, traced, traced_mirror};
+use glam::{DVec2, Mat3, Vec3};
 use shisen::dome::Mirror;
 use shisen_core::capture::{Mapping, SpheroidMirror};
 use shisen_core::frame::{DomePose, DomeProjection, MirrorCamera, View};
@@ -13,28 +14,29 @@ const TRACED: &str = "a ray from the viewpoint through the screen, the textbook'
                       gradient's normal and d − 2(d·n)n, all in f32";
 const PIXELS: &str = "of the reflected ray, pixels of a picture of 4096²";
 
-/// What the documentation of the mirrors promises: a thousandth of a pixel.
+/// The bound that the documentation of the mirrors states: a thousandth of a pixel.
 const BOUND: f64 = 1.0e-3;
 
+/// Reflected rays, against a ray that is traced.
+const RAYS: Family = Family {
+    error: PIXELS,
+    reference: F64,
+    naive: TRACED,
+};
+
 pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "capture-at-the-rim",
-        hard: "the last 10⁻⁷ to 10⁻² before the rim, where rays are level",
-        error: PIXELS,
-        reference: F64,
-        naive: TRACED,
-        bound: BOUND,
-        measure: rim,
-    },
-    Case {
-        name: "capture-at-the-centre",
-        hard: "the innermost 10⁻²⁰ to 10⁻², where rays come straight back",
-        error: PIXELS,
-        reference: F64,
-        naive: TRACED,
-        bound: 5.0e-5,
-        measure: centre,
-    },
+    RAYS.case(
+        "capture-at-the-rim",
+        "the last 10⁻⁷ to 10⁻² before the rim, where rays are level",
+        BOUND,
+        rim,
+    ),
+    RAYS.case(
+        "capture-at-the-centre",
+        "the innermost 10⁻²⁰ to 10⁻², where rays come straight back",
+        5.0e-5,
+        centre,
+    ),
     Case {
         name: "capture-next-to-parallel",
         hard: "edges with a·tan β₁ from 1 − 10⁻³ to 1: tan 2γ₁ has its pole",
@@ -44,24 +46,18 @@ pub(super) const CASES: &[Case] = &[
         bound: BOUND,
         measure: next_to_parallel,
     },
-    Case {
-        name: "capture-from-far",
-        hard: "viewpoints 10² to 10⁷ radii away, where a pixel is less than an f32 there",
-        error: PIXELS,
-        reference: F64,
-        naive: TRACED,
-        bound: BOUND,
-        measure: from_far,
-    },
-    Case {
-        name: "capture-from-next-to-the-pole",
-        hard: "viewpoints 10⁻⁶ to 10⁻¹ of the polar radius above the pole",
-        error: PIXELS,
-        reference: F64,
-        naive: TRACED,
-        bound: BOUND,
-        measure: from_near,
-    },
+    RAYS.case(
+        "capture-from-far",
+        "viewpoints 10² to 10⁷ radii away, where a pixel is less than an f32 there",
+        BOUND,
+        from_far,
+    ),
+    RAYS.case(
+        "capture-from-next-to-the-pole",
+        "viewpoints 10⁻⁶ to 10⁻¹ of the polar radius above the pole",
+        BOUND,
+        from_near,
+    ),
     Case {
         name: "capture-by-a-mirror-of-a-millionth",
         hard: "a mirror of a millionth of its distance from the origin",
@@ -87,37 +83,6 @@ fn pixels(angle: f64) -> f64 {
     angle / FRAC_PI_2 * 2048.0
 }
 
-fn angle(a: DVec3, b: DVec3) -> f64 {
-    a.cross(b).length().atan2(a.dot(b))
-}
-
-/// A camera's ray at a mirror, as one would write it down: the mirror stands
-/// at `at`, its viewpoint is `p` above, its screen `c1` above.
-fn traced(a: f32, p: Option<f32>, c1: f32, screen: [f32; 2], at: Vec3) -> Vec3 {
-    let [x, y] = screen;
-    let (origin, direction) = match p {
-        Some(p) => (at + Vec3::new(0.0, 0.0, -p), Vec3::new(x, y, p - c1)),
-        None => (at + Vec3::new(x, y, -10.0 * a), Vec3::Z),
-    };
-    let direction = direction.normalize();
-    let weights = Vec3::new(1.0, 1.0, 1.0 / (a * a));
-    let o = origin - at;
-    let qa = (direction * direction).dot(weights);
-    let qb = 2.0 * (o * direction).dot(weights);
-    let qc = (o * o).dot(weights) - 1.0;
-    let t = (-qb - (qb * qb - 4.0 * qa * qc).sqrt()) / (2.0 * qa);
-    let point = origin + direction * t - at;
-    let normal = (point * weights).normalize();
-    direction - normal * (2.0 * direction.dot(normal))
-}
-
-/// [`traced`] at a place of the disc of a mirror about the origin.
-pub(crate) fn traced_mirror(mirror: &SpheroidMirror, place: [f32; 2]) -> Vec3 {
-    let screen = place.map(|x| x * mirror.screen_radius());
-    let (a, p) = (mirror.axis_ratio(), mirror.viewpoint());
-    traced(a, p, mirror.screen_distance(), screen, Vec3::ZERO)
-}
-
 /// A place of the unit disc at a radius.
 fn place(inputs: &mut Inputs, radius: f64) -> [f32; 2] {
     let (sin, cos) = (TAU * inputs.unit()).sin_cos();
@@ -129,7 +94,7 @@ fn place(inputs: &mut Inputs, radius: f64) -> [f32; 2] {
     }
 }
 
-/// Ours and the naive way at a place of the disc of a mirror.
+/// Compares both ways at a place of the disc of a mirror.
 fn compare(worst: &mut Worst, single: &SpheroidMirror, double: &Mirror, [u, v]: [f32; 2]) {
     let b1 = double.parameters().b1;
     let (_, exact) = double.reflect(DVec2::new(f64::from(u), f64::from(v)) * b1);
@@ -145,7 +110,7 @@ fn perspective(a: f32, p: f32) -> Option<(SpheroidMirror, Mirror)> {
     Some((SpheroidMirror::perspective(a, p).ok()?, double.ok()?))
 }
 
-/// One of the paper's two by perspective, or the best one.
+/// One of the paper's two mirrors with a viewpoint, or the best one.
 fn named(inputs: &mut Inputs) -> Option<(SpheroidMirror, Mirror)> {
     let mirror = [
         SpheroidMirror::PAPER_SPHERE,
@@ -162,19 +127,17 @@ fn drawn(
     mut mirror: impl FnMut(&mut Inputs) -> Option<(SpheroidMirror, Mirror)>,
     mut radius: impl FnMut(&mut Inputs) -> f64,
 ) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
-    for _ in 0..effort.of(2_000) {
-        let Some((single, double)) = mirror(&mut inputs) else {
+    largest(seed, effort.of(2_000), |inputs, worst| {
+        let Some((single, double)) = mirror(inputs) else {
             worst.ours(f64::NAN);
-            continue;
+            return;
         };
         for _ in 0..50 {
-            let radius = radius(&mut inputs);
-            let place = place(&mut inputs, radius);
-            compare(&mut worst, &single, &double, place);
+            let radius = radius(inputs);
+            let place = place(inputs, radius);
+            compare(worst, &single, &double, place);
         }
-    }
-    worst.0
+    })
 }
 
 fn rim(effort: Effort) -> Errors {
@@ -204,26 +167,25 @@ fn from_near(effort: Effort) -> Errors {
 }
 
 fn next_to_parallel(effort: Effort) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(604), Worst::NONE);
-    for _ in 0..effort.of(2_000) {
+    largest(604, effort.of(2_000), |inputs, worst| {
         let a = inputs.range(0.8, 5.0) as f32;
         let slope = 1.0 - inputs.magnitude(-7.0, -3.0);
         let beta1 = ((slope / f64::from(a)).atan() as f32).min(libm::atan2f(1.0, a));
         let Ok(single) = SpheroidMirror::from_edge(a, beta1) else {
             worst.ours(f64::NAN);
-            continue;
+            return;
         };
         // Rounded, the edge may be beyond the last there is.
         let last = f64::from(a).recip().atan();
         let Ok(double) = Mirror::from_edge(f64::from(a), f64::from(beta1).min(last)) else {
-            continue;
+            return;
         };
         let b1 = double.parameters().b1;
         let gamma = (a * beta1.tan()).atan();
         let naive_d1 = beta1.sin() * (2.0 * gamma).tan();
         for _ in 0..50 {
             let radius = inputs.unit();
-            let [u, v] = place(&mut inputs, radius);
+            let [u, v] = place(inputs, radius);
             let (_, exact) = double.reflect(DVec2::new(f64::from(u), f64::from(v)) * b1);
             let error = |found: Vec3| pixels(angle(found.as_dvec3(), exact));
             let ours = single.pixel(u, v, Mapping::Screen);
@@ -238,8 +200,7 @@ fn next_to_parallel(effort: Effort) -> Errors {
                 Vec3::ZERO,
             )));
         }
-    }
-    worst.0
+    })
 }
 
 fn small(effort: Effort) -> Errors {
@@ -310,13 +271,12 @@ fn in_place(mirror: &SpheroidMirror, screen: [f32; 2], radius: f32, at: Vec3) ->
 }
 
 fn there_and_back(effort: Effort) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(606), Worst::NONE);
-    for _ in 0..effort.of(2_000) {
+    largest(606, effort.of(2_000), |inputs, worst| {
         let a = inputs.range(0.8, 5.0) as f32;
         let above = inputs.magnitude(-3.0, 6.0) as f32;
         let Some((mirror, double)) = perspective(a, a * (1.0 + above)) else {
             worst.ours(f64::NAN);
-            continue;
+            return;
         };
         for _ in 0..10 {
             let r_d = (FRAC_PI_2 * inputs.unit()) as f32;
@@ -330,8 +290,7 @@ fn there_and_back(effort: Effort) -> Errors {
                 worst.0.naive = worse(worst.0.naive, error(halved(&mirror, theta)));
             }
         }
-    }
-    worst.0
+    })
 }
 
 /// `r_d` of θ by the paper's formulas of β, as printed, in f32, by halving β.

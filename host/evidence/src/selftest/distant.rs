@@ -2,8 +2,9 @@
 
 use super::input::{Inputs, single};
 use super::meshes::{ellipsoid, positions};
-use super::triangles::{LEAST, moller_trumbore};
-use super::{BROKEN, Case, Effort, Errors, UNIT, Worst};
+use super::triangles::LEAST;
+use super::{BROKEN, Case, Effort, Errors, Family, UNIT, Worst};
+use crate::textbook::moller_trumbore;
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec3};
 use shisen::bake::{Baked, lone_mesh};
 use shisen::scene::mesh::TriangleMesh;
@@ -20,38 +21,36 @@ const BESIDE: &str = "how far surfaces or outlines would have to be moved for th
 const REFERENCE: &str = "every triangle in f64, where the object is in f64";
 const NAIVE: &str = "vertices moved in f32, Möller and Trumbore's test of each";
 
+/// Meshes that are placed far away.
+const PLACED: Family = Family {
+    error: BESIDE,
+    reference: REFERENCE,
+    naive: NAIVE,
+};
+
 pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "mesh-of-millimetres-far-away",
-        hard: "a mesh of triangles of a millimetre, 100 km away from the origin, seen from 10 cm",
-        error: BESIDE,
-        reference: REFERENCE,
-        naive: NAIVE,
-        // Where the object is, a few roundings of 10 cm are this part of one of 100 km.
-        bound: 1.0e-5,
-        measure: millimetres,
-    },
-    Case {
-        name: "mesh-a-million-metres-away",
-        hard: "an animal of 2 m moved by 1,000 km, seen from 3 m",
-        error: BESIDE,
-        reference: REFERENCE,
-        naive: NAIVE,
-        bound: 1.0e-4,
-        measure: moved,
-    },
-    Case {
-        name: "mesh-turned-a-million-metres-away",
-        hard: "the same, turned and moved by no whole metres: where it is has to be rounded",
-        error: BESIDE,
-        reference: REFERENCE,
-        naive: NAIVE,
-        // Rays are turned into the object's axes: the matrix, where the object's origin is,
-        // three products and their sums are rounded, at this place by up to 1.35 each. The
-        // textbook's way rounds once, but has a copy of the mesh for each object.
-        bound: 3.0,
-        measure: turned,
-    },
+    // A few roundings of 10 cm, beside one of 100 km.
+    PLACED.case(
+        "mesh-of-millimetres-far-away",
+        "a mesh of triangles of a millimetre, 100 km away from the origin, seen from 10 cm",
+        1.0e-5,
+        millimetres,
+    ),
+    PLACED.case(
+        "mesh-a-million-metres-away",
+        "an animal of 2 m moved by 1,000 km, seen from 3 m",
+        1.0e-4,
+        moved,
+    ),
+    // Rays are turned into the object's axes: the matrix, where the object's origin is,
+    // three products and their sums are rounded, at this place by up to 1.35 each. The
+    // textbook's way rounds once, but has a copy of the mesh for each object.
+    PLACED.case(
+        "mesh-turned-a-million-metres-away",
+        "the same, turned and moved by no whole metres: where it is has to be rounded",
+        3.0,
+        turned,
+    ),
     Case {
         name: "mesh-of-vertices-far-away",
         hard: "a mesh whose own vertices are 100 km away from the origin, seen from 30 m",
@@ -84,7 +83,7 @@ fn millimetres(effort: Effort) -> Errors {
     placed(209, effort, &mesh, DAffine3::from_translation(away))
 }
 
-/// A mesh as an instance of it is in the world.
+/// Compares a mesh that is placed in the world.
 fn placed(seed: u64, effort: Effort, mesh: &TriangleMesh, place: DAffine3) -> Errors {
     let in_f64 = |v: Vec3| place.transform_point3(v.as_dvec3());
     let exact = corners(mesh).map(|t| t.map(in_f64)).collect();
@@ -146,7 +145,7 @@ fn corners(mesh: &TriangleMesh) -> impl Iterator<Item = [Vec3; 3]> {
     mesh.triangles.iter().map(|&t| positions(mesh, t))
 }
 
-/// Rays at a placed mesh; `exact` are its triangles in the world.
+/// Aims rays at a placed mesh; `exact` are its triangles in the world.
 fn compared(
     seed: u64,
     effort: Effort,
@@ -174,10 +173,9 @@ fn compared(
     let middle = place.transform_point3((low + high) / 2.0);
     let size = (high - low).length();
     let unit = UNIT * middle.abs().max_element();
-    let mut inputs = Inputs::new(seed);
-    let mut worst = Worst::NONE;
+    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
     for _ in 0..effort.of(5_000) {
-        // Rounded: all are given the same.
+        // Rounded, so that all ways have the same ray.
         let from = single(middle + inputs.direction() * 1.5 * size);
         let target = middle + inputs.in_ball() * 0.5 * size;
         let Some(ray) = Ray::new(from, single((target - from.as_dvec3()).normalize())) else {
@@ -194,7 +192,7 @@ fn compared(
 /// A closed mesh in f64.
 struct Truth {
     triangles: Vec<[DVec3; 3]>,
-    /// The triangles at each edge, whose first corner it starts from.
+    /// The edges, and the triangles at each.
     edges: Vec<([DVec3; 2], Vec<usize>)>,
 }
 
@@ -233,10 +231,10 @@ impl Truth {
     }
 }
 
-/// Where a ray's line meets a triangle's plane, before it.
+/// The crossing of a ray with a triangle's plane.
 struct Crossing {
     t: f64,
-    /// How far beside the triangle, metres; 0 where it is met.
+    /// The distance from the triangle, metres; 0 for a hit.
     beside: f64,
     /// The sine of the angle to the plane; below 0 where it comes from behind.
     sine: f64,
@@ -260,19 +258,19 @@ impl Crossing {
     }
 }
 
-/// What a ray meets of a mesh.
+/// The crossings of a ray with a mesh.
 struct Met<'t> {
     truth: &'t Truth,
     origin: DVec3,
     direction: DVec3,
-    /// Of each triangle.
+    /// The crossing of each triangle's plane.
     planes: Vec<Option<Crossing>>,
     nearest: Option<f64>,
 }
 
 impl Met<'_> {
-    /// How far surfaces or outlines would have to be moved, metres, for the nearest
-    /// hit to be at this distance.
+    /// The distance by which surfaces or outlines would have to move, metres, for the nearest
+    /// hit to be as found.
     fn error(&self, found: Option<f32>) -> f64 {
         let (found, nearest) = match (found.map(f64::from), self.nearest) {
             (None, None) => return 0.0,
@@ -280,8 +278,8 @@ impl Met<'_> {
             (Some(found), _) if !found.is_finite() => return f64::INFINITY,
             (Some(found), nearest) => (found, nearest.unwrap_or(f64::INFINITY)),
         };
-        // It is the plane of a triangle, or next to it; and if that is behind the nearest,
-        // there is an outline that the ray can have passed by.
+        // The hit is at or beside a triangle's plane; if that is behind the nearest hit, the ray
+        // can only have passed an outline.
         let least = |is_behind: bool| {
             let all = self.planes.iter().flatten();
             all.filter(|one| (one.t > nearest) == is_behind)
@@ -296,8 +294,8 @@ impl Met<'_> {
         }
     }
 
-    /// How far the ray's line is from the nearest edge at which the mesh turns its
-    /// back, metres: it can be missed there and nowhere else.
+    /// The distance of the ray's line from the nearest edge between a front and a back face,
+    /// metres: the mesh can be missed there and nowhere else.
     fn outline(&self) -> f64 {
         let sines = |of: &[usize]| {
             let faces = |&triangle: &usize| {
@@ -364,7 +362,7 @@ mod tests {
         near(met(0.0, -1.5, None), 0.0);
         // Through the front to a back face: the outline is as far as that.
         near(met(0.0, -0.875, Some(2.125)), 0.125);
-        // No distance of anything.
+        // A distance that is not a number.
         assert!(met(0.0, -1.5, Some(f32::NAN)).is_infinite());
     }
 }

@@ -5,7 +5,7 @@ use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive};
 use shisen_core::shape::Ray;
 
-/// Where a line meets a spheroid about the Y axis.
+/// The meeting of a line and a spheroid about the Y axis.
 pub(super) struct Meeting {
     /// 1 − |l|², l the line's closest point to the centre where the spheroid is
     /// the unit sphere: above 0 where it is met, correct to f64.
@@ -17,7 +17,7 @@ pub(super) struct Meeting {
 }
 
 impl Meeting {
-    /// Of radii across and along the axis.
+    /// `equatorial` is the radius across the axis, `polar` the one along it.
     pub(super) fn new([equatorial, polar]: [f32; 2], ray: &Ray) -> Self {
         let (o, d) = (ray.origin().to_array(), ray.direction().to_array());
         // Lengths share a scale, and directions have one.
@@ -48,7 +48,7 @@ impl Meeting {
             } else {
                 middle + half
             };
-            // Of the two roots the lesser by their product: no difference.
+            // The lesser root by the product of both, without a difference.
             let near = if far == 0.0 { 0.0 } else { ratio(&c, &a) / far };
             let [near, far] = [near, far].map(|t| t * unit);
             [near.min(far), near.max(far)]

@@ -1,9 +1,9 @@
 //! Whole frames: the same bits on every path through the tracer.
 //!
-//! Of instruction sets there are two: AVX2 where the processor has it, and portable code, of
-//! which compilers make SSE2 on x86-64. One number at a time is no path that a program can
-//! choose: `tests/capi/run` builds the portable code without vectors, for x86-64 and for a
-//! Cortex-M7, and compares the pixels, as `tests/firmware/run` does of a controller's frames.
+//! There are two instruction sets: AVX2 where the processor has it, and portable code, which
+//! compilers make SSE2 on x86-64. No program can choose one number at a time:
+//! `tests/capi/run` builds the portable code without vectors, for x86-64 and for a Cortex-M7, and
+//! compares the pixels, as `tests/firmware/run` does for a controller's frames.
 
 use super::{BROKEN, Case, Effort, Errors};
 use shisen::bake::Baked;
@@ -43,7 +43,7 @@ const SUM: &str = "not a frame of its own, but what threads usually share: the r
                    reduced to a quarter of its size, the 16 pixels of each summed up in f32 by \
                    threads that took shares of its rows; its ways are the numbers of threads alone";
 
-/// More than there are processors, too.
+/// Numbers of threads, some above the number of processors.
 const THREADS: [usize; 6] = [1, 2, 3, 4, 7, 16];
 
 fn mirrors(effort: Effort) -> Errors {
@@ -109,8 +109,8 @@ where
     render::cave(&baked.scene(), &room, &[eye], &options, &|_, _| {}).ok()
 }
 
-/// The bits of a frame at a quarter of its size, every pixel the mean of 16: rows are
-/// dealt to the threads in turn, and what each found of a pixel is added at the end.
+/// The bits of a frame at a quarter of its size, every pixel the mean of 16: threads take rows in
+/// turn, and their sums for a pixel are added at the end.
 fn reduced(frame: &Frame, threads: usize) -> Vec<u32> {
     let mut bits = Vec::new();
     for picture in frame.pictures.iter().map(|one| &one.picture) {

@@ -1,7 +1,8 @@
 //! Levels of the gaze: equations 4 to 8 of Mochizuki and Makino.
 
 use super::input::{Inputs, single};
-use super::{BROKEN, Case, Effort, Errors, Worst, worse};
+use super::{BROKEN, Case, Effort, Errors, Family, Worst, largest, worse};
+use crate::textbook::{printed, printed_level};
 use glam::{DMat3, DVec3, Vec3};
 use shisen::render::gaze_reference::{self, Limits};
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
@@ -13,66 +14,62 @@ const TURNED: &str = "the same in f32, the axes by cross products as they come";
 const OF_L: &str = "of l, radians";
 const OF_LEVEL: &str = "of the level, which goes from 0 to 1";
 
-/// What the documentation of the levels promises.
+/// The bound that the documentation of the levels states.
 const BOUND: f64 = 1.0e-6;
 
+/// Angles from the line of sight.
+const ANGLES: Family = Family {
+    error: OF_L,
+    reference: F64,
+    naive: PRINTED,
+};
+
+/// Levels.
+const LEVELS: Family = Family {
+    error: OF_LEVEL,
+    reference: F64,
+    naive: PRINTED,
+};
+
 pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "gaze-along-the-line-of-sight",
-        hard: "rays within 10⁻⁷ to 10⁻² rad of the line of sight: the cosine is 1",
-        error: OF_L,
-        reference: F64,
-        naive: PRINTED,
-        // So small an l has as many digits as any.
-        bound: 1.0e-8,
-        measure: along,
-    },
-    Case {
-        name: "gaze-opposite",
-        hard: "rays straight back, and within 10⁻⁷ rad of it",
-        error: OF_L,
-        reference: F64,
-        naive: PRINTED,
-        bound: BOUND,
-        measure: opposite,
-    },
-    Case {
-        name: "gaze-vertical",
-        hard: "rays straight up, down and to the side, where an equation is 0/0",
-        error: OF_L,
-        reference: F64,
-        naive: PRINTED,
-        bound: BOUND,
-        measure: poles,
-    },
-    Case {
-        name: "gaze-at-pi-6",
-        hard: "rays at the border of the central field",
-        error: OF_LEVEL,
-        reference: F64,
-        naive: PRINTED,
-        bound: BOUND,
-        measure: central_border,
-    },
-    Case {
-        name: "gaze-at-the-outer-border",
-        hard: "rays at the border of the visual field, on all sides",
-        error: OF_LEVEL,
-        reference: F64,
-        naive: PRINTED,
-        bound: BOUND,
-        measure: outer_border,
-    },
-    Case {
-        name: "gaze-of-any-length",
-        hard: "directions 10⁻⁴⁴ to 10³⁸ long",
-        error: OF_LEVEL,
-        reference: F64,
-        naive: PRINTED,
-        // Subnormal components have fewer digits: both are given the same.
-        bound: BOUND,
-        measure: any_length,
-    },
+    // So small an l has as many digits as any.
+    ANGLES.case(
+        "gaze-along-the-line-of-sight",
+        "rays within 10⁻⁷ to 10⁻² rad of the line of sight: the cosine is 1",
+        1.0e-8,
+        along,
+    ),
+    ANGLES.case(
+        "gaze-opposite",
+        "rays straight back, and within 10⁻⁷ rad of it",
+        BOUND,
+        opposite,
+    ),
+    ANGLES.case(
+        "gaze-vertical",
+        "rays straight up, down and to the side, where an equation is 0/0",
+        BOUND,
+        poles,
+    ),
+    LEVELS.case(
+        "gaze-at-pi-6",
+        "rays at the border of the central field",
+        BOUND,
+        central_border,
+    ),
+    LEVELS.case(
+        "gaze-at-the-outer-border",
+        "rays at the border of the visual field, on all sides",
+        BOUND,
+        outer_border,
+    ),
+    // Subnormal components have fewer digits: both are given the same.
+    LEVELS.case(
+        "gaze-of-any-length",
+        "directions 10⁻⁴⁴ to 10³⁸ long",
+        BOUND,
+        any_length,
+    ),
     Case {
         name: "gaze-without-steps",
         hard: "rays from one side to the other of every border of the formula, to the side and \
@@ -101,7 +98,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of the level, times the distance from the side, radians",
         reference: F64,
         naive: TURNED,
-        // What the rounding of components along the turned axes does.
+        // The rounding of components along the turned axes.
         bound: 1.0e-7,
         measure: |effort| turned(508, effort, to_the_side),
     },
@@ -113,7 +110,7 @@ struct Both {
 }
 
 impl Both {
-    /// Forward, so that no axis rounds anything. `None` is not reached.
+    /// A viewer who looks along −Z, so that no axis rounds anything. `None` is not reached.
     fn front() -> Option<Self> {
         let sight = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).ok()?;
         let double =
@@ -123,37 +120,6 @@ impl Both {
             double: double.ok()?,
         })
     }
-}
-
-/// l and the level as printed.
-fn printed(v: Vec3) -> (f32, f32) {
-    use std::f32::consts::{FRAC_PI_3, FRAC_PI_6, PI};
-    let (f, r, u) = (-v.z, v.x, v.y);
-    let alpha = (f / (f * f + r * r).sqrt()).acos();
-    let beta = (f / (f * f + u * u).sqrt()).abs().acos();
-    let l = (alpha * alpha + beta * beta).sqrt();
-    let (across, along) = if u < 0.0 {
-        (5.0 * PI / 9.0, 7.0 * PI / 18.0)
-    } else {
-        (5.0 * PI / 9.0, FRAC_PI_3)
-    };
-    let (x, y) = (across * alpha / l, along * beta / l);
-    let big_l = (x * x + y * y).sqrt();
-    let level = if l <= FRAC_PI_6 {
-        1.0
-    } else if l < big_l {
-        (big_l - l) / (big_l - FRAC_PI_6)
-    } else if l >= big_l {
-        0.0
-    } else {
-        f32::NAN
-    };
-    (l, level)
-}
-
-/// The level as printed, of a viewer who looks along −Z.
-pub(crate) fn printed_level(v: Vec3) -> f32 {
-    printed(v).1
 }
 
 /// Draws directions and compares l, or the level.
@@ -305,7 +271,7 @@ fn continuity(effort: Effort) -> Errors {
     worst.0
 }
 
-/// Next to where the formula has another form.
+/// A direction next to a border of the formula.
 fn at_a_border(inputs: &mut Inputs) -> Vec3 {
     let turn = match inputs.below(3) {
         0 => inputs.unit(),
@@ -372,7 +338,7 @@ impl Turned {
         })
     }
 
-    /// In the axes of a viewer who looks along −Z, without care.
+    /// The direction in the axes of a viewer who looks along −Z, by plain cross products.
     fn seen(&self, direction: Vec3) -> Vec3 {
         let forward = self.forward.normalize();
         let right = forward.cross(self.up).normalize();
@@ -387,16 +353,11 @@ impl Turned {
 
 /// Levels of turned viewers, for rays given in their own axes.
 fn turned(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Vec3) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
-    for _ in 0..effort.of(500_000) {
-        let Some(turned) = Turned::new(&mut inputs) else {
-            continue;
-        };
-        let ahead = draw(&mut inputs).as_dvec3();
+    largest(seed, effort.of(500_000), |inputs, worst| {
+        let turned = Turned::new(inputs)?;
+        let ahead = draw(inputs).as_dvec3();
         let direction = single(turned.axes * ahead);
-        let Some(exact) = turned.both.double.sight(direction.as_dvec3()) else {
-            continue;
-        };
+        let exact = turned.both.double.sight(direction.as_dvec3())?;
         // Nearer to the side the same turn of a ray changes its angles by more.
         let away = libm::hypot(ahead.y, ahead.z) / ahead.length();
         let weight = if away < SIDE { away } else { 1.0 };
@@ -404,14 +365,14 @@ fn turned(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Vec3) -> Errors {
         worst.ours((level.map_or(f64::NAN, f64::from) - exact.level) * weight);
         let naive = printed_level(turned.seen(direction));
         worst.naive((f64::from(naive) - exact.level) * weight);
-    }
-    worst.0
+        Some(())
+    })
 }
 
-/// What counts as next to the side, radians.
+/// The largest angle that counts as next to the side, radians.
 const SIDE: f64 = 0.1;
 
-/// On both borders, along the line of sight and anywhere but next to the side.
+/// A direction on a border, along the line of sight or anywhere but next to the side.
 fn anywhere(inputs: &mut Inputs) -> Vec3 {
     loop {
         let turn = inputs.unit();

@@ -1,5 +1,4 @@
-//! Inputs of hard cases: drawn at random, the same on every machine, whatever
-//! its own sines and powers.
+//! Random inputs of hard cases, the same on every machine.
 
 use glam::{DVec3, Vec3};
 use shisen_core::shape::Ray;
@@ -9,23 +8,23 @@ use shisen_tracker::mock::Random;
 pub(crate) struct Inputs(Random);
 
 impl Inputs {
-    /// Each case has a seed of its own.
+    /// Every case has its own seed.
     pub(crate) fn new(seed: u64) -> Self {
         Self(Random::new(seed, 8))
     }
 
-    /// From 0 up to, but not including, 1.
+    /// A number from 0 up to, but not including, 1.
     pub(crate) fn unit(&mut self) -> f64 {
         let high = u64::from(self.0.bits()) << 32 | u64::from(self.0.bits());
         (high >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Between two numbers.
+    /// A number between two others.
     pub(crate) fn range(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// Between two powers of ten, evenly over the exponents.
+    /// A number between two powers of ten, evenly over the exponents.
     pub(crate) fn magnitude(&mut self, low: f64, high: f64) -> f64 {
         libm::exp10(self.range(low, high))
     }
@@ -40,7 +39,7 @@ impl Inputs {
         (self.unit() * count as f64) as usize
     }
 
-    /// Evenly over the unit sphere.
+    /// A direction, evenly over the unit sphere.
     pub(crate) fn direction(&mut self) -> DVec3 {
         let z = self.range(-1.0, 1.0);
         let (sin, cos) = libm::sincos(self.range(0.0, std::f64::consts::TAU));
@@ -48,12 +47,12 @@ impl Inputs {
         DVec3::new(r * cos, r * sin, z)
     }
 
-    /// Evenly in the unit ball.
+    /// A point, evenly in the unit ball.
     pub(crate) fn in_ball(&mut self) -> DVec3 {
         self.direction() * libm::cbrt(self.unit())
     }
 
-    /// Perpendicular to a unit vector, of unit length.
+    /// A unit vector perpendicular to another.
     pub(crate) fn across(&mut self, direction: DVec3) -> DVec3 {
         let (x, y) = direction.any_orthonormal_pair();
         let (sin, cos) = libm::sincos(self.range(0.0, std::f64::consts::TAU));
@@ -61,13 +60,12 @@ impl Inputs {
     }
 }
 
-/// From `origin` towards `target`, rounded to f32: what the tracer and the
-/// reference are both given.
+/// A ray from `origin` towards `target`, rounded to f32 for the tracer and the reference alike.
 pub(super) fn aimed(origin: DVec3, target: DVec3) -> Option<Ray> {
     Ray::new(origin.as_vec3(), (target - origin).as_vec3())
 }
 
-/// A vector as programs of three floats have it.
+/// Rounds a vector to f32.
 pub(super) fn single(v: DVec3) -> Vec3 {
     v.as_vec3()
 }

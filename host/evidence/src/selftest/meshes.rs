@@ -1,8 +1,9 @@
-//! Rays and closed meshes: none gets through a seam.
+//! Rays and closed meshes: no ray gets through a seam.
 
 use super::input::{Inputs, aimed, single};
-use super::triangles::{LEAST, moller_trumbore};
+use super::triangles::LEAST;
 use super::{BROKEN, Case, Effort, Errors, Verdicts};
+use crate::textbook::moller_trumbore;
 use glam::{DVec3, Vec3};
 use shisen::bake::{Baked, lone_mesh};
 use shisen::scene::Scene;
@@ -45,7 +46,7 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-/// The triangles at each edge or vertex of a closed mesh, and where to aim.
+/// An edge or vertex of a closed mesh: where to aim, and its triangles.
 struct Target {
     at: DVec3,
     triangles: Vec<[Vec3; 3]>,
@@ -160,8 +161,7 @@ fn lost_at(seed: u64, effort: Effort, targets: impl Fn(&TriangleMesh) -> Vec<Tar
         return BROKEN;
     };
     let mut stack = TraversalStack::EMPTY;
-    let mut inputs = Inputs::new(seed);
-    let mut lost = Verdicts::default();
+    let (mut inputs, mut lost) = (Inputs::new(seed), Verdicts::default());
     let tries = effort.of(5_000_000);
     for _ in 0..tries {
         let from = inputs.in_ball() * 0.3;
@@ -188,11 +188,10 @@ fn shared_vertices(effort: Effort) -> Errors {
 }
 
 fn t_junctions(effort: Effort) -> Errors {
-    let mut inputs = Inputs::new(208);
-    let mut lost = Verdicts::default();
+    let (mut inputs, mut lost) = (Inputs::new(208), Verdicts::default());
     let tries = effort.of(500);
     for _ in 0..tries {
-        // Sixteenths, so that the middle is on the edge exactly.
+        // On a grid, so that the vertex is on the edge exactly.
         let mut at = || (inputs.in_ball() * 64.0).round() / 8.0;
         let (a, b, c) = (at(), at(), at());
         let m = a + (b - a) * (1 + inputs.below(7)) as f64 / 8.0;

@@ -1,7 +1,7 @@
-//! The few functions that everything else is made of.
+//! The basic functions of the core.
 
 use super::input::{Inputs, single};
-use super::{Case, Effort, Errors, UNIT, Verdicts, Worst};
+use super::{Case, Effort, Errors, UNIT, Worst, largest, wrong};
 use glam::{DVec3, Vec3};
 use shisen_core::numeric::{
     LARGEST_ANGLE, basis_around, difference_of_products, normalize, quadratic_roots, sin_cos,
@@ -56,19 +56,17 @@ pub(super) const CASES: &[Case] = &[
 ];
 
 fn unit_vectors(effort: Effort) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(900), Worst::NONE);
-    for _ in 0..effort.of(500_000) {
+    largest(900, effort.of(500_000), |inputs, worst| {
         let length = inputs.magnitude(-44.0, 38.0);
         let v = single(inputs.direction() * length);
         if v == Vec3::ZERO {
-            continue;
+            return;
         }
         let exact = v.as_dvec3().normalize();
         let error = |found: Vec3| (found.as_dvec3() - exact).length() / UNIT;
         worst.ours(error(normalize(v).unwrap_or(Vec3::NAN)));
         worst.naive(error(v / v.dot(v).sqrt()));
-    }
-    worst.0
+    })
 }
 
 fn frisvad(n: Vec3) -> (Vec3, Vec3) {
@@ -84,8 +82,7 @@ fn frisvad(n: Vec3) -> (Vec3, Vec3) {
 }
 
 fn bases(effort: Effort) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(901), Worst::NONE);
-    for _ in 0..effort.of(500_000) {
+    largest(901, effort.of(500_000), |inputs, worst| {
         let away = inputs.magnitude(-8.0, 0.0);
         let z = single((DVec3::NEG_Z + inputs.direction() * away).normalize());
         let error = |(x, y): (Vec3, Vec3)| {
@@ -95,8 +92,7 @@ fn bases(effort: Effort) -> Errors {
         };
         worst.ours(error(basis_around(z)));
         worst.naive(error(frisvad(z)));
-    }
-    worst.0
+    })
 }
 
 fn reduced(angle: f32) -> (f32, f32) {
@@ -128,14 +124,13 @@ fn sines(effort: Effort) -> Errors {
 }
 
 fn roots(effort: Effort) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(903), Worst::NONE);
-    for _ in 0..effort.of(500_000) {
+    largest(903, effort.of(500_000), |inputs, worst| {
         let h = (inputs.magnitude(0.0, 3.5) * inputs.sign()) as f32;
         let c = inputs.range(0.1, 1.0) as f32;
         let discriminant = h * h - c;
         let wide = f64::from(h) * f64::from(h) - f64::from(c);
         if wide < 0.5 {
-            continue;
+            return;
         }
         let far = -f64::from(h) - f64::from(h).signum() * wide.sqrt();
         let exact = f64::from(c) / far;
@@ -145,17 +140,14 @@ fn roots(effort: Effort) -> Errors {
         worst.ours(error(ours.map_or(f32::NAN, |(near, far)| least(near, far))));
         let root = discriminant.sqrt();
         worst.naive(error(least(-h - root, -h + root)));
-    }
-    worst.0
+    })
 }
 
 fn signs(effort: Effort) -> Errors {
-    let mut inputs = Inputs::new(904);
-    let mut verdicts = Verdicts::default();
     let tries = effort.of(500_000);
-    for _ in 0..tries {
+    wrong(904, tries, tries, |inputs, verdicts| {
         let [a, b] = [0; 2].map(|_| inputs.range(1.0, 2.0) as f32);
-        // c·d is a·b but for some of the last digits.
+        // c·d differs from a·b in some of the last digits.
         let c = inputs.range(1.0, 2.0) as f32;
         let d = (f64::from(a) * f64::from(b) / f64::from(c)) as f32;
         let exact = f64::from(a) * f64::from(b) - f64::from(c) * f64::from(d);
@@ -165,6 +157,5 @@ fn signs(effort: Effort) -> Errors {
             wrong(difference_of_products(a, b, c, d)),
             wrong(a * b - c * d),
         );
-    }
-    verdicts.of_at_least(tries)
+    })
 }

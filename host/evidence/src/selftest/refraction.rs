@@ -1,7 +1,8 @@
 //! Light at the border of clear bodies.
 
 use super::input::Inputs;
-use super::{BROKEN, Case, Effort, Errors, UNIT, Worst};
+use super::{BROKEN, Case, Effort, Errors, Family, UNIT, Worst, largest};
+use crate::textbook::{Shares, exact_refraction, textbook_refraction};
 use glam::{DVec2, Vec3};
 use shisen_core::trace::{Refraction, refract};
 
@@ -14,83 +15,73 @@ const SNELL: &str = "Snell's law in f64";
 const OF_DIRECTION: &str =
     "of the refracted ray, 2⁻²⁴ rad; a wrong verdict on total reflection is infinite";
 
-/// What the documentation of `refract` promises.
+/// The bound that the documentation of `refract` states.
 const BOUND: f64 = 2.0e-6;
 const DIRECTION_BOUND: f64 = 3.0e-7 / UNIT;
 
+/// Shares of light.
+const SHARES: Family = Family {
+    error: OF_LIGHT,
+    reference: F64,
+    naive: TEXTBOOK,
+};
+
+/// Refracted rays.
+const DIRECTIONS: Family = Family {
+    error: OF_DIRECTION,
+    reference: SNELL,
+    naive: TEXTBOOK,
+};
+
 pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "refraction-at-the-critical-angle",
-        hard: "cosines that are the critical one or up to three f32 beside it",
-        error: OF_LIGHT,
-        reference: F64,
-        naive: TEXTBOOK,
-        bound: BOUND,
-        measure: |effort| drawn(700, effort, at_critical, shares),
-    },
-    Case {
-        name: "refraction-just-under-the-critical-angle",
-        hard: "10⁻⁷ to 10⁻² under it: little gets through, nearly level",
-        error: OF_LIGHT,
-        reference: F64,
-        naive: TEXTBOOK,
-        bound: BOUND,
-        measure: |effort| drawn(701, effort, under_critical, shares),
-    },
-    Case {
-        name: "refraction-just-over-the-critical-angle",
-        hard: "10⁻⁷ to 10⁻² over it: nothing gets through",
-        error: OF_LIGHT,
-        reference: F64,
-        naive: TEXTBOOK,
-        bound: BOUND,
-        measure: |effort| drawn(702, effort, over_critical, nothing_through),
-    },
-    Case {
-        name: "refraction-grazing",
-        hard: "cosines of incidence from 10⁻⁷ to 10⁻²: 1 − R has no digits left",
-        error: OF_LIGHT,
-        reference: F64,
-        naive: TEXTBOOK,
-        bound: BOUND,
-        measure: |effort| drawn(703, effort, grazing, shares),
-    },
-    Case {
-        name: "refraction-of-matched-media",
-        hard: "indices that differ by 10⁻⁷ to 10⁻³: R is the square of next to nothing",
-        error: OF_LIGHT,
-        reference: F64,
-        naive: TEXTBOOK,
-        bound: BOUND,
-        measure: |effort| drawn(704, effort, matched, shares),
-    },
-    Case {
-        name: "refracted-ray-at-the-critical-angle",
-        hard: "cosines that are the critical one to a hundredth over it: the ray leaves nearly level",
-        error: OF_DIRECTION,
-        reference: SNELL,
-        naive: TEXTBOOK,
-        bound: DIRECTION_BOUND,
-        measure: |effort| drawn(707, effort, next_to_critical, directions),
-    },
-    Case {
-        name: "refracted-ray-grazing",
-        hard: "cosines of incidence from 10⁻⁷ to 10⁻², into denser media",
-        error: OF_DIRECTION,
-        reference: SNELL,
-        naive: TEXTBOOK,
-        bound: DIRECTION_BOUND,
-        measure: |effort| drawn(708, effort, grazing, directions),
-    },
-    Case {
-        name: "refracted-ray-of-matched-media",
-        hard: "indices that differ by 10⁻⁷ to 10⁻³, from the normal to a cosine of 10⁻³",
-        error: OF_DIRECTION,
-        reference: SNELL,
-        naive: TEXTBOOK,
-        bound: DIRECTION_BOUND,
-        measure: |effort| drawn(709, effort, matched_at_any_angle, directions),
-    },
+    SHARES.case(
+        "refraction-at-the-critical-angle",
+        "cosines that are the critical one or up to three f32 beside it",
+        BOUND,
+        |effort| drawn(700, effort, at_critical, shares),
+    ),
+    SHARES.case(
+        "refraction-just-under-the-critical-angle",
+        "10⁻⁷ to 10⁻² under it: little gets through, nearly level",
+        BOUND,
+        |effort| drawn(701, effort, under_critical, shares),
+    ),
+    SHARES.case(
+        "refraction-just-over-the-critical-angle",
+        "10⁻⁷ to 10⁻² over it: nothing gets through",
+        BOUND,
+        |effort| drawn(702, effort, over_critical, nothing_through),
+    ),
+    SHARES.case(
+        "refraction-grazing",
+        "cosines of incidence from 10⁻⁷ to 10⁻²: 1 − R has no digits left",
+        BOUND,
+        |effort| drawn(703, effort, grazing, shares),
+    ),
+    SHARES.case(
+        "refraction-of-matched-media",
+        "indices that differ by 10⁻⁷ to 10⁻³: R is the square of next to nothing",
+        BOUND,
+        |effort| drawn(704, effort, matched, shares),
+    ),
+    DIRECTIONS.case(
+        "refracted-ray-at-the-critical-angle",
+        "cosines that are the critical one to a hundredth over it: the ray leaves nearly level",
+        DIRECTION_BOUND,
+        |effort| drawn(707, effort, next_to_critical, directions),
+    ),
+    DIRECTIONS.case(
+        "refracted-ray-grazing",
+        "cosines of incidence from 10⁻⁷ to 10⁻², into denser media",
+        DIRECTION_BOUND,
+        |effort| drawn(708, effort, grazing, directions),
+    ),
+    DIRECTIONS.case(
+        "refracted-ray-of-matched-media",
+        "indices that differ by 10⁻⁷ to 10⁻³, from the normal to a cosine of 10⁻³",
+        DIRECTION_BOUND,
+        |effort| drawn(709, effort, matched_at_any_angle, directions),
+    ),
     Case {
         name: "refraction-next-to-the-normal",
         hard: "rays within 10⁻⁷ to 10⁻² of the normal: the sine from a cosine of 1",
@@ -111,48 +102,14 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-/// The reflected and the transmitted share; `None` where all is reflected.
-type Shares = Option<(f64, f64)>;
-
-/// Of light of this cosine of incidence, from index m into n.
-pub(crate) fn exact(cos: f64, m: f64, n: f64) -> Shares {
-    let difference = (n - m) * (n + m);
-    let g2 = difference + (m * cos) * (m * cos);
-    if g2 <= 0.0 {
-        return None;
-    }
-    let g = g2.sqrt();
-    let (s, p) = (m * cos + g, n * n * cos + m * g);
-    let rs = difference / (s * s);
-    let rp = difference * ((n * n + m * m) * cos * cos - m * m) / (p * p);
-    let through = 2.0 * m * cos * g * (1.0 / (s * s) + n * n / (p * p));
-    Some((f64::midpoint(rs * rs, rp * rp), through))
-}
-
-/// The textbook's: reflected and transmitted share and the direction.
-pub(crate) fn textbook(d: Vec3, normal: Vec3, m: f32, n: f32) -> Option<(f32, f32, Vec3)> {
-    let eta = m / n;
-    let cos_in = -d.dot(normal);
-    let sin2 = eta * eta * (1.0 - cos_in * cos_in);
-    if sin2 > 1.0 {
-        return None;
-    }
-    let cos_out = (1.0 - sin2).sqrt();
-    let s = (m * cos_in - n * cos_out) / (m * cos_in + n * cos_out);
-    let p = (n * cos_in - m * cos_out) / (n * cos_in + m * cos_out);
-    let reflected = f32::midpoint(s * s, p * p);
-    let direction = d * eta + normal * (eta * cos_in - cos_out);
-    Some((reflected, 1.0 - reflected, direction))
-}
-
-/// Down on a level border at an angle of this cosine.
+/// A direction down to a level border at an angle of this cosine.
 fn falling(cos: f32) -> Vec3 {
     let sin = (1.0 - f64::from(cos) * f64::from(cos)).max(0.0).sqrt();
     Vec3::new(sin as f32, -cos, 0.0)
 }
 
 fn shares(worst: &mut Worst, cos: f32, m: f32, n: f32) {
-    let expected = exact(cos.into(), m.into(), n.into());
+    let expected = exact_refraction(cos.into(), m.into(), n.into());
     let error = |found: Shares| match (found, expected) {
         (None, None) => 0.0,
         (Some(found), Some(expected)) => {
@@ -175,18 +132,18 @@ fn shares(worst: &mut Worst, cos: f32, m: f32, n: f32) {
     } = refract(d, Vec3::Y, m, n);
     let found = direction.map(|_| (f64::from(reflectance), f64::from(transmittance)));
     worst.ours(error(found));
-    // What does not get through is all there.
+    // Total reflection keeps all light.
     if direction.is_none() {
         worst.ours(f64::from(reflectance) - 1.0);
         worst.ours(transmittance.into());
     }
-    let naive = textbook(d, Vec3::Y, m, n);
+    let naive = textbook_refraction(d, Vec3::Y, m, n);
     worst.naive(error(naive.map(|(r, t, _)| (f64::from(r), f64::from(t)))));
 }
 
-/// [`shares`] where nothing gets through: verdicts of nothing prove nothing.
+/// Checks [`shares`] of total reflection; the case is broken where light gets through.
 fn nothing_through(worst: &mut Worst, cos: f32, m: f32, n: f32) {
-    if exact(cos.into(), m.into(), n.into()).is_some() {
+    if exact_refraction(cos.into(), m.into(), n.into()).is_some() {
         *worst = Worst(BROKEN);
     }
     shares(worst, cos, m, n);
@@ -196,7 +153,7 @@ fn directions(worst: &mut Worst, cos: f32, m: f32, n: f32) {
     let d = falling(cos);
     let (cos, from, to) = (f64::from(cos), f64::from(m), f64::from(n));
     let g2 = (to - from) * (to + from) + (from * cos) * (from * cos);
-    // Both parts in units of the index beyond: m·sin θᵢ = n·sin θₜ and n·cos θₜ.
+    // Both components times the index beyond: m·sin θᵢ = n·sin θₜ and n·cos θₜ.
     let exact = (g2 > 0.0).then(|| DVec2::new(from * f64::from(d.x), -g2.sqrt()));
     let error = |found: Option<Vec3>| match (found.map(Vec3::as_dvec3), exact) {
         (None, None) => 0.0,
@@ -204,7 +161,9 @@ fn directions(worst: &mut Worst, cos: f32, m: f32, n: f32) {
         _ => f64::INFINITY,
     };
     worst.ours(error(refract(d, Vec3::Y, m, n).direction));
-    worst.naive(error(textbook(d, Vec3::Y, m, n).map(|found| found.2)));
+    worst.naive(error(
+        textbook_refraction(d, Vec3::Y, m, n).map(|found| found.2),
+    ));
 }
 
 /// A cosine of incidence and the indices before and beyond the border.
@@ -216,12 +175,10 @@ fn drawn(
     draw: fn(&mut Inputs) -> Drawn,
     check: fn(&mut Worst, f32, f32, f32),
 ) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
-    for _ in 0..effort.of(200_000) {
-        let (cos, m, n) = draw(&mut inputs);
-        check(&mut worst, cos, m, n);
-    }
-    worst.0
+    largest(seed, effort.of(200_000), |inputs, worst| {
+        let (cos, m, n) = draw(inputs);
+        check(worst, cos, m, n);
+    })
 }
 
 /// Water, glasses and diamond in air.
@@ -255,7 +212,7 @@ fn over_critical(inputs: &mut Inputs) -> Drawn {
     beside_critical(inputs, -1.0)
 }
 
-/// A greater cosine is a steeper ray, of which some gets through.
+/// `side` is 1 for steeper rays, of which some light gets through, and −1 for flatter ones.
 fn beside_critical(inputs: &mut Inputs, side: f64) -> Drawn {
     let index = index(inputs);
     let off = side * inputs.magnitude(-7.0, -2.0);
@@ -291,11 +248,10 @@ fn nearly_same(inputs: &mut Inputs) -> (f32, f32) {
 }
 
 fn next_to_normal(effort: Effort) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(705), Worst::NONE);
-    for _ in 0..effort.of(200_000) {
+    largest(705, effort.of(200_000), |inputs, worst| {
         let slope = inputs.magnitude(-7.0, -2.0) as f32;
         let d = Vec3::new(slope, -1.0, 0.0).normalize();
-        let (m, n) = (1.0, index(&mut inputs));
+        let (m, n) = (1.0, index(inputs));
         let sine = f64::from(d.x) / f64::from(d.x).hypot(f64::from(d.y)) / f64::from(n);
         let expected = sine / (1.0 - sine * sine).sqrt();
         let relative = |found: f64| (found / expected - 1.0) / UNIT;
@@ -303,18 +259,16 @@ fn next_to_normal(effort: Effort) -> Errors {
         worst.ours(relative(-f64::from(ours.x) / f64::from(ours.y)));
         let angle = (m / n * (-d.dot(Vec3::Y)).acos().sin()).asin();
         worst.naive(relative(f64::from(angle.tan())));
-    }
-    worst.0
+    })
 }
 
 fn inside_out(effort: Effort) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(706), Worst::NONE);
-    for _ in 0..effort.of(200_000) {
+    largest(706, effort.of(200_000), |inputs, worst| {
         let cos = -inputs.magnitude(-7.0, 0.0) as f32;
         let (m, n) = if inputs.sign() < 0.0 {
-            (1.0, index(&mut inputs))
+            (1.0, index(inputs))
         } else {
-            (index(&mut inputs), 1.0)
+            (index(inputs), 1.0)
         };
         let d = falling(cos);
         let found = refract(d, Vec3::Y, m, n);
@@ -323,21 +277,20 @@ fn inside_out(effort: Effort) -> Errors {
         if let Some(direction) = found.direction {
             worst.ours(direction.as_dvec3().length() - 1.0);
         }
-        if let Some((r, t, direction)) = textbook(d, Vec3::Y, m, n) {
+        if let Some((r, t, direction)) = textbook_refraction(d, Vec3::Y, m, n) {
             worst.naive(f64::from(r) - 1.0);
             worst.naive(t.into());
             worst.naive(direction.as_dvec3().length() - 1.0);
         }
-    }
-    worst.0
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// By the angles themselves: the laws of sines and of tangents, and what an
-    /// amplitude lets through by sin 2θᵢ·sin 2θₜ.
+    /// The shares by the angles themselves: the laws of sines and of tangents, and the
+    /// transmitted amplitude by sin 2θᵢ·sin 2θₜ.
     fn by_angles(cos: f64, m: f64, n: f64) -> Shares {
         let incidence = libm::acos(cos);
         let sine = m / n * libm::sin(incidence);
@@ -355,8 +308,8 @@ mod tests {
         Some((f64::midpoint(rs * rs, rp * rp), f64::midpoint(ts, tp)))
     }
 
-    /// The reference shares its form with what is built in: Fresnel's own equations,
-    /// which have other digits to lose, say the same wherever they have these.
+    /// The reference shares its form with the built-in way: Fresnel's own equations, which lose
+    /// other digits, confirm it where they have enough.
     #[test]
     fn the_reference_is_what_the_laws_of_angles_say() {
         let mut inputs = Inputs::new(710);
@@ -372,18 +325,17 @@ mod tests {
             for _ in 0..20_000 {
                 let (cos, m, n) = draw(&mut inputs);
                 let (cos, m, n) = (f64::from(cos), f64::from(m), f64::from(n));
-                // What angles lose: of a sine next to 1, and of a difference of angles.
+                // The digits that angles lose: a sine next to 1, and a difference of angles.
                 let g2 = ((n - m) * (n + m) + (m * cos) * (m * cos)).abs() / (m * m);
                 let lost = 1.0e-15 * (1.0 / g2 + 1.0 / (cos * cos) + n / (n - m).abs() / cos);
                 if lost > 1.0e-7 {
                     continue;
                 }
-                match (exact(cos, m, n), by_angles(cos, m, n)) {
+                match (exact_refraction(cos, m, n), by_angles(cos, m, n)) {
                     (None, None) => reflected += 1,
                     (Some((r, t)), Some((angle_r, angle_t))) => {
                         let off = [(r, angle_r), (t, angle_t)].map(|(a, b)| (a - b).abs());
-                        // Near Brewster's angle one of two squares is 0: of what light
-                        // there is, not of it alone.
+                        // Near Brewster's angle one of two squares is 0: relative to all light.
                         let least = ((n - m) / (n + m)) * ((n - m) / (n + m));
                         assert!(off[0] < 10.0 * lost * r.max(least), "{cos} {m} {n}");
                         assert!(off[1] < 10.0 * lost * t, "{cos} {m} {n}");

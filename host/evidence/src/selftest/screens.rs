@@ -1,7 +1,8 @@
 //! Rays from an eye through the pixels of a wall.
 
 use super::input::{Inputs, single};
-use super::{Case, Effort, Errors, UNIT, Verdicts, Worst};
+use super::{Case, Effort, Errors, UNIT, Worst, largest, wrong};
+use crate::textbook::angle;
 use glam::{DVec3, Mat4, Vec3};
 use shisen_core::frame::{FlatScreen, View};
 
@@ -9,7 +10,7 @@ const F64: &str = "the pixel's place less the eye, in f64";
 const MATRIX: &str = "an off-axis frustum (left, right, bottom, top at the near plane) and its \
                       inverse in f32";
 
-/// How far a ray may be off by a wall's corners, in the units of its case.
+/// The largest error of a ray by a wall's corners, in the units of its case.
 const OF_A_WALL: f64 = 3.0;
 
 pub(super) const CASES: &[Case] = &[
@@ -56,7 +57,7 @@ pub(super) const CASES: &[Case] = &[
         error: "between both rays, radians, 2⁻²⁴ of the farthest coordinate over the point's distance",
         reference: "a point has one direction",
         naive: MATRIX,
-        // Both rays as far off as either wall's may be.
+        // The bounds of both walls' rays together.
         bound: 2.0 * OF_A_WALL,
         measure: |effort| seams(805, effort, crooked),
     },
@@ -70,10 +71,6 @@ pub(super) const CASES: &[Case] = &[
         measure: many_pixels,
     },
 ];
-
-fn angle(a: DVec3, b: DVec3) -> f64 {
-    a.cross(b).length().atan2(a.dot(b))
-}
 
 /// A wall by three corners, as f32 has them.
 #[derive(Clone, Copy)]
@@ -97,8 +94,8 @@ impl Wall {
             .ok()
     }
 
-    /// From the eye to a place of the wall, in pixels; (0, 0) is the middle of
-    /// the first.
+    /// The vector from the eye to a place of the wall; `x` and `y` are in pixels, (0, 0) is the
+    /// middle of the first.
     fn exact(&self, eye: Vec3, x: f64, y: f64) -> DVec3 {
         let [ll, lr, ul] = [self.lower_left, self.lower_right, self.upper_left].map(Vec3::as_dvec3);
         let [u, v] = [
@@ -108,7 +105,7 @@ impl Wall {
         ul + (lr - ll) * u + (ll - ul) * v - eye.as_dvec3()
     }
 
-    /// By the inverse of a projection (Kooima, "Generalized Perspective
+    /// The ray by the inverse of a projection (Kooima, "Generalized Perspective
     /// Projection", 2009), near 0.1 m and far 100 m.
     fn by_matrix(&self, eye: Vec3, x: f32, y: f32) -> Vec3 {
         let Self {
@@ -173,8 +170,7 @@ impl Wall {
     }
 }
 
-/// Compares rays of pixels drawn by `column`, in parts of what rounding the
-/// wall's own corners moves them.
+/// Compares both rays of a pixel, in units of the rounding of the wall's own corners.
 fn compare(worst: &mut Worst, wall: &Wall, eye: Vec3, x: u32, y: u32) {
     let Some(view) = wall.view(eye) else {
         worst.ours(f64::NAN);
@@ -204,8 +200,7 @@ fn drawn(inputs: &mut Inputs, width: f64, height: f64, size: [u32; 2]) -> (Wall,
 }
 
 fn next_to_it(effort: Effort) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(800), Worst::NONE);
-    for _ in 0..effort.of(50_000) {
+    largest(800, effort.of(50_000), |inputs, worst| {
         // Level with an axis, so that the wall's plane is known to a micrometre.
         let (width, height) = (inputs.range(1.0, 4.0), inputs.range(1.0, 4.0));
         let wall = Wall {
@@ -226,20 +221,18 @@ fn next_to_it(effort: Effort) -> Errors {
             off,
         ));
         let (x, y) = (inputs.below(1024) as u32, inputs.below(1024) as u32);
-        compare(&mut worst, &wall, eye, x, y);
-    }
-    worst.0
+        compare(worst, &wall, eye, x, y);
+    })
 }
 
-/// As near as an eye may be: the wall's normal is a rounded one.
+/// A distance just above the limit: the wall's normal is rounded.
 fn just_over() -> f32 {
     FlatScreen::CLOSEST * (1.0 + 1.0e-6)
 }
 
 fn in_it(effort: Effort) -> Errors {
-    let (mut inputs, mut verdicts) = (Inputs::new(804), Verdicts::default());
     let tries = effort.of(10_000);
-    for _ in 0..tries {
+    wrong(804, tries, tries, |inputs, verdicts| {
         let (width, height) = (inputs.range(1.0, 4.0), inputs.range(1.0, 4.0));
         let wall = Wall {
             lower_left: Vec3::ZERO,
@@ -260,23 +253,20 @@ fn in_it(effort: Effort) -> Errors {
             wall.view(eye).is_some() != has_rays,
             wall.by_matrix(eye, 511.0, 511.0).is_finite() != has_rays,
         );
-    }
-    verdicts.of_at_least(tries)
+    })
 }
 
 fn very_wide(effort: Effort) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(801), Worst::NONE);
-    for _ in 0..effort.of(50_000) {
+    largest(801, effort.of(50_000), |inputs, worst| {
         let width = inputs.magnitude(2.0, 4.0);
-        let (wall, [right, up, normal]) = drawn(&mut inputs, width, 2.0, [4096, 64]);
+        let (wall, [right, up, normal]) = drawn(inputs, width, 2.0, [4096, 64]);
         let eye = single(right * width * inputs.unit() + up * inputs.unit() + normal);
         let (x, y) = (inputs.below(4096) as u32, inputs.below(64) as u32);
-        compare(&mut worst, &wall, eye, x, y);
-    }
-    worst.0
+        compare(worst, &wall, eye, x, y);
+    })
 }
 
-/// Two walls with a common edge, an eye, and what an error is measured in, radians.
+/// Two walls with a common edge, an eye, and the unit of errors, radians.
 struct Seam {
     /// Left and right of the edge.
     walls: [Wall; 2],
@@ -309,14 +299,14 @@ fn square(inputs: &mut Inputs) -> Seam {
     }
 }
 
-/// Walls to both sides of an edge that stands any way.
+/// Walls on both sides of an edge in any direction.
 fn crooked(inputs: &mut Inputs) -> Seam {
     let size = inputs.magnitude(0.0, 1.0);
     let foot = inputs.in_ball() * 2.0;
     let up = inputs.direction();
     let away = inputs.across(up);
     let side = away.cross(up);
-    // From the eye's side of the edge, half the angle between the walls to each.
+    // Half the angle between the walls, on the eye's side.
     let half = inputs.range(45.0, 170.0).to_radians() / 2.0;
     let mut wall = |to: f64| {
         let lean = up * inputs.range(-0.3, 0.3);
@@ -346,13 +336,12 @@ fn crooked(inputs: &mut Inputs) -> Seam {
 }
 
 fn seams(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Seam) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
-    for _ in 0..effort.of(50_000) {
+    largest(seed, effort.of(50_000), |inputs, worst| {
         let Seam {
             walls: [before, after],
             eye,
             unit,
-        } = draw(&mut inputs);
+        } = draw(inputs);
         let row = inputs.below(before.size[1] as usize) as f32;
         // Half a pixel beyond the last, and before the first.
         let (last, first) = (before.size[0] as f32 - 0.5, -0.5);
@@ -362,15 +351,14 @@ fn seams(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Seam) -> Errors {
             [(before, last), (after, first)].map(|(wall, x)| wall.view(eye)?.direction(x, row));
         let [Some(a), Some(b)] = rays else {
             worst.ours(f64::NAN);
-            continue;
+            return;
         };
         worst.ours(between(a, b));
         worst.naive(between(
             before.by_matrix(eye, last, row),
             after.by_matrix(eye, first, row),
         ));
-    }
-    worst.0
+    })
 }
 
 fn many_pixels(effort: Effort) -> Errors {

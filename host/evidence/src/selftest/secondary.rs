@@ -2,11 +2,10 @@
 
 use super::input::{Inputs, aimed, single};
 use super::meshes::ellipsoid;
-use super::refraction::{exact as exact_refraction, textbook as textbook_refraction};
 use super::{BROKEN, Case, Effort, Errors, Verdicts, Worst};
+use crate::textbook::{exact_refraction, textbook_refraction};
 use glam::{DAffine3, DVec3, Vec3};
-use shisen::bake::Baked;
-use shisen::scene::camera::CameraPath;
+use shisen::bake::{Baked, lone_mesh};
 use shisen::scene::material::Material;
 use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::{Background, Light, Object, Scene, Shape};
@@ -17,7 +16,7 @@ use shisen_core::trace::Tracer;
 
 const EPSILON: &str = "the same rays, started a fixed 10⁻⁴ m off the surface";
 
-/// Bodies of so many metres.
+/// A case of bodies of 10 to this power metres.
 macro_rules! at_scale {
     ($name:literal, $hard:literal, $exponent:literal) => {
         Case {
@@ -85,19 +84,14 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-/// As far as most people move it.
+/// The usual fixed offset of secondary rays, metres.
 const OFF: f32 = 1.0e-4;
 
 fn empty() -> Scene {
     Scene {
-        name: "selftest".into(),
         meshes: Vec::new(),
-        materials: Vec::new(),
         objects: Vec::new(),
-        lights: Vec::new(),
-        background: Background::uniform([0.0; 3]),
-        ambient: [0.0; 3],
-        camera: CameraPath::default(),
+        ..lone_mesh(TriangleMesh::default())
     }
 }
 
@@ -209,7 +203,7 @@ fn lit_from(light: DVec3) -> Light {
     }
 }
 
-/// Places of a convex body that face the light and are dark.
+/// Counts places of a convex body that face the light and are dark.
 fn acne(size: f64, effort: Effort) -> Errors {
     let mut mesh = ellipsoid();
     for p in &mut mesh.positions {
@@ -251,7 +245,7 @@ fn acne(size: f64, effort: Effort) -> Errors {
     dark.of_at_least(tries / 4)
 }
 
-/// Places inside a closed box with thin walls that light from outside reaches.
+/// Counts places inside a closed box with thin walls that light from outside reaches.
 fn leaks(size: f64, effort: Effort) -> Errors {
     let thick = 1.0e-3 * size;
     let light = DVec3::new(3.0, 4.0, 5.0) * size;
@@ -293,7 +287,7 @@ fn leaks(size: f64, effort: Effort) -> Errors {
 fn hall(_: Effort) -> Errors {
     const GAP: f64 = 5.0e-5;
     const MIRROR: f32 = 0.9;
-    // Of the one at −z and the one at +z, so that it counts which is met.
+    // The mirrors at −z and at +z differ, so that hits of the wrong one show.
     const DIFFUSE: [f32; 2] = [0.25, 0.5];
     let mut scene = empty();
     scene.ambient = [1.0; 3];
@@ -333,8 +327,7 @@ fn hall(_: Effort) -> Errors {
             let bounces = 0..=i32::from(depth);
             let expected: f64 = bounces.map(|k| light_of(k, (first + k as usize) % 2)).sum();
             worst.ours(f64::from(eye.sees(&ray).red) / expected - 1.0);
-            // From mirror to mirror, each ray started off the one it leaves: which is
-            // inside the other.
+            // From mirror to mirror, each ray starts a fixed distance off: inside the other.
             let (mut light, mut ray) = (0.0, ray);
             for k in 0..=i32::from(depth) {
                 let Some((t, _)) = eye.nearest(&ray) else {
@@ -354,18 +347,18 @@ fn hall(_: Effort) -> Errors {
     worst.0
 }
 
-/// Down at up to 80°, any way round.
+/// A direction down at up to 80° to the normal.
 fn slanting(inputs: &mut Inputs) -> Vec3 {
     let (sin, cos) = libm::sincos(inputs.range(0.0, 80f64.to_radians()));
     let across = inputs.across(DVec3::Z);
     single(across * sin - DVec3::Z * cos).normalize()
 }
 
-/// Of a slab of glass.
+/// The normals of a slab of glass.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Normals {
     OfFaces,
-    /// Of the vertices, wrong way round.
+    /// Normals of the vertices that point inwards.
     Inwards,
 }
 
@@ -418,7 +411,7 @@ fn slab(way: fn(&mut Inputs) -> Vec3, normals: Normals) -> Errors {
     worst.0
 }
 
-/// What a slab of this index lets through to so many borders: after 2, 4, 6 … What is
+/// The light that leaves a slab of this index after 2, 4, 6 … up to `depth` borders. Light that is
 /// not followed further inside leaves at once.
 fn through(cos: f64, index: f64, depth: u8) -> f64 {
     let Some((r, _)) = exact_refraction(cos, 1.0, index) else {
@@ -438,8 +431,8 @@ fn through(cos: f64, index: f64, depth: u8) -> f64 {
     through
 }
 
-/// The light of a ray down through the slab to the panel, where every border starts both
-/// of its rays off itself; by the textbook, from one index of refraction into the other.
+/// The light of a ray down through the slab to the panel by the textbook, where both rays start
+/// a fixed distance off each border; from index `m` into `n`.
 fn stepped(eye: &mut Eye<'_>, ray: &Ray, (m, n): (f32, f32), normals: Normals, depth: u8) -> f64 {
     let Some((t, _)) = eye.nearest(ray) else {
         return 0.0;
@@ -475,7 +468,7 @@ fn balls(effort: Effort) -> Errors {
     for exponent in -3..=6 {
         let size = 10f64.powi(exponent);
         let mut scene = empty();
-        // What the mirror shows: all white, itself black.
+        // White surroundings, a black ball.
         scene.background = Background::uniform([1.0; 3]);
         let mirror = Material {
             mirror: [1.0; 3],

@@ -2,7 +2,7 @@
 
 use super::exact::Meeting;
 use super::input::{Inputs, aimed, single};
-use super::{BROKEN, Case, Effort, Errors, UNIT, Worst};
+use super::{BROKEN, Case, Effort, Errors, Family, UNIT, Worst, largest};
 use glam::{DVec3, Vec3};
 use shisen_core::shape::{Ray, Spheroid};
 use std::f64::consts::TAU;
@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 const EXACT: &str = "the quadratic in whole numbers, square root in f64";
 const TEXTBOOK: &str = "(−b ± √(b² − 4·a·c)) / 2·a in f32";
 
-/// Origins so many powers of ten away.
+/// A case with origins 10 to this power radii away.
 macro_rules! far {
     ($name:literal, $hard:literal, $exponent:literal) => {
         Case {
@@ -24,6 +24,13 @@ macro_rules! far {
         }
     };
 }
+
+/// Distances of spheroids.
+const DISTANCES: Family = Family {
+    error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
+    reference: EXACT,
+    naive: "the quadratic of x²/e² + y²/p² + z²/e² = 1 in f32",
+};
 
 pub(super) const CASES: &[Case] = &[
     far!("sphere-from-1-radius", "origin a radius away", 0),
@@ -84,42 +91,30 @@ pub(super) const CASES: &[Case] = &[
         bound: 8.0,
         measure: from_inside,
     },
-    Case {
-        name: "spheroid-as-a-coin",
-        hard: "a = 0.01, from up to 1,000 radii away",
-        error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
-        reference: EXACT,
-        naive: "the quadratic of x²/e² + y²/p² + z²/e² = 1 in f32",
-        bound: 8.0,
-        measure: coin,
-    },
-    Case {
-        name: "spheroid-as-a-needle",
-        hard: "a = 100, from up to 1,000 radii away",
-        error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
-        reference: EXACT,
-        naive: "the quadratic of x²/e² + y²/p² + z²/e² = 1 in f32",
-        bound: 8.0,
-        measure: needle,
-    },
-    Case {
-        name: "spheroid-of-any-size",
-        hard: "radii from a micrometre to a thousand kilometres",
-        error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
-        reference: EXACT,
-        naive: "the quadratic of x²/e² + y²/p² + z²/e² = 1 in f32",
-        bound: 8.0,
-        measure: any_size,
-    },
-    Case {
-        name: "spheroid-by-any-direction",
-        hard: "directions 10⁻¹⁸ to 10¹⁸ long",
-        error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
-        reference: EXACT,
-        naive: "the quadratic of x²/e² + y²/p² + z²/e² = 1 in f32",
-        bound: 8.0,
-        measure: any_direction,
-    },
+    DISTANCES.case(
+        "spheroid-as-a-coin",
+        "a = 0.01, from up to 1,000 radii away",
+        8.0,
+        coin,
+    ),
+    DISTANCES.case(
+        "spheroid-as-a-needle",
+        "a = 100, from up to 1,000 radii away",
+        8.0,
+        needle,
+    ),
+    DISTANCES.case(
+        "spheroid-of-any-size",
+        "radii from a micrometre to a thousand kilometres",
+        8.0,
+        any_size,
+    ),
+    DISTANCES.case(
+        "spheroid-by-any-direction",
+        "directions 10⁻¹⁸ to 10¹⁸ long",
+        8.0,
+        any_direction,
+    ),
 ];
 
 /// The textbook's quadratic.
@@ -138,12 +133,11 @@ fn textbook(radii: [f32; 2], ray: &Ray) -> Option<[f32; 2]> {
     Some([(-b - root) / (2.0 * a), (-b + root) / (2.0 * a)])
 }
 
-/// What a line has of a spheroid where no rounding excuses that it is missed.
+/// The clearance beyond which no rounding excuses a wrong verdict.
 const BEYOND_DOUBT: f64 = 0.1;
 
-/// Compares both with the truth, in `unit`s of radii: distances where the verdict
-/// is right, and where it is wrong by how much the line passes the other side, or
-/// no number where that is beyond doubt.
+/// Compares both ways with the truth, in `unit`s of radii: the distances of right verdicts, and
+/// of wrong ones how far the line is on the other side, or NaN beyond doubt.
 fn check(worst: &mut Worst, radii: [f32; 2], ray: &Ray, unit: f64) {
     let exact = Meeting::new(radii, ray);
     let error = |found: Option<[f32; 2]>| match (found, exact.t) {
@@ -162,7 +156,7 @@ fn check(worst: &mut Worst, radii: [f32; 2], ray: &Ray, unit: f64) {
     worst.naive(error(textbook(radii, ray)));
 }
 
-/// Rays from `distance` radii at the middle nine tenths of a spheroid.
+/// Checks a ray from `distance` radii at the middle nine tenths of a spheroid.
 fn at_middle(worst: &mut Worst, inputs: &mut Inputs, radii: [f32; 2], distance: f64, length: f64) {
     let [e, p] = radii.map(f64::from);
     let scale = DVec3::new(e, p, e);
@@ -180,16 +174,13 @@ fn at_middle(worst: &mut Worst, inputs: &mut Inputs, radii: [f32; 2], distance: 
 }
 
 fn from_far<const EXPONENT: i32>(effort: Effort) -> Errors {
-    let mut inputs = Inputs::new(100 + EXPONENT as u64);
-    let mut worst = Worst::NONE;
-    for _ in 0..effort.of(20_000) {
+    largest(100 + EXPONENT as u64, effort.of(20_000), |inputs, worst| {
         let distance = 1.0 + 10f64.powi(EXPONENT);
-        at_middle(&mut worst, &mut inputs, [1.0, 1.0], distance, distance);
-    }
-    worst.0
+        at_middle(worst, inputs, [1.0, 1.0], distance, distance);
+    })
 }
 
-/// Radii of balls, coins and needles, and what takes the unit sphere to them.
+/// Radii of balls, coins and needles, and the scale of the unit sphere to them.
 fn body(inputs: &mut Inputs) -> ([f32; 2], DVec3) {
     let size = inputs.magnitude(-3.0, 3.0) as f32;
     let ratio = inputs.magnitude(-1.0, 1.0) as f32;
@@ -201,7 +192,7 @@ fn body(inputs: &mut Inputs) -> ([f32; 2], DVec3) {
     (radii, DVec3::new(e, p, e))
 }
 
-/// How far a line that touches passes the surface, radii: on either side, 10⁻⁹ to 10⁻⁶.
+/// The distance of a touching line from the surface, radii: on either side, 10⁻⁹ to 10⁻⁶.
 fn beside(inputs: &mut Inputs) -> f64 {
     inputs.sign() * inputs.magnitude(-9.0, -6.0)
 }
@@ -259,7 +250,7 @@ fn touching(seed: u64, effort: Effort, draw: impl Fn(&mut Inputs) -> Option<Touc
     worst.0
 }
 
-/// The verdict alone: next to a tangent the distance has half the digits.
+/// Checks the verdict alone: next to a tangent the distance has half the digits.
 fn verdict(worst: &mut Worst, radii: [f32; 2], ray: &Ray, (exact, unit): (&Meeting, f64)) {
     let error = |hit: bool| {
         if hit == exact.t.is_some() {
@@ -274,34 +265,27 @@ fn verdict(worst: &mut Worst, radii: [f32; 2], ray: &Ray, (exact, unit): (&Meeti
 }
 
 fn from_surface(effort: Effort) -> Errors {
-    let mut inputs = Inputs::new(112);
-    let mut worst = Worst::NONE;
-    for _ in 0..effort.of(20_000) {
-        let (radii, scale) = body(&mut inputs);
+    largest(112, effort.of(20_000), |inputs, worst| {
+        let (radii, scale) = body(inputs);
         let (from, direction) = (inputs.direction(), inputs.direction());
         let cosine = from.dot(direction).abs();
         let ray = Ray::new(single(from * scale), single(direction * scale));
         if let Some(ray) = ray.filter(|_| cosine > 1.0e-3) {
-            check(&mut worst, radii, &ray, UNIT / cosine);
+            check(worst, radii, &ray, UNIT / cosine);
         }
-    }
-    worst.0
+    })
 }
 
 fn from_inside(effort: Effort) -> Errors {
-    let mut inputs = Inputs::new(113);
-    let mut worst = Worst::NONE;
-    for _ in 0..effort.of(20_000) {
-        let (radii, scale) = body(&mut inputs);
+    largest(113, effort.of(20_000), |inputs, worst| {
+        let (radii, scale) = body(inputs);
         let depth = inputs.magnitude(-7.0, 0.0);
         let from = inputs.direction() * (1.0 - depth) * scale;
-        let Some(ray) = Ray::new(single(from), single(inputs.direction() * scale)) else {
-            continue;
-        };
+        let ray = Ray::new(single(from), single(inputs.direction() * scale))?;
         let half = Meeting::new(radii, &ray).clearance.sqrt();
-        check(&mut worst, radii, &ray, UNIT / half);
-    }
-    worst.0
+        check(worst, radii, &ray, UNIT / half);
+        Some(())
+    })
 }
 
 fn coin(effort: Effort) -> Errors {
@@ -313,35 +297,26 @@ fn needle(effort: Effort) -> Errors {
 }
 
 fn of_ratio(seed: u64, a: f32, effort: Effort) -> Errors {
-    let mut inputs = Inputs::new(seed);
-    let mut worst = Worst::NONE;
-    for _ in 0..effort.of(20_000) {
+    largest(seed, effort.of(20_000), |inputs, worst| {
         let distance = inputs.magnitude(0.1, 3.0);
-        at_middle(&mut worst, &mut inputs, [1.0, a], distance, distance);
-    }
-    worst.0
+        at_middle(worst, inputs, [1.0, a], distance, distance);
+    })
 }
 
 fn any_size(effort: Effort) -> Errors {
-    let mut inputs = Inputs::new(116);
-    let mut worst = Worst::NONE;
-    for _ in 0..effort.of(20_000) {
+    largest(116, effort.of(20_000), |inputs, worst| {
         let size = inputs.magnitude(-5.9, 5.9);
         let ratio = inputs.magnitude(-0.1, 0.1);
         let radii = [size as f32, (size * ratio) as f32];
         let distance = inputs.magnitude(0.1, 3.0);
-        at_middle(&mut worst, &mut inputs, radii, distance, distance);
-    }
-    worst.0
+        at_middle(worst, inputs, radii, distance, distance);
+    })
 }
 
 fn any_direction(effort: Effort) -> Errors {
-    let mut inputs = Inputs::new(117);
-    let mut worst = Worst::NONE;
-    for _ in 0..effort.of(20_000) {
+    largest(117, effort.of(20_000), |inputs, worst| {
         let length = inputs.magnitude(-17.9, 17.9);
         let distance = inputs.magnitude(0.1, 3.0);
-        at_middle(&mut worst, &mut inputs, [1.0, 1.5], distance, length);
-    }
-    worst.0
+        at_middle(worst, inputs, [1.0, 1.5], distance, length);
+    })
 }

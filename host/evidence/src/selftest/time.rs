@@ -77,7 +77,7 @@ pub(super) const CASES: &[Case] = &[
 struct Device {
     inputs: Inputs,
     clock: ClockEstimator,
-    /// What its first sample lacked, for the naive way.
+    /// The naive way's offset, from the first sample.
     offset: Option<i64>,
 }
 
@@ -94,8 +94,8 @@ impl Device {
         })
     }
 
-    /// Both ways' times of a sample measured at `time` that says `shown`, and
-    /// its arrival.
+    /// Both ways' times of a sample measured at `time` with the device time `shown`, and its
+    /// arrival.
     fn stamp(&mut self, time: u64, shown: DeviceTime) -> [i64; 3] {
         let arrival = time + 2_000 + self.inputs.below(1_000) as u64;
         let mut sample = Sample::arrived(Micros(arrival));
@@ -147,7 +147,7 @@ fn backwards(effort: Effort) -> Errors {
                 again + (i - restart) * 4_000
             };
             let [ours, naive, _] = device.stamp(time, DeviceTime::unwrapped(shown));
-            // One time that fits nothing may be an outlier.
+            // The first wrong time may be an outlier.
             if i < restart || i >= restart + 2 {
                 worst.ours(milliseconds(ours, time));
                 worst.naive(milliseconds(naive, time));
@@ -203,8 +203,8 @@ fn view() -> Option<View> {
     .ok()
 }
 
-/// Calls of `budget` steps until the picture is done or `calls` are; the
-/// pixels and the steps of the first call.
+/// Renders in up to `calls` calls of `budget` steps; returns the pixels and the steps of the first
+/// call.
 fn render(budget: u64, calls: u64) -> Option<(Vec<Pixel>, u64)> {
     let (baked, view) = (baked()?, view()?);
     let renderer = Renderer::new(baked.scene(), Simd::detect(), Settings::default());
@@ -225,7 +225,7 @@ fn render(budget: u64, calls: u64) -> Option<(Vec<Pixel>, u64)> {
     Some((pixels, first?))
 }
 
-/// Pixels that are not the same bits.
+/// The number of pixels that differ in a bit.
 fn different(a: &[Pixel], b: &[Pixel]) -> f64 {
     let bits = |p: &Pixel| [p.red, p.green, p.blue, p.alpha].map(f32::to_bits);
     let unlike = a.iter().zip(b).filter(|(a, b)| bits(a) != bits(b));
@@ -239,7 +239,7 @@ fn budget_of_0(_: Effort) -> Errors {
     let mut spent = 0;
     for (_, steps) in alone {
         spent += steps;
-        // Nothing is left: too late.
+        // The naive way looks after the pixel.
         if spent > 0 {
             break;
         }
@@ -250,7 +250,7 @@ fn budget_of_0(_: Effort) -> Errors {
     }
 }
 
-/// Each pixel of the picture by itself, and the steps that it takes.
+/// Each pixel rendered by itself, and its steps.
 fn one_by_one() -> Option<Vec<(Pixel, u64)>> {
     let (baked, view) = (baked()?, view()?);
     let renderer = Renderer::new(baked.scene(), Simd::detect(), Settings::default());
@@ -278,8 +278,8 @@ fn budget_of_1(_: Effort) -> Errors {
     else {
         return BROKEN;
     };
-    // As many calls as the picture has pixels, or more: each begins the first pixel
-    // that is not done, and gives it up where its steps are more than the call's.
+    // Each call begins the first unfinished pixel, and gives it up if it takes more steps than
+    // the call has.
     let mut begun = vec![Pixel::default(); whole.len()];
     let mut next = 0;
     for _ in 0..SIDE * SIDE * 1_000 {

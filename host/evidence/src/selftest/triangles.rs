@@ -1,7 +1,8 @@
 //! Rays and triangles, each alone.
 
 use super::input::{Inputs, aimed, single};
-use super::{Case, Effort, Errors, UNIT, Verdicts, Worst};
+use super::{Case, Effort, Errors, UNIT, Worst, largest, wrong};
+use crate::textbook::moller_trumbore;
 use glam::{DVec3, Vec3};
 use shisen_core::numeric::largest_magnitude;
 use shisen_core::shape::{Ray, Triangle};
@@ -55,41 +56,13 @@ pub(super) const CASES: &[Case] = &[
                 number is infinite",
         reference: "the line in f64",
         naive: MOLLER,
-        // On it, but for the rounding of the reference itself.
+        // The rounding of the reference itself.
         bound: 1.0e-7,
         measure: without_area,
     },
 ];
 
-/// Möller and Trumbore's test of 1997, in f32; with `least`, as published, a
-/// determinant below which a triangle is taken for edge-on.
-pub(crate) fn moller_trumbore(corners: [Vec3; 3], ray: &Ray, least: Option<f32>) -> Option<f32> {
-    let [a, b, c] = corners;
-    let (d, e1, e2) = (ray.direction(), b - a, c - a);
-    let p = d.cross(e2);
-    let determinant = e1.dot(p);
-    if least.is_some_and(|least| determinant.abs() < least) {
-        return None;
-    }
-    let inverse = 1.0 / determinant;
-    let s = ray.origin() - a;
-    let u = s.dot(p) * inverse;
-    // NaN passes, as where it is written without a range.
-    let beyond = u > 1.0;
-    if u < 0.0 || beyond {
-        return None;
-    }
-    let q = s.cross(e1);
-    let v = d.dot(q) * inverse;
-    if v < 0.0 || u + v > 1.0 {
-        return None;
-    }
-    let t = e2.dot(q) * inverse;
-    // A NaN is let pass, as it is where the comparison reads so.
-    if t < 0.0 { None } else { Some(t) }
-}
-
-/// As published.
+/// The least determinant as published.
 pub(super) const LEAST: Option<f32> = Some(1.0e-6);
 
 fn ours(corners: [Vec3; 3], ray: &Ray) -> Option<f32> {
@@ -107,9 +80,8 @@ fn extent(corners: [Vec3; 3], ray: &Ray) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// How far inside the triangle the ray's line passes, metres; below 0
-/// outside, by the distance to the line of the edge that it is farthest out of.
-/// All inputs are f32; in f64 it is off by 10⁻¹⁵ of their size.
+/// The distance from the ray's line to the nearest edge, metres; below 0 for a line outside, and
+/// then the distance to the farthest crossed edge. Off by 10⁻¹⁵ of the size of the inputs.
 fn margin(corners: [Vec3; 3], ray: &Ray) -> f64 {
     let corners = corners.map(Vec3::as_dvec3);
     let (o, d) = (ray.origin().as_dvec3(), ray.direction().as_dvec3());
@@ -128,7 +100,7 @@ fn margin(corners: [Vec3; 3], ray: &Ray) -> f64 {
     )
 }
 
-/// Both verdicts; a wrong one is as bad as the ray is clear of the edge.
+/// Checks both verdicts; the error of a wrong one is the distance of the ray from the edge.
 fn check_verdict(worst: &mut Worst, corners: [Vec3; 3], ray: &Ray) {
     let margin = margin(corners, ray);
     let unit = UNIT * extent(corners, ray);
@@ -148,53 +120,46 @@ fn shuffled(inputs: &mut Inputs, corners: [DVec3; 3]) -> [Vec3; 3] {
 }
 
 fn slivers(effort: Effort) -> Errors {
-    let mut inputs = Inputs::new(202);
-    let mut worst = Worst::NONE;
-    for _ in 0..effort.of(500_000) {
+    largest(202, effort.of(500_000), |inputs, worst| {
         let along = inputs.direction();
         let across = inputs.across(along);
         let length = inputs.magnitude(0.0, 3.0);
         let at = inputs.in_ball() * length;
         let width = length * 1.0e-6;
         let tip = at + along * inputs.range(0.2, 0.8) * length + across * width;
-        let corners = shuffled(&mut inputs, [at, at + along * length, tip]);
+        let corners = shuffled(inputs, [at, at + along * length, tip]);
         // Next to the long side, on either side of it, by up to three widths.
         let beside = across * width * inputs.range(-3.0, 3.0);
         let target = at + along * inputs.range(0.0, 1.0) * length + beside;
         let normal = along.cross(across);
         let from = target + (normal + 0.5 * inputs.direction()) * length * inputs.range(0.5, 3.0);
         if let Some(ray) = aimed(from, target) {
-            check_verdict(&mut worst, corners, &ray);
+            check_verdict(worst, corners, &ray);
         }
-    }
-    worst.0
+    })
 }
 
 fn slivers_distance(effort: Effort) -> Errors {
-    let mut inputs = Inputs::new(203);
-    let mut worst = Worst::NONE;
-    for _ in 0..effort.of(500_000) {
+    largest(203, effort.of(500_000), |inputs, worst| {
         let along = inputs.direction();
         let across = inputs.across(along);
         let slimness = inputs.magnitude(1.0, 5.0);
         let at = inputs.in_ball();
         let tip = at + along * inputs.range(0.2, 0.8) + across / slimness;
-        let corners = shuffled(&mut inputs, [at, at + along, tip]);
+        let corners = shuffled(inputs, [at, at + along, tip]);
         let [a, b, c] = corners.map(Vec3::as_dvec3);
         let normal = (b - a).cross(c - a).normalize();
         let (u, v) = (inputs.unit(), inputs.unit());
         let target = a + (b - a) * u * (1.0 - v) + (c - a) * u * v;
         let from = target + (normal + inputs.in_ball() * 0.7).normalize() * 3.0;
-        let Some(ray) = aimed(from, target) else {
-            continue;
-        };
+        let ray = aimed(from, target)?;
         let unit = UNIT * extent(corners, &ray) * slimness;
-        off_the_plane(&mut worst, corners, normal, (&ray, unit));
-    }
-    worst.0
+        off_the_plane(worst, corners, normal, (&ray, unit));
+        Some(())
+    })
 }
 
-/// How far the hits of a ray are off a triangle's plane, of a unit normal, in units.
+/// Measures the distances of hits from a triangle's plane, in units; `normal` has length 1.
 fn off_the_plane(worst: &mut Worst, corners: [Vec3; 3], normal: DVec3, (ray, unit): (&Ray, f64)) {
     let off = |t: f32| {
         let point = ray.origin().as_dvec3() + ray.direction().as_dvec3() * f64::from(t);
@@ -202,7 +167,7 @@ fn off_the_plane(worst: &mut Worst, corners: [Vec3; 3], normal: DVec3, (ray, uni
     };
     match ours(corners, ray) {
         Some(t) => worst.ours(off(t)),
-        // So far inside none may miss.
+        // No ray this far inside may miss.
         None if margin(corners, ray) > 8.0 * UNIT * extent(corners, ray) => {
             worst.ours(f64::INFINITY);
         }
@@ -214,34 +179,29 @@ fn off_the_plane(worst: &mut Worst, corners: [Vec3; 3], normal: DVec3, (ray, uni
 }
 
 fn distance(effort: Effort) -> Errors {
-    let mut inputs = Inputs::new(204);
-    let mut worst = Worst::NONE;
-    for _ in 0..effort.of(500_000) {
+    largest(204, effort.of(500_000), |inputs, worst| {
         let corners = [0; 3].map(|_| single(inputs.in_ball()));
         let [a, b, c] = corners.map(Vec3::as_dvec3);
         let normal = (b - a).cross(c - a);
         // Triangles of a decent shape: the ray is what is hard here.
         if normal.length() < 0.1 {
-            continue;
+            return None;
         }
         let normal = normal.normalize();
         let (u, v) = (inputs.unit(), inputs.unit());
         let target = a + (b - a) * u * (1.0 - v) + (c - a) * u * v;
         let slope = inputs.magnitude(-5.0, 0.0);
         let from = target + inputs.across(normal) * 3.0 + normal * 3.0 * slope;
-        let Some(ray) = aimed(from, target) else {
-            continue;
-        };
+        let ray = aimed(from, target)?;
         let unit = UNIT * extent(corners, &ray);
-        off_the_plane(&mut worst, corners, normal, (&ray, unit));
-    }
-    worst.0
+        off_the_plane(worst, corners, normal, (&ray, unit));
+        Some(())
+    })
 }
 
 fn coplanar(effort: Effort) -> Errors {
-    let (mut inputs, mut verdicts) = (Inputs::new(205), Verdicts::default());
     let tries = effort.of(200_000);
-    for _ in 0..tries {
+    wrong(205, tries, tries / 2, |inputs, verdicts| {
         // On a grid of powers of two everything is exact, and so is the plane.
         let mut at = || (inputs.range(-64.0, 64.0).round() / 8.0) as f32;
         let flat: [[f32; 2]; 5] = [0; 5].map(|_| [at(), at()]);
@@ -265,14 +225,11 @@ fn coplanar(effort: Effort) -> Errors {
             let naive = moller_trumbore(corners, &ray, None);
             verdicts.wrong(ours(corners, &ray).is_some(), naive.is_some());
         }
-    }
-    verdicts.of_at_least(tries / 2)
+    })
 }
 
 fn without_area(effort: Effort) -> Errors {
-    let mut inputs = Inputs::new(206);
-    let mut worst = Worst::NONE;
-    for _ in 0..effort.of(200_000) {
+    largest(206, effort.of(200_000), |inputs, worst| {
         let mut at = || (inputs.in_ball() * 64.0).round() / 8.0;
         let (a, along) = (at(), at());
         let from = at();
@@ -284,9 +241,7 @@ fn without_area(effort: Effort) -> Errors {
         let first = inputs.below(3);
         let corners = [0, 1, 2].map(|i| single(a + along * places[(first + i) % 3]));
         let target = a + along * inputs.below(9) as f64 / 8.0;
-        let Some(ray) = aimed(from, target) else {
-            continue;
-        };
+        let ray = aimed(from, target)?;
         let unit = UNIT * extent(corners, &ray);
         // From the ray's line to what there is of the triangle.
         let beside = between_lines(&ray, corners);
@@ -303,8 +258,8 @@ fn without_area(effort: Effort) -> Errors {
         if let Some(t) = moller_trumbore(corners, &ray, LEAST) {
             worst.naive(error(t));
         }
-    }
-    worst.0
+        Some(())
+    })
 }
 
 /// The least distance of the ray's line from the sides of a triangle.

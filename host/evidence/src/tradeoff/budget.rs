@@ -1,4 +1,4 @@
-//! What a frame lacks whose steps are counted out.
+//! What a frame lacks with fewer steps than it needs.
 
 use super::frames::{Room, Way, baked, pictures};
 use super::gaze::{NOT_MISSED, UNSEEN};
@@ -12,7 +12,7 @@ use shisen_core::frame::{
 };
 use std::collections::BTreeMap;
 
-/// Pixels a side of the tiles that steps are given to one after the other.
+/// Pixels a side of a tile.
 const TILE: u32 = 16;
 
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
@@ -42,12 +42,13 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         Ok((seconds, done?))
     })?;
     let mut points = Vec::new();
-    // Of each tile, the least share with which it was whole.
-    let mut whole: BTreeMap<TileOf, u32> = BTreeMap::new();
-    for (&share, (time, done)) in shares.iter().zip(measured) {
+    // The least share with which each tile was whole.
+    let mut whole: BTreeMap<TilePlace, u32> = BTreeMap::new();
+    for (&share, time) in shares.iter().zip(measured) {
+        let done = &time.first;
         let mut lacking = 0.0;
         for &tile in &done.tiles {
-            if is_equal(&done, &truth, tile) {
+            if is_equal(done, &truth, tile) {
                 whole.entry(tile).or_insert(share);
             } else {
                 lacking += 1.0 / done.tiles.len() as f64;
@@ -56,27 +57,18 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         let mut errors = room.error(done.pictures.iter(), &truth).errors();
         errors.push(Some(100.0 * lacking));
         errors.push(Some(100.0 * done.steps as f64 / steps(share).max(1) as f64));
-        points.push(Point {
-            errors,
-            seconds: time.median,
-            spread: time.spread,
-            steps: Some(done.steps),
-            ..Point::new(
-                "share of what is needed",
-                format!("{share} %"),
-                [
-                    ("budget_percent", share.into()),
-                    ("budget_steps", steps(share).into()),
-                    ("set_aside_steps", set_aside(dearest).into()),
-                ],
-            )
-        });
+        let settings = [
+            ("budget_percent", share.into()),
+            ("budget_steps", steps(share).into()),
+            ("set_aside_steps", set_aside(dearest).into()),
+        ];
+        let point = Point::new("share of what is needed", format!("{share} %"), settings);
+        points.push(point.measured(errors, &time, Some(done.steps)));
     }
-    let about = about(size, need, dearest);
     let mut measures = MEASURES.to_vec();
     measures.push(measure("lacking_percent", "tiles that lack something, %"));
     measures.push(measure("spent_percent", "taken of what it may, %"));
-    let mut comparison = Comparison::new(
+    let comparison = Comparison::new(
         ("budgets", "How many steps a frame may take"),
         "A budget ends at the first pixel that it may not reach; the rest of the frame costs \
          next to nothing. Above the need and what is set aside nothing changes: at 100 % the \
@@ -84,9 +76,10 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         measures,
         UNSEEN,
         points,
-    );
-    comparison.choose_within_too(NOT_MISSED);
-    comparison.logarithmic = true;
+    )
+    .with_other_limit(NOT_MISSED)
+    .logarithmic();
+    let about = about(size, need, dearest);
     let mut section = Section::new(Topic::Budget, "Steps of a frame", about, vec![comparison]);
     section.tiles = whole
         .iter()
@@ -97,27 +90,24 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
             percent,
         })
         .collect();
-    let map = map(&views, &whole)?;
-    section.pictures.push(Figure {
-        caption: "Which tiles pay, the left eye's walls unfolded: the share of the steps with \
-                  which a tile shows all that it should, from dark violet, 1 %, to yellow, \
-                  100 %. Where there is nothing but background it never lacks anything"
-            .to_owned(),
-        picture: room.unfold(&map)?,
-    });
     let cut = render_within(&views, steps(35), dearest)?;
-    section.pictures.push(Figure {
-        caption: "With 35 % of the steps".to_owned(),
-        picture: room.unfold(&cut.pictures)?,
-    });
-    section.pictures.push(Figure {
-        caption: "With all of them".to_owned(),
-        picture: room.unfold(&pictures(&truth).cloned().collect::<Vec<_>>())?,
-    });
+    let truth: Vec<Picture> = pictures(&truth).cloned().collect();
+    for (caption, pictures) in [
+        (
+            "Which tiles pay, the left eye's walls unfolded: the share of the steps with which a \
+             tile shows all that it should, from dark violet, 1 %, to yellow, 100 %. Where there \
+             is nothing but background it never lacks anything",
+            map(&views, &whole)?,
+        ),
+        ("With 35 % of the steps", cut.pictures),
+        ("With all of them", truth),
+    ] {
+        let picture = room.unfold(&pictures)?;
+        section.pictures.push(Figure::new(caption, picture));
+    }
     Ok(section)
 }
 
-/// What is measured, and how.
 fn about(size: u32, need: u64, dearest: u64) -> String {
     format!(
         "The frame of the first section by the paper's levels, {size}² pixels a wall, on one \
@@ -135,7 +125,7 @@ fn about(size: u32, need: u64, dearest: u64) -> String {
 /// The share of the steps with which each tile is whole, as colours.
 fn map(
     views: &[(View, Renderer<'_>)],
-    whole: &BTreeMap<TileOf, u32>,
+    whole: &BTreeMap<TilePlace, u32>,
 ) -> Result<Vec<Picture>, Cause> {
     let mut map = Vec::new();
     for (number, (view, _)) in views.iter().enumerate() {
@@ -153,45 +143,43 @@ fn map(
 }
 
 /// A tile by its picture and its first column and row.
-type TileOf = (usize, u32, u32);
+type TilePlace = (usize, u32, u32);
 
 /// Whether a tile shows what it should.
-fn is_equal(done: &Done, truth: &Frame, (part, x, y): TileOf) -> bool {
+fn is_equal(done: &Done, truth: &Frame, (part, x, y): TilePlace) -> bool {
     let (found, truth) = (&done.pictures[part], &truth.pictures[part].picture);
     let mut pixels = (y..y + TILE).flat_map(|y| (x..x + TILE).map(move |x| (x, y)));
     pixels.all(|(x, y)| found.pixel(x, y) == truth.pixel(x, y))
 }
 
-/// A frame that was given a budget.
+/// A frame rendered within a budget.
 struct Done {
     pictures: Vec<Picture>,
-    /// In their order.
-    tiles: Vec<TileOf>,
+    /// The tiles in their order.
+    tiles: Vec<TilePlace>,
     steps: u64,
-    /// Of its calls.
+    /// The most steps of a call.
     dearest: u64,
 }
 
-/// What of its steps a frame does not touch, so that what it finishes after them is
-/// within them.
+/// The steps that a frame leaves untouched, for the work that it finishes after the others.
 const fn set_aside(dearest: u64) -> u64 {
     dearest.saturating_sub(1)
 }
 
-/// A frame that takes no more than so many steps.
+/// Renders a frame that takes no more than `steps`.
 fn render_within(views: &[(View, Renderer<'_>)], steps: u64, dearest: u64) -> Result<Done, Cause> {
     let budget = Budget::steps(steps.saturating_sub(set_aside(dearest)));
     render(views, budget, u64::MAX)
 }
 
-/// The most steps that what is begun takes to its end: in slices of one step each
-/// pixel has a call of its own, with the rays of its block where it is the first.
+/// The most steps from the end of a budget to the end of the work begun: in slices of one step
+/// each pixel has a call of its own, with the rays of its block where it is the first.
 fn dearest(views: &[(View, Renderer<'_>)]) -> Result<u64, Cause> {
     Ok(render(views, Budget::UNLIMITED, 1)?.dearest)
 }
 
-/// Renders a frame on this thread as firmware does, tile by tile, in calls of so many
-/// steps.
+/// Renders a frame on this thread as firmware does, tile by tile, in calls of `slice` steps.
 fn render(views: &[(View, Renderer<'_>)], budget: Budget, slice: u64) -> Result<Done, Cause> {
     let parts: Vec<Part<'_, '_>> = views
         .iter()
@@ -238,7 +226,7 @@ fn render(views: &[(View, Renderer<'_>)], budget: Budget, slice: u64) -> Result<
     })
 }
 
-/// A colour of the scale, 0 to 1: linear.
+/// The linear colour of a value from 0 to 1.
 fn viridis(value: f64) -> [f32; 4] {
     let colour = VIRIDIS.eval_continuous(value);
     let linear = |channel: u8| (f32::from(channel) / 255.0).powf(2.2);
@@ -247,18 +235,14 @@ fn viridis(value: f64) -> [f32; 4] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Effort;
+    use super::super::quick_bench;
     use super::*;
     use shisen::scene::quadruped::quadruped;
 
     #[test]
     fn no_frame_takes_more_steps_than_it_may() {
-        let bench = Bench {
-            effort: Effort::Quick,
-            threads: 1,
-            mesh: &quadruped(),
-            progress: &|_| (),
-        };
+        let mesh = quadruped();
+        let bench = quick_bench(&mesh);
         let room = Room::new(&bench, 48).unwrap();
         let baked = baked(&bench).unwrap();
         let mut views = Vec::new();
@@ -270,7 +254,7 @@ mod tests {
         let need = render(&views, Budget::UNLIMITED, u64::MAX).unwrap().steps;
         let dearest = dearest(&views).unwrap();
         assert!(dearest > 1 && dearest < need, "{dearest} of {need}");
-        // Otherwise there would be nothing to set aside.
+        // Without set-aside steps budgets are overrun.
         let over = |steps: u64| {
             let done = render(&views, Budget::steps(steps), u64::MAX).unwrap();
             done.steps > steps

@@ -1,13 +1,10 @@
-//! Dome masters through mirrors: which mirror, how, how large.
+//! Dome masters through mirrors: which mirror, which mapping, how large.
 
 mod places;
 
 use super::frames::baked;
-use super::front::percent;
-use super::page::brief;
-use super::{
-    Bench, Build, Cause, Comparison, Limit, Measure, Point, Section, Time, Topic, measure, timed,
-};
+use super::{Bench, Cause, Comparison, Limit, Measure, Point, Section, Topic, measure, timed};
+use crate::measure::Timed;
 use glam::DVec2;
 use places::Places;
 use serde_json::Value;
@@ -20,7 +17,7 @@ use std::f32::consts::PI;
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 use std::hint::black_box;
 
-/// From the screen's centre to the nearest surface: metres, a hundred radii of
+/// The distance from the screen's centre to the nearest surface, metres: a hundred radii of
 /// the mirror.
 const NEAREST: f32 = 0.1;
 const RADIUS: f32 = 1.0e-3;
@@ -47,12 +44,12 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     Ok(Section::new(Topic::Capture, title, about, comparisons))
 }
 
-/// How a picture is taken.
+/// The optics of a picture.
 #[derive(Clone, Copy)]
 struct Optics {
     mirror: Named,
     mapping: Mapping,
-    /// Equatorial, of the mirror: metres.
+    /// The mirror's equatorial radius, metres.
     radius: f32,
     /// Pixels a side.
     size: u32,
@@ -87,7 +84,8 @@ impl Optics {
         Ok(render::dome(&scene.scene(), &view, None, &options, &quiet)?)
     }
 
-    fn point(&self, series: &'static str, name: String) -> Point {
+    /// The point of a picture.
+    fn measured(&self, errors: Vec<Option<f64>>, name: String, time: &Timed<DomePicture>) -> Point {
         let mirror = match self.mapping {
             Mapping::True => Value::Null,
             _ => self.mirror.name().into(),
@@ -98,10 +96,11 @@ impl Optics {
             ("mirror_radius_m", f64::from(self.radius).into()),
             ("size", self.size.into()),
         ];
-        Point::new(series, name, settings)
+        let point = Point::new(self.mapping.name(), name, settings);
+        point.measured(errors, time, Some(time.first.statistics.steps))
     }
 
-    /// How far off what is far away is seen, at most: pixels of 4,096.
+    /// The largest error of surroundings that are far away, pixels of 4,096.
     fn far_error(&self) -> f64 {
         let design = Design::of(self.mirror.mirror()).mapped(self.mapping);
         design.error_px_4096
@@ -122,13 +121,13 @@ impl Optics {
     }
 }
 
-/// Each picture with its time and its steps.
+/// Renders each picture in turns.
 fn render(
     bench: &Bench<'_>,
     scene: &Baked,
     optics: &[Optics],
     share: (f64, f64),
-) -> Result<Vec<(Time, DomePicture)>, Cause> {
+) -> Result<Vec<Timed<DomePicture>>, Cause> {
     bench.in_turns(optics, share, |one| {
         let picture = one.picture(bench, scene)?;
         Ok((picture.seconds, picture))
@@ -166,77 +165,32 @@ const NEAR_ERRORS: [Measure; 3] = [
 fn mappings(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
     let asked = all(bench.effort.pick(256, 1024));
     let measured = render(bench, scene, &asked, (0.0, 0.3))?;
-    let points = asked
-        .iter()
-        .zip(measured)
-        .map(|(one, (time, picture))| Point {
-            errors: vec![
-                one.near_error(100.0),
-                Some(one.far_error()),
-                one.near_error(10.0),
-            ],
-            seconds: time.median,
-            spread: time.spread,
-            steps: Some(picture.statistics.steps),
-            ..one.point(one.mapping.name(), one.name())
-        });
-    let limit = Limit {
-        error: 0.5,
-        because: "half a pixel",
-    };
-    let mut comparison = Comparison::new(
+    let points = asked.iter().zip(measured).map(|(one, time)| {
+        let errors = [
+            one.near_error(100.0),
+            Some(one.far_error()),
+            one.near_error(10.0),
+        ];
+        one.measured(errors.into(), one.name(), &time)
+    });
+    Ok(Comparison::new(
         ("mappings", "Which mirror, and how it is looked at"),
         "The largest error over the picture, of surroundings at 100 and at 10 mirror radii and of \
-         what is far away.",
+         what is far away. A picture by the mapping mirror is for comparison with a mirror, or with \
+         a camera over one; exact, where such a picture is unwarped.",
         NEAR_ERRORS.to_vec(),
-        limit,
+        HALF_A_PIXEL,
         points.collect(),
-    );
-    comparison.choice = choice(&comparison.points);
-    Ok(comparison)
+    ))
 }
 
-/// For each mapping what to choose: which of them is not a matter of its price, but of
-/// what the picture has to be.
-fn choice(points: &[Point]) -> String {
-    let nearest = |mapping: Mapping| {
-        let of = points.iter().filter(|one| one.series == mapping.name());
-        of.min_by(|a, b| a.error().total_cmp(&b.error()))
-    };
-    let farthest = |mapping: Mapping| {
-        let of = points.iter().filter(|one| one.series == mapping.name());
-        of.max_by(|a, b| a.error().total_cmp(&b.error()))
-    };
-    let steps = |point: &Point| point.steps.unwrap_or(0) as f64;
-    let all = [Mapping::True, Mapping::Exact, Mapping::Mirror].map(nearest);
-    let ([Some(lens), Some(unwarped), Some(mirror)], Some(worst)) =
-        (all, farthest(Mapping::Mirror))
-    else {
-        return "Nothing was measured.".to_owned();
-    };
-    let off = |point: &Point| format!("{} px", brief(point.error()));
-    let to_lens = |point: &Point| percent(steps(point) / steps(lens).max(1.0));
-    format!(
-        "To render a dome, choose {}: off by {}, in {} million steps, and no mirror has to be \
-         there. Where the picture has to be what a mirror shows, as beside a photograph or a live \
-         camera over one, choose {}: {} ({} with {}), {} of the steps; where such a picture is \
-         unwarped, {}: {}, {} of the steps.",
-        lens.name,
-        off(lens),
-        brief(1e-6 * steps(lens)),
-        mirror.name,
-        off(mirror),
-        off(worst),
-        worst.name,
-        to_lens(mirror),
-        unwarped.name,
-        off(unwarped),
-        to_lens(unwarped),
-    )
-}
+const HALF_A_PIXEL: Limit = Limit {
+    error: 0.5,
+    because: "half a pixel",
+};
 
-/// Those whose sizes are compared, the nearest at 100 radii first: where several are as
-/// near and as dear, it is the one that [`mappings`] prefers that is chosen.
+/// The optics whose sizes are compared, the nearest at 100 radii first: of equal ones the
+/// first is chosen.
 fn nearest_first() -> Vec<Optics> {
     let mut optics = all(1);
     optics.retain(|one| {
@@ -260,14 +214,10 @@ fn sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
     let places = Places::new(bench, scene)?;
     let measured = render(bench, scene, &asked, (0.3, 0.7))?;
     let mut points = Vec::new();
-    for (one, (time, picture)) in asked.iter().zip(measured) {
-        points.push(Point {
-            errors: places.errors(one, &picture.picture)?,
-            seconds: time.median,
-            spread: time.spread,
-            steps: Some(picture.statistics.steps),
-            ..one.point(one.mapping.name(), format!("{}, {}²", one.name(), one.size))
-        });
+    for (one, time) in asked.iter().zip(measured) {
+        let errors = places.errors(one, &time.first.picture)?;
+        let name = format!("{}, {}²", one.name(), one.size);
+        points.push(one.measured(errors, name, &time));
     }
     let measures = vec![
         measure("off_px", "largest error, px of 4,096"),
@@ -279,7 +229,7 @@ fn sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
         error: 4.0,
         because: "a pixel of 1,024²",
     };
-    let mut comparison = Comparison::new(
+    let comparison = Comparison::new(
         ("sizes", "How large a picture"),
         format!(
             "In {} directions, drawn at random: the angle from each to the ray of the pixel that \
@@ -294,8 +244,7 @@ fn sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
         limit,
         points,
     );
-    comparison.logarithmic = true;
-    Ok(comparison)
+    Ok(comparison.logarithmic())
 }
 
 fn mirror_sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
@@ -322,20 +271,13 @@ fn mirror_sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
     let optics: Vec<Optics> = asked.iter().map(|one| one.1).collect();
     let measured = render(bench, scene, &optics, (0.7, 0.9))?;
     let mut points = Vec::new();
-    for ((part, one), (time, picture)) in asked.iter().zip(measured) {
+    for ((part, one), time) in asked.iter().zip(measured) {
         let near = NearField::new(one.mirror.mirror(), one.mapping);
         let errors = size_errors(&near, *part, 1.0)?;
         let sum = errors.near_field.map(|near| near + errors.rounding);
-        points.push(Point {
-            errors: vec![sum, errors.near_field, Some(errors.rounding), errors.world],
-            seconds: time.median,
-            spread: time.spread,
-            steps: Some(picture.statistics.steps),
-            ..one.point(
-                one.mapping.name(),
-                format!("{} of {part:e}", one.mapping.name()),
-            )
-        });
+        let errors = [sum, errors.near_field, Some(errors.rounding), errors.world];
+        let name = format!("{} of {part:e}", one.mapping.name());
+        points.push(one.measured(errors.into(), name, &time));
     }
     let measures = vec![
         measure("off_px", "error, px of 4,096"),
@@ -343,21 +285,16 @@ fn mirror_sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
         measure("rounding_px", "rounding, px"),
         measure("world_px", "rounding as an object of the world, px"),
     ];
-    let limit = Limit {
-        error: 0.5,
-        because: "half a pixel",
-    };
-    let mut comparison = Comparison::new(
+    let comparison = Comparison::new(
         ("mirror-sizes", "How large a mirror"),
         "The best mirror, as large as a part of the distance to the nearest surface: a large one \
          has parallax, and a small one, were it an object of the world, would have no digits left \
          of its shape. Traced in its own frame, it keeps them.",
         measures,
-        limit,
+        HALF_A_PIXEL,
         points,
     );
-    comparison.logarithmic = true;
-    Ok(comparison)
+    Ok(comparison.logarithmic())
 }
 
 /// Single and double precision.
@@ -403,7 +340,7 @@ fn precision(bench: &Bench<'_>) -> Result<Comparison, Cause> {
         };
         Ok((seconds, off))
     })?;
-    let points = asked.iter().zip(measured).map(|(one, (time, off))| {
+    let points = asked.iter().zip(measured).map(|(one, time)| {
         let &(mirror, mapping, double) = one;
         let precision = if double { "f64" } else { "f32" };
         let name = format!("{precision} {}", mapping.name());
@@ -413,67 +350,22 @@ fn precision(bench: &Bench<'_>) -> Result<Comparison, Cause> {
             ("precision", precision.into()),
             ("rays", places.len().into()),
         ];
-        Point {
-            errors: vec![Some(off)],
-            seconds: time.median,
-            spread: time.spread,
-            ..Point::new(precision, name, settings)
-        }
+        let point = Point::new(precision, name, settings);
+        point.measured(vec![Some(time.first)], &time, None)
     });
     let limit = Limit {
         error: 0.01,
         because: "a hundredth of a pixel",
     };
-    let mut comparison = Comparison::new(
-        ("precision", "Single or double precision"),
-        format!(
-            "The rays of the best mirror alone, {} of them on one thread: as the core computes them, and as the \
-             reference does, which counts as the truth.",
-            places.len()
-        ),
-        vec![measure("rounding_px", "rounding, px of 4,096")],
-        limit,
-        points.collect(),
+    let about = format!(
+        "The rays of the best mirror alone, {} of them on one thread: as the core computes them, \
+         and as the reference does, which counts as the truth.",
+        places.len()
     );
-    comparison.logarithmic = true;
-    comparison.choice = precision_choice(&comparison, Build::OPTIMISED);
-    Ok(comparison)
-}
-
-/// A precision for each mapping: which mapping there is to be is another matter.
-fn precision_choice(comparison: &Comparison, times_count: bool) -> String {
-    let limit = &comparison.limit;
-    let point = |precision: &str, mapping: Mapping| {
-        let name = format!("{precision} {}", mapping.name());
-        comparison.points.iter().find(|point| point.name == name)
-    };
-    let mut found = Vec::new();
-    let mut enough = true;
-    for mapping in [Mapping::Mirror, Mapping::Exact] {
-        let (Some(single), Some(double)) = (point("f32", mapping), point("f64", mapping)) else {
-            return "Nothing was measured.".to_owned();
-        };
-        enough &= single.error() <= limit.error;
-        let text = format!("{} px by {}", brief(single.error()), mapping.name());
-        let part = percent(double.seconds / single.seconds);
-        found.push(if times_count {
-            format!("{text} (f64 takes {part} of its time)")
-        } else {
-            text
-        });
-    }
-    let precision = if enough { "f32" } else { "f64" };
-    let told = if times_count {
-        ""
-    } else {
-        " What f64 takes is not told by this build, which is not optimised."
-    };
-    format!(
-        "Choose {precision}: f32 is off by {}, and up to {} ({}) counts as none.{told}",
-        found.join(", "),
-        brief(limit.error),
-        limit.because,
-    )
+    let title = ("precision", "Single or double precision");
+    let measures = vec![measure("rounding_px", "rounding, px of 4,096")];
+    let comparison = Comparison::new(title, about, measures, limit, points.collect());
+    Ok(comparison.logarithmic())
 }
 
 #[cfg(test)]
@@ -481,48 +373,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_equal_sizes_the_mapping_is_chosen_that_is_nearest() {
+    fn the_nearest_mapping_is_chosen_of_equal_sizes() {
         let found = nearest_first();
         let names: Vec<String> = found.iter().map(Optics::name).collect();
         assert_eq!(names[0], "true");
         assert_eq!(names.len(), 5);
         let errors = found.iter().map(|one| one.near_error(100.0).unwrap());
         assert!(errors.collect::<Vec<_>>().is_sorted());
-    }
-
-    #[test]
-    fn a_precision_is_chosen_for_each_mapping_by_what_it_loses() {
-        let says = |error: f64, times_count: bool| {
-            let points = [
-                ("f32 mirror", error, 1.0),
-                ("f64 mirror", 0.0, 0.9),
-                ("f32 exact", 0.5 * error, 1.0),
-                ("f64 exact", 0.0, 30.0),
-            ];
-            let points = points.map(|(name, error, seconds)| Point {
-                errors: vec![Some(error)],
-                seconds,
-                ..Point::new("one", name, [])
-            });
-            let limit = Limit {
-                error: 0.01,
-                because: "a hundredth of a pixel",
-            };
-            let of = ("precision", "Precision");
-            let measures = vec![measure("rounding_px", "px")];
-            let comparison = Comparison::new(of, "", measures, limit, points.into());
-            precision_choice(&comparison, times_count)
-        };
-        let found = says(2.0e-4, true);
-        let expected = "Choose f32: f32 is off by 0.0002 px by mirror (f64 takes 90 % of its \
-            time), 0.0001 px by exact (f64 takes 3000 % of its time), and up to 0.01 (a hundredth \
-            of a pixel) counts as none.";
-        assert_eq!(found, expected);
-        let found = says(2.0e-4, false);
-        assert!(
-            found.ends_with("which is not optimised.") && !found.contains('%'),
-            "{found}"
-        );
-        assert!(says(0.1, true).starts_with("Choose f64: "));
     }
 }

@@ -1,8 +1,7 @@
-//! What single precision loses where formulas are hard: the cases of
-//! [`crate::selftest`].
+//! What single precision loses in the hard cases of [`crate::selftest`].
 
 use super::{Bench, Section, Topic};
-use crate::selftest::{self, Effort, Outcome};
+use crate::selftest::{self, Outcome};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub(super) fn section(bench: &Bench<'_>) -> Section {
@@ -34,42 +33,18 @@ pub(super) fn section(bench: &Bench<'_>) -> Section {
             failed.join(", ")
         )
     };
-    let about = about(effort);
+    let inputs = effort.pick(
+        "a twenty-fifth of the inputs of shisen-evidence selftest, where a case has many of them, \
+         and frames of fewer pixels",
+        "all inputs of shisen-evidence selftest",
+    );
+    let about = format!(
+        "Where a textbook's formula goes wrong in single precision (naive), and what this tracer \
+         makes of it (ours), each against a reference in double precision or better, or a closed \
+         form: the largest error of {inputs}; and the bound that fails the case."
+    );
     let mut section = Section::new(Topic::Cases, "Hard cases", about, Vec::new());
     section.choice = choice;
     section.hard_cases = outcomes.iter().map(Outcome::row).collect();
     section
-}
-
-/// What is measured, and how.
-fn about(effort: Effort) -> String {
-    let inputs = match effort {
-        Effort::Quick => {
-            "a twenty-fifth of the inputs of shisen-evidence selftest, where a case has many of them, and \
-             frames of fewer pixels"
-        }
-        Effort::Full => "all inputs of shisen-evidence selftest",
-    };
-    format!(
-        "Where a formula in single precision goes wrong when it is written down as in the \
-         textbook (naive), and what this tracer makes of it (ours), each against a reference in \
-         double precision or better, or a closed form: the largest error of {inputs}; and the \
-         bound that fails the case."
-    )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_short_run_says_that_it_has_fewer_inputs() {
-        let [quick, full] = [Effort::Quick, Effort::Full].map(about);
-        let quick_says = "error of a twenty-fifth of the inputs of shisen-evidence selftest, where";
-        assert!(quick.contains(quick_says), "{quick}");
-        assert!(
-            full.contains("error of all inputs of shisen-evidence selftest; and"),
-            "{full}"
-        );
-    }
 }

@@ -1,4 +1,4 @@
-//! What each effect costs, and what a frame without it lacks.
+//! The cost of each effect, and the error of a frame without it.
 
 use super::frames::{CLOSE_UP, CloseUp};
 use super::gaze::{NOT_MISSED, UNSEEN};
@@ -18,10 +18,10 @@ use shisen::scene::mesh::TriangleMesh;
 use shisen_core::scene::EffectSet;
 use std::convert::Infallible;
 
-/// All of them are in it.
+/// A scene with all effects.
 const SCENE: &str = include_str!("effects.toml");
 
-/// The glass ball of flint: metres.
+/// The place of the glass ball of flint, metres.
 const LOOKED_AT: Vec3 = Vec3::new(0.15, -0.75, -2.3);
 
 /// Rays a pixel.
@@ -53,7 +53,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         Ok((frame.seconds, frame))
     })?;
     let account = render::account(&baked.scene(), &cave, &eye, &options)?;
-    let truth = measured[0].1.pictures[0].picture.clone();
+    let truth = measured[0].first.pictures[0].picture.clone();
     let view = render::view(&cave.walls[0], &eye[0])?;
     let sight = Sight::new(&view, LOOKED_AT);
     let near = CloseUp::new(LOOKED_AT, &eye, bench.effort.pick(120, CLOSE_UP))?;
@@ -61,12 +61,9 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         |effects: Effects| near.frame(&baked, &eye, &with(effects), Filling::Background);
     let near_truth = near_frame(Effects::AUTO)?;
     let mut points = Vec::new();
-    let mut pictures = vec![Figure {
-        caption: "All effects".to_owned(),
-        picture: truth.clone(),
-    }];
-    for ((effect, effects), (time, frame)) in asked.iter().zip(measured) {
-        let found = &frame.pictures[0].picture;
+    let mut pictures = vec![Figure::new("All effects", truth.clone())];
+    for ((effect, effects), time) in asked.iter().zip(measured) {
+        let found = &time.first.pictures[0].picture;
         let name = match effect {
             None => "all".to_owned(),
             Some(effect) if *effect == asked_for => "none".to_owned(),
@@ -75,33 +72,19 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         let near = near.error(&near_frame(*effects)?, &near_truth);
         let error = PictureDifference::new(&[(&sight, found, &truth)]).with_middle_of(&near);
         let mut errors = error.errors();
-        // What the ledger of the whole frame has for the effect alone.
+        // The entry of the effect alone in the ledger of the whole frame.
         let one = effect.filter(|&effect| effect != asked_for);
         let entry = one.map(|effect| account.ledger.entry(effect));
         errors.push(entry.map(|entry| 100.0 * entry.pixels as f64 / account.pixels as f64));
         errors.push(entry.map(|entry| entry.rays as f64));
         if effect.is_some() {
-            pictures.push(figure(&name, found));
+            let caption = format!("{}{}", name[..1].to_uppercase(), &name[1..]);
+            pictures.push(Figure::new(caption, found.clone()));
         }
-        points.push(Point {
-            errors,
-            seconds: time.median,
-            spread: time.spread,
-            steps: Some(frame.statistics.steps),
-            ..Point::new(
-                "effects",
-                name,
-                [
-                    (
-                        "without",
-                        effect
-                            .map_or("nothing".to_owned(), |one| one.to_string())
-                            .into(),
-                    ),
-                    ("samples", SAMPLES.into()),
-                ],
-            )
-        });
+        let without = effect.map_or("nothing".to_owned(), |one| one.to_string());
+        let settings = [("without", without.into()), ("samples", SAMPLES.into())];
+        let point = Point::new("effects", name, settings);
+        points.push(point.measured(errors, &time, Some(time.first.statistics.steps)));
     }
     let about = format!(
         "A scene that asks for all effects, on one wall of {size}² pixels, {SAMPLES} rays a pixel; \
@@ -113,39 +96,28 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let mut measures = MEASURES.to_vec();
     measures.push(measure("ledger_pixels_percent", "its pixels, %"));
     measures.push(measure("ledger_rays", "its rays"));
-    let mut comparison = Comparison::new(
+    let comparison = Comparison::new(
         ("effects", "What can be left out"),
         "An effect that is left out changes what is seen where it was asked for, and saves its \
          rays and its shading.",
         measures,
         UNSEEN,
         points,
-    );
-    comparison.choose_within_too(NOT_MISSED);
-    comparison.logarithmic = true;
+    )
+    .with_other_limit(NOT_MISSED)
+    .logarithmic();
     let mut section = Section::new(Topic::Effects, "Effects", about, vec![comparison]);
     section.pictures = pictures;
     Ok(section)
 }
 
-/// One wall in front, of so many pixels a side.
+/// One wall in front; `size` is in pixels a side.
 fn room(size: u32) -> Result<Cave, Cause> {
     let corner = |x: f64, y: f64| DVec3::new(x, y, -1.5);
     let corners = [corner(-1.5, -1.5), corner(1.5, -1.5), corner(-1.5, 1.5)];
     let [left, right, above] = corners;
     let wall = Wall::new("front", left, right, above, [size; 2])?;
     Ok(Cave::new(vec![wall])?)
-}
-
-fn figure(name: &str, picture: &Picture) -> Figure {
-    let mut caption = name.to_owned();
-    if let Some(first) = caption.get_mut(..1) {
-        first.make_ascii_uppercase();
-    }
-    Figure {
-        caption,
-        picture: picture.clone(),
-    }
 }
 
 /// The scene with the bench's mesh for its animals, and a picture to hang up.

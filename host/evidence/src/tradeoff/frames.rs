@@ -15,24 +15,24 @@ use shisen::show::overview::net;
 use shisen_core::frame::{LevelOfDetail, View};
 use shisen_core::gaze::{Acuity, Gaze, LineOfSight, VisualField};
 
-/// The animal above the middle of the front wall: metres.
+/// The place of the animal above the middle of the front wall, metres.
 const LOOKED_AT: Vec3 = Vec3::new(0.0, 1.05, -3.0);
 
-/// The room, and how its walls are seen.
+/// The room, and the two eyes in it.
 pub(super) struct Room {
     pub(super) cave: Cave,
     pub(super) options: Options,
     line_of_sight: LineOfSight,
-    /// Of each picture of a frame, in its order.
+    /// The sights of the pictures of a frame, in its order.
     sights: Vec<Sight>,
-    near: CloseUp,
+    pub(super) near: CloseUp,
 }
 
-/// What is looked at, on a screen of its own: the walls have a dozen pixels where
+/// A screen of its own for the place that is looked at: the walls have a dozen pixels where
 /// a viewer sees best.
 pub(super) struct CloseUp {
     cave: Cave,
-    /// Of each eye.
+    /// The sights of the eyes.
     sights: Vec<Sight>,
 }
 
@@ -40,8 +40,8 @@ pub(super) struct CloseUp {
 pub(super) const CLOSE_UP: u32 = 200;
 
 impl CloseUp {
-    /// Of viewers that look along `forward`, not upwards, past the middle of the
-    /// head: 5° all round what the eyes look at, with so many pixels a side.
+    /// A close-up for viewers that look along `forward`, not upwards, past the middle of the
+    /// head: 5° all round the point they look at; `size` is in pixels a side.
     pub(super) fn new(forward: Vec3, eyes: &[Observer], size: u32) -> Result<Self, Cause> {
         let forward = forward.as_dvec3().normalize();
         let right = forward.cross(DVec3::Y).normalize();
@@ -65,7 +65,7 @@ impl CloseUp {
         Ok(Self { cave, sights })
     }
 
-    /// Renders it.
+    /// Renders a frame of it.
     pub(super) fn frame(
         &self,
         baked: &Baked,
@@ -78,15 +78,15 @@ impl CloseUp {
         Ok(frame)
     }
 
-    /// How far a frame of it is off another.
+    /// The error of a frame of the close-up.
     pub(super) fn error(&self, found: &Frame, truth: &Frame) -> PictureDifference {
         error(&self.sights, pictures(found), truth)
     }
 
-    /// Of an eye, within 1°.
+    /// The pixels within 1° of the line of sight, of the eye with fewest.
     pub(super) fn pixels_in_the_fovea(&self) -> usize {
-        let of = self.sights.iter().map(|sight| sight.pixels(Ring::Fovea));
-        of.min().unwrap_or(0)
+        let pixels = self.sights.iter().map(|sight| sight.pixels(Ring::Fovea));
+        pixels.min().unwrap_or(0)
     }
 }
 
@@ -99,18 +99,18 @@ pub(super) struct Way<'w> {
     pub(super) filling: Filling<'w>,
 }
 
-/// What follows the gaze.
+/// Detail that follows the gaze.
 #[derive(Clone, Copy)]
 pub(super) struct Lod {
     pub(super) field: VisualField,
     pub(super) bounces: bool,
     pub(super) faces: bool,
-    /// How finely the periphery is sampled, where not at every pixel.
+    /// The acuity by which the periphery is sampled; `None` for every pixel.
     pub(super) acuity: Option<Acuity>,
 }
 
 impl Lod {
-    /// The paper's.
+    /// The paper's method.
     pub(super) const PAPER: Self = Self {
         field: VisualField::PAPER,
         bounces: true,
@@ -118,7 +118,7 @@ impl Lod {
         acuity: None,
     };
 
-    /// As `--lod foveated`, by some acuity.
+    /// `--lod foveated`, by an acuity.
     pub(super) const fn foveated(acuity: Acuity) -> Self {
         Self {
             field: VisualField::WIDEST,
@@ -144,7 +144,7 @@ impl Way<'_> {
         ..Self::FULL
     };
 
-    /// For reports.
+    /// The settings for reports.
     pub(super) fn settings(&self) -> Vec<(&'static str, Value)> {
         let mut settings = vec![
             ("depth", self.depth.into()),
@@ -173,7 +173,7 @@ impl Way<'_> {
 }
 
 impl Room {
-    /// With walls of so many pixels a side.
+    /// `size` is in pixels a side of a wall.
     pub(super) fn new(bench: &Bench<'_>, size: u32) -> Result<Self, Cause> {
         let cave = Cave::built_in(BuiltInCave::ThreeWall, [size; 2])?;
         let line_of_sight = LineOfSight::new(Vec3::ZERO, LOOKED_AT, Vec3::Y)?;
@@ -199,7 +199,7 @@ impl Room {
         observers(self.line_of_sight, lod)
     }
 
-    /// Each picture of a frame, in its order: its rays, and who sees it.
+    /// The view and the observer of each picture of a frame, in its order.
     pub(super) fn views(&self, lod: Option<Lod>) -> Result<Vec<(View, Observer)>, Cause> {
         let mut views = Vec::new();
         for screen in self.cave.screens() {
@@ -217,19 +217,14 @@ impl Room {
         options
     }
 
-    /// What is looked at.
-    pub(super) fn close_up(&self) -> &CloseUp {
-        &self.near
-    }
-
-    /// Renders what is looked at.
+    /// Renders the close-up.
     pub(super) fn near_frame(&self, baked: &Baked, way: &Way<'_>) -> Result<Frame, Cause> {
         let eyes = self.observers(way.lod);
         self.near
             .frame(baked, &eyes, &self.options(way), way.filling)
     }
 
-    /// Renders one.
+    /// Renders a frame.
     pub(super) fn frame(&self, baked: &Baked, way: &Way<'_>) -> Result<Frame, Cause> {
         let options = self.options(way);
         let eyes = self.observers(way.lod);
@@ -238,7 +233,7 @@ impl Room {
         Ok(frame)
     }
 
-    /// How far a frame is off another.
+    /// The error of a frame.
     pub(super) fn error<'p>(
         &self,
         found: impl Iterator<Item = &'p Picture>,
@@ -247,8 +242,7 @@ impl Room {
         error(&self.sights, found, truth)
     }
 
-    /// What the left eye sees of something, unfolded; pictures in the order of a
-    /// frame's.
+    /// The left eye's walls unfolded; pictures are in the order of a frame's.
     pub(super) fn unfold(&self, pictures: &[Picture]) -> Result<Picture, Cause> {
         let of_left = pictures.iter().step_by(Eye::STEREO.len());
         let screens: Vec<_> = self.cave.screens().zip(of_left).collect();
@@ -257,8 +251,8 @@ impl Room {
 
     /// Pixels a degree at the middle of a wall.
     pub(super) fn pixels_per_degree(&self) -> f32 {
-        let of = self.sights.iter().map(Sight::pixels_per_degree);
-        of.fold(f32::INFINITY, f32::min)
+        let each = self.sights.iter().map(Sight::pixels_per_degree);
+        each.fold(f32::INFINITY, f32::min)
     }
 }
 
@@ -276,7 +270,7 @@ fn observers(line_of_sight: LineOfSight, lod: Option<Lod>) -> [Observer; 2] {
     })
 }
 
-/// How far pictures are off those of a frame, in its order.
+/// The error of pictures, which are in the order of a frame's.
 fn error<'p>(
     sights: &[Sight],
     found: impl Iterator<Item = &'p Picture>,
@@ -304,10 +298,10 @@ pub(super) fn baked(bench: &Bench<'_>) -> Result<Baked, Cause> {
     with_faces(&scene(bench)?, PolygonLevels::FEWEST_FACES, u32::MAX, RUNGS)
 }
 
-/// Polygon levels unless asked for.
+/// The default number of polygon levels.
 pub(super) const RUNGS: u32 = shisen::bake::Layout::Fast.polygon_levels();
 
-/// With faces from `min` to `max`, or as many as there are, in so many levels.
+/// Bakes a scene with levels of `min` to `max` faces, or as many as there are.
 pub(super) fn with_faces(scene: &Scene, min: u32, max: u32, rungs: u32) -> Result<Baked, Cause> {
     let levels = PolygonLevels::new(min..=max, rungs)?;
     Ok(Baked::with_levels(scene, &levels)?)

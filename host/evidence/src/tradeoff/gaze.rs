@@ -5,25 +5,22 @@ use super::metrics::{LEAST_PIXELS_PER_DEGREE, MEASURES};
 use super::{Bench, Cause, Comparison, Effort, Figure, Limit, Point, Section, Topic};
 use serde_json::Value;
 use shisen::bake::Baked;
+use shisen::cli::output::counted;
 use shisen::picture::Picture;
 use shisen::render::{CaptureOptions, Filling, Frame};
 use shisen::show::lod;
 use shisen_core::gaze::{Acuity, Boundary, VisualField, VisualFieldLimits};
 
-/// What is as good as nothing, of FLIP by acuity. FLIP of a difference of 1 of CIELAB,
-/// which is just visible side by side, is 0.057: this is a 57th of it. Were all of the loss
-/// just visible, 1.7 % of what is seen would have it; were it total (1, as black for white),
-/// 0.1 %. A convention, of no trial with people: the picture passes for that of full
-/// tracing.
+/// FLIP by acuity that counts as no error. A difference of 1 of CIELAB, just visible side by
+/// side, has FLIP 0.057: this limit is reached where 1.7 % of the picture are that far off, or
+/// 0.1 % are black for white. A convention, without a trial with people.
 pub(super) const UNSEEN: Limit = Limit {
     error: 0.001,
     because: "unseen: as if 1.7 % of what is seen were off by what is just visible side by side",
 };
 
-/// What may be missing at the border of the field of view, of FLIP by acuity: ten times
-/// [`UNSEEN`]. Were all of the loss just visible, 17 % of what is seen would have it; were it
-/// total, 1 %. A convention, too: to be found where both pictures are compared, and seldom
-/// missed where there is one alone.
+/// FLIP by acuity that may be missing at the border of the field of view: ten times [`UNSEEN`].
+/// A convention, too: visible beside the other picture, and seldom missed without it.
 pub(super) const NOT_MISSED: Limit = Limit {
     error: 0.01,
     because: "with losses that are not missed: as if 1 % of what is seen, or of the cortex \
@@ -49,7 +46,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
          pixels have a ray of their own.",
         room.pixels_per_degree(),
         flip_at(room.pixels_per_degree()),
-        room.close_up().pixels_in_the_fovea(),
+        room.near.pixels_in_the_fovea(),
     );
     let (methods, [full, paper]) = methods(bench, &room, &scenes)?;
     let depths = depths(bench, &room, &scenes)?;
@@ -65,7 +62,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     Ok(section)
 }
 
-/// At how many pixels a degree FLIP is taken of walls that have so many, for people.
+/// The pixels a degree at which FLIP is taken, for people.
 fn flip_at(pixels_per_degree: f32) -> String {
     if pixels_per_degree < LEAST_PIXELS_PER_DEGREE {
         format!(
@@ -105,13 +102,13 @@ impl Scenes {
         Ok(Self { all: all? })
     }
 
-    /// As `shisen cave` bakes it.
+    /// The scene as `shisen cave` bakes it.
     fn usual(&self) -> &Baked {
         &self.all[0].3
     }
 }
 
-/// A point and what it is measured by.
+/// A setting to measure.
 struct Asked<'a> {
     series: &'static str,
     name: String,
@@ -147,8 +144,8 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// Frames of several ways as points, against the first of them or another; and the
-/// frames.
+/// Renders several settings; returns their points, against the truth or else the first one, and
+/// their frames.
 fn points(
     bench: &Bench<'_>,
     room: &Room,
@@ -164,27 +161,23 @@ fn points(
     let near_truth = room.near_frame(scene, way)?;
     let truth = match truth {
         Some((scene, way)) => room.frame(scene, way)?,
-        None => measured[0].1.clone(),
+        None => measured[0].first.clone(),
     };
     let mut points = Vec::new();
     let mut frames = Vec::new();
-    for (one, (time, frame)) in asked.iter().zip(measured) {
+    for (one, time) in asked.iter().zip(measured) {
         let near = room.near_frame(one.scene, &one.way)?;
-        let near = room.close_up().error(&near, &near_truth);
-        let error = room.error(pictures(&frame), &truth).with_middle_of(&near);
-        points.push(Point {
-            errors: error.errors(),
-            seconds: time.median,
-            spread: time.spread,
-            steps: Some(frame.statistics.steps),
-            ..one.point()
-        });
-        frames.push(frame);
+        let near = room.near.error(&near, &near_truth);
+        let frame = &time.first;
+        let error = room.error(pictures(frame), &truth).with_middle_of(&near);
+        let steps = Some(frame.statistics.steps);
+        points.push(one.point().measured(error.errors(), &time, steps));
+        frames.push(time.first);
     }
     Ok((points, frames))
 }
 
-/// All ways to follow the gaze; and the frames in full and by the paper.
+/// Compares all ways to follow the gaze; returns the frames in full and by the paper, too.
 fn methods(
     bench: &Bench<'_>,
     room: &Room,
@@ -282,15 +275,15 @@ fn methods(
                  fills what is not traced. The truth is everything in full, three bounces, one \
                  ray a pixel.";
     let title = ("methods", "What follows the gaze");
-    let mut comparison = Comparison::new(title, about, MEASURES.to_vec(), NOT_MISSED, points);
-    comparison.choose_within_too(UNSEEN);
-    comparison.logarithmic = true;
+    let comparison = Comparison::new(title, about, MEASURES.to_vec(), NOT_MISSED, points)
+        .with_other_limit(UNSEEN)
+        .logarithmic();
     let paper = frames.swap_remove(1);
     let full = frames.swap_remove(0);
     Ok((comparison, [full, paper]))
 }
 
-/// Fewer rays in the periphery, and fewer still.
+/// Settings with fewer rays in the periphery.
 fn foveated<'a>(bench: &Bench<'_>, usual: &'a Baked) -> Vec<Asked<'a>> {
     let point = |name: String, lod: Lod| {
         let way = Way {
@@ -327,7 +320,7 @@ fn central(degrees: u16) -> Result<VisualField, Cause> {
     Ok(VisualField::new(limits, paper.boundary())?)
 }
 
-/// The paper's field with its border so much farther out, as far as fields go.
+/// The paper's field with its border farther out by this angle, as far as fields go.
 fn border(degrees: i8) -> Result<VisualField, Cause> {
     let paper = VisualField::PAPER;
     let by = f32::from(degrees).to_radians();
@@ -343,73 +336,88 @@ fn border(degrees: i8) -> Result<VisualField, Cause> {
     Ok(VisualField::new(limits, paper.boundary())?)
 }
 
-/// How often rays bounce, with and without the gaze.
+/// Compares numbers of bounces, with and without the gaze.
 fn depths(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison, Cause> {
     let deepest = 8;
+    let usual = scenes.usual();
     let way = |depth: u8, way: Way<'static>| Way { depth, ..way };
     let mut asked = Vec::new();
     for depth in 0..=5 {
         let name = format!("depth {depth}");
-        asked.push(Asked::new(
-            "everywhere",
-            name,
-            scenes.usual(),
-            way(depth, Way::FULL),
-        ));
+        asked.push(Asked::new("everywhere", name, usual, way(depth, Way::FULL)));
     }
-    for depth in bench.effort.pick(&[1u8, 3, 5][..], &[0, 1, 2, 3, 4, 5]) {
+    for &depth in bench.effort.pick(&[1u8, 3, 5][..], &[0, 1, 2, 3, 4, 5]) {
         let name = format!("paper, depth {depth}");
-        asked.push(Asked::new(
-            "paper",
-            name,
-            scenes.usual(),
-            way(*depth, Way::PAPER),
-        ));
+        asked.push(Asked::new("paper", name, usual, way(depth, Way::PAPER)));
     }
-    let truth = (scenes.usual(), &way(deepest, Way::FULL));
-    let (points, _) = points(bench, room, &asked, Some(truth), (0.6, 0.8))?;
     let about = format!(
         "Reflections after one another, in all pixels, and with the paper's levels, which leave \
          fewer of them farther out. The truth is full tracing with {deepest}."
     );
     let title = ("depths", "How often rays bounce");
-    let mut comparison = Comparison::new(title, about, MEASURES.to_vec(), UNSEEN, points);
-    comparison.choose_within_too(NOT_MISSED);
-    Ok(comparison)
+    by_truth(
+        bench,
+        room,
+        (usual, &way(deepest, Way::FULL)),
+        asked,
+        (title, about),
+        (0.6, 0.8),
+    )
 }
 
-/// How many rays a pixel has, with and without the gaze.
+/// Compares numbers of rays a pixel, with and without the gaze.
 fn samples(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison, Cause> {
     let finest = bench.effort.pick(32, 64);
+    let usual = scenes.usual();
     let way = |samples: u16, way: Way<'static>| Way { samples, ..way };
     let mut asked = Vec::new();
     for &samples in bench.effort.pick(&[1u16, 2, 4, 8][..], &[1, 2, 4, 8, 16]) {
-        for (series, of) in [("everywhere", Way::FULL), ("paper", Way::PAPER)] {
-            let plural = if samples == 1 { "" } else { "s" };
-            let lod = if series == "paper" { "paper, " } else { "" };
-            let name = format!("{lod}{samples} ray{plural}");
-            asked.push(Asked::new(series, name, scenes.usual(), way(samples, of)));
-        }
+        let rays = counted(samples.into(), "ray");
+        let paper = format!("paper, {rays}");
+        asked.push(Asked::new(
+            "everywhere",
+            rays,
+            usual,
+            way(samples, Way::FULL),
+        ));
+        asked.push(Asked::new("paper", paper, usual, way(samples, Way::PAPER)));
     }
-    let truth = (scenes.usual(), &way(finest, Way::FULL));
-    let (points, _) = points(bench, room, &asked, Some(truth), (0.8, 1.0))?;
     let about = format!(
         "Rays a pixel, in all pixels, and where the paper's levels leave any. The truth is full \
          tracing with {finest}."
     );
     let title = ("samples", "How many rays a pixel has");
-    let mut comparison = Comparison::new(title, about, MEASURES.to_vec(), UNSEEN, points);
-    comparison.choose_within_too(NOT_MISSED);
-    Ok(comparison)
+    by_truth(
+        bench,
+        room,
+        (usual, &way(finest, Way::FULL)),
+        asked,
+        (title, about),
+        (0.8, 1.0),
+    )
 }
 
-/// What the paper's method does, for the left eye.
+/// Compares settings with a truth that is none of them.
+fn by_truth(
+    bench: &Bench<'_>,
+    room: &Room,
+    truth: (&Baked, &Way<'_>),
+    asked: Vec<Asked<'_>>,
+    (title, about): ((&'static str, &'static str), String),
+    share: (f64, f64),
+) -> Result<Comparison, Cause> {
+    let (points, _) = points(bench, room, &asked, Some(truth), share)?;
+    let comparison = Comparison::new(title, about, MEASURES.to_vec(), UNSEEN, points);
+    Ok(comparison.with_other_limit(NOT_MISSED))
+}
+
+/// The paper's method for the left eye.
 fn figures(room: &Room, full: &Frame, paper: &Frame) -> Result<Vec<Figure>, Cause> {
     let copies = |frame: &Frame| pictures(frame).cloned().collect::<Vec<Picture>>();
     let (full, paper) = (copies(full), copies(paper));
     let pairs = paper.iter().zip(&full);
     let differences: Result<Vec<Picture>, _> = pairs.map(|(a, b)| lod::difference(a, b)).collect();
-    [
+    let figures = [
         ("Everything in full, the left eye's walls unfolded", &full),
         (
             "By the paper's levels: the viewer looks at the upper animal of the front wall",
@@ -419,30 +427,16 @@ fn figures(room: &Room, full: &Frame, paper: &Frame) -> Result<Vec<Figure>, Caus
             "What differs: black nothing, white a quarter of the range and more",
             &differences?,
         ),
-    ]
-    .into_iter()
-    .map(|(caption, pictures)| {
-        Ok(Figure {
-            caption: caption.to_owned(),
-            picture: room.unfold(pictures)?,
-        })
-    })
-    .collect()
+    ];
+    let figures = figures.into_iter();
+    figures
+        .map(|(caption, pictures)| Ok(Figure::new(caption, room.unfold(pictures)?)))
+        .collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_page_says_where_flip_is_taken_at_more_pixels_than_there_are() {
-        let few = flip_at(1.1);
-        assert!(
-            few.starts_with("2 pixels a degree, the fewest") && few.contains("1.8 times"),
-            "{few}"
-        );
-        assert_eq!(flip_at(2.25), "the 2.2 of the walls");
-    }
 
     /// Equations 7 to 10 of FLIP's paper, of a difference without an edge.
     #[test]

@@ -1,4 +1,4 @@
-//! How far a picture is from the one that it should be, and who would see it.
+//! How far a picture is from the one that it should be, and whether a viewer would see it.
 //!
 //! Three measures, each of what a display shows: the peak signal-to-noise ratio
 //! of its 8-bit codes; FLIP (Andersson et al., 2020), 0 for equal to 1, at the
@@ -22,16 +22,16 @@ use shisen::picture::{Picture, srgb_from_linear};
 use shisen_core::frame::View;
 use similarity::similarities;
 
-/// At which FLIP is taken of what has fewer, too: as if seen from farther, where detail
-/// counts for less. With fewer its filters of edges and points have no weights: a Gaussian's, of
-/// 0.041° in the middle of a pixel, are 0 in its neighbours.
+/// The least pixels a degree of FLIP: coarser pictures are compared as if seen from farther.
+/// With fewer, its filters of edges and points, Gaussians of 0.041°, are 0 beside the middle
+/// pixel.
 pub(super) const LEAST_PIXELS_PER_DEGREE: f32 = 2.0;
 
 /// A part of the field of view, by degrees from the line of sight: Rayner's, "Eye
 /// Movements in Reading and Information Processing", 1998.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ring {
-    /// To 1°: what is looked at.
+    /// To 1°: the point that is looked at.
     Fovea,
     /// To 5°.
     Parafovea,
@@ -43,7 +43,7 @@ impl Ring {
     /// All of them, from the middle outwards.
     pub const ALL: [Self; 3] = [Self::Fovea, Self::Parafovea, Self::Periphery];
 
-    /// Of so many degrees from the line of sight.
+    /// The ring at an angle from the line of sight, degrees.
     pub fn of(degrees: f32) -> Self {
         match degrees {
             ..=1.0 => Self::Fovea,
@@ -59,12 +59,12 @@ pub struct Sight {
     rings: Vec<Ring>,
     /// In proportion to the cortex that sees the pixel; 0 where it shows nothing.
     weights: Vec<f64>,
-    /// Where there are fewest.
+    /// The least number of pixels a degree.
     pixels_per_degree: f32,
 }
 
 impl Sight {
-    /// Of a viewer who looks along `forward`, of any length but zero.
+    /// `forward` is the viewer's line of sight, of any length but 0.
     pub fn new(view: &View, forward: Vec3) -> Self {
         let forward = forward.as_dvec3().normalize_or_zero();
         let towards = |x: f32, y: f32| {
@@ -101,14 +101,14 @@ impl Sight {
         }
     }
 
-    /// How many pixels are in a ring.
+    /// Returns the number of pixels in a ring.
     pub fn pixels(&self, ring: Ring) -> usize {
         let seen = self.rings.iter().zip(&self.weights);
         seen.filter(|&(of, &weight)| *of == ring && weight > 0.0)
             .count()
     }
 
-    /// Where the viewer has fewest: of a wall, at the foot of the perpendicular.
+    /// Returns the least number of pixels a degree; on a wall, at the foot of the perpendicular.
     pub const fn pixels_per_degree(&self) -> f32 {
         self.pixels_per_degree
     }
@@ -127,7 +127,7 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// Of what nobody can tell apart.
+    /// The quality of equal pictures.
     const EQUAL: Self = Self {
         psnr: None,
         flip: 0.0,
@@ -142,15 +142,15 @@ pub struct PictureDifference {
     pub all: Quality,
     /// Weighted by the cortex that sees them.
     pub weighted: Quality,
-    /// Of each [`Ring`]; `None` where it has no pixels.
+    /// The quality in each [`Ring`]; `None` for a ring without pixels.
     pub rings: [Option<Quality>; 3],
-    /// What `weighted` is of, ring by ring.
+    /// The sums of `weighted`, ring by ring.
     by_acuity: [Sum; 3],
 }
 
 impl PictureDifference {
-    /// Of the pictures of a frame, each with how it is seen: as it was found, and
-    /// as it should be. Pictures have the pixels of their view.
+    /// Compares the pictures of a frame, each with its sight: as found, and as they should be.
+    /// Pictures have the pixels of their view.
     pub fn new(pictures: &[(&Sight, &Picture, &Picture)]) -> Self {
         let sums: Vec<Sums> = pictures
             .par_iter()
@@ -171,7 +171,7 @@ impl PictureDifference {
     }
 }
 
-/// What [`PictureDifference::errors`] are.
+/// The measures of [`PictureDifference::errors`].
 pub(super) const MEASURES: [Measure; 15] = [
     measure("flip_weighted", "FLIP by acuity"),
     measure("flip_fovea", "FLIP to 1°"),
@@ -191,9 +191,9 @@ pub(super) const MEASURES: [Measure; 15] = [
 ];
 
 impl PictureDifference {
-    /// With the fovea and the parafovea of pictures that have more pixels there, for the
-    /// same eyes: in the rings, and in what is weighted. Weights are of solid angles, so
-    /// that those of fine pixels and of coarse ones add up.
+    /// Replaces the fovea and the parafovea, in the rings and in `weighted`, by those of pictures
+    /// with more pixels there, for the same eyes. Weights are solid angles, so that those of fine
+    /// and of coarse pixels add up.
     pub(super) fn with_middle_of(mut self, near: &Self) -> Self {
         self.rings[..2].copy_from_slice(&near.rings[..2]);
         self.by_acuity[..2].copy_from_slice(&near.by_acuity[..2]);
@@ -202,7 +202,7 @@ impl PictureDifference {
         self
     }
 
-    /// By [`MEASURES`].
+    /// Returns the errors by [`MEASURES`].
     pub(super) fn errors(&self) -> Vec<Option<f64>> {
         let [fovea, parafovea, periphery] = self.rings;
         let parts = [
@@ -227,7 +227,7 @@ fn sums(sight: &Sight, found: &Picture, truth: &Picture) -> Sums {
     });
     let [found_codes, true_codes] = &codes;
     let (width, height) = (truth.width, truth.height);
-    // Equal pictures are not worth the time.
+    // Equal pictures need no maps.
     let maps = (found_codes != true_codes).then(|| {
         let image =
             |codes: &[[u8; 3]]| FlipImageRgb8::with_data(width, height, codes.as_flattened());
@@ -264,18 +264,18 @@ fn sums(sight: &Sight, found: &Picture, truth: &Picture) -> Sums {
     sums
 }
 
-/// Rec. 709's, of codes as they are.
+/// Rec. 709's luma of 8-bit codes.
 fn luma([red, green, blue]: [u8; 3]) -> f64 {
     0.2126 * f64::from(red) + 0.7152 * f64::from(green) + 0.0722 * f64::from(blue)
 }
 
-/// Of a picture.
+/// The sums over a picture.
 #[derive(Default)]
 struct Sums {
     all: Sum,
-    /// Of each ring, where each pixel is as much as another.
+    /// The sums over each ring, all pixels alike.
     by_pixels: [Sum; 3],
-    /// The same by the cortex that sees them.
+    /// The same, weighted by the cortex that sees the pixels.
     by_acuity: [Sum; 3],
 }
 

@@ -3,8 +3,9 @@
 
 mod notes;
 
-use super::table::plain;
+use super::records::plain;
 use super::{Comparison, Point, Report, Section};
+use crate::charts;
 use crate::selftest::Row;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -14,7 +15,7 @@ use std::fmt::Write as _;
 use std::io;
 use std::ops::Range;
 
-/// Columns and rows of a chart: two are beside each other.
+/// Columns and rows of a chart; two stand side by side.
 const CHART: (u32, u32) = (580, 400);
 
 const STYLE: &str = include_str!("page.css");
@@ -22,8 +23,8 @@ const STYLE: &str = include_str!("page.css");
 /// The page.
 ///
 /// # Errors
-/// A chart that cannot be drawn, a picture that is none.
-pub fn html(report: &Report) -> io::Result<String> {
+/// A chart that cannot be drawn, a picture that cannot be encoded.
+pub(crate) fn html(report: &Report) -> io::Result<String> {
     let mut page = String::new();
     let kind = if report.quick {
         "The short run"
@@ -76,7 +77,7 @@ pub fn html(report: &Report) -> io::Result<String> {
     Ok(page)
 }
 
-/// Where times are not those of a program in use.
+/// Said where times are not those of an optimised program.
 const UNOPTIMISED: &str = "<p><strong>This build is not optimised.</strong> Errors and steps are \
     those of any build, but its times are not: nothing is chosen by them.</p>\n";
 
@@ -90,7 +91,7 @@ fn write_section(page: &mut String, section: &Section) -> io::Result<()> {
     );
     for (number, comparison) in section.comparisons.iter().enumerate() {
         write_comparison(page, comparison)?;
-        // Beside the first, whose pictures they are.
+        // The pictures belong to the first comparison.
         if number == 0 {
             write_pictures(page, section)?;
         }
@@ -111,7 +112,7 @@ fn write_comparison(page: &mut String, comparison: &Comparison) -> io::Result<()
         escaped(&comparison.choice),
     );
     page.push_str("<div class=\"charts\">\n");
-    for chart in charts(comparison).iter().chain(&comparison.charts) {
+    for chart in charts_of(comparison).iter().chain(&comparison.charts) {
         let picture = chart.svg(CHART)?;
         let _ = writeln!(
             page,
@@ -126,103 +127,99 @@ fn write_comparison(page: &mut String, comparison: &Comparison) -> io::Result<()
     Ok(())
 }
 
+/// The attribute of a cell with a number.
+const NUMBER: &str = " class=\"number\"";
+
+/// A cell of a table, `th` or `td`.
+fn cell(tag: &str, attribute: &str, text: &str) -> String {
+    format!("<{tag}{attribute}>{}</{tag}>", escaped(text))
+}
+
 fn write_points(page: &mut String, comparison: &Comparison) {
-    let has_steps = comparison.points.iter().any(|point| point.steps.is_some());
-    page.push_str("<details open=\"\"><summary>Numbers</summary>\n<div class=\"wide\"><table>\n");
-    // Of one series, its name would be the same in every row.
-    let has_series = comparison
-        .points
-        .iter()
-        .any(|point| point.series != comparison.points[0].series);
-    page.push_str("<thead><tr><th></th>");
-    if has_series {
-        page.push_str("<th>Series</th>");
-    }
-    page.push_str("<th>Setting</th>");
-    page.push_str("<th class=\"number\">Time, ms</th>");
-    if has_steps {
-        page.push_str("<th class=\"number\">Steps</th>");
-    }
-    for measure in &comparison.measures {
-        let _ = write!(page, "<th class=\"number\">{}</th>", escaped(measure.label));
-    }
-    page.push_str("</tr></thead>\n<tbody>\n");
-    for point in &comparison.points {
-        let settings: Vec<String> = point
-            .settings
-            .iter()
-            .map(|(key, value)| format!("{key} {}", plain(value)))
-            .collect();
-        let _ = write!(
-            page,
-            "<tr{}><td class=\"best\">{}{}</td>",
-            if point.best_by_time {
-                " class=\"front\""
-            } else {
-                ""
-            },
-            if point.best_by_time { "●" } else { "" },
-            if point.best_by_steps { "○" } else { "" },
-        );
-        if has_series {
-            let _ = write!(page, "<td>{}</td>", escaped(point.series));
-        }
-        let _ = write!(
-            page,
-            "<td title=\"{}\">{}</td>",
-            escaped(&settings.join(", ")),
-            escaped(&point.name),
-        );
-        let _ = write!(
-            page,
-            "<td class=\"number\">{}</td>",
-            short(1e3 * point.seconds)
-        );
-        if has_steps {
-            let steps = point.steps.map_or("–".to_owned(), grouped);
-            let _ = write!(page, "<td class=\"number\">{steps}</td>");
-        }
-        for error in &point.errors {
-            let text = error.map_or("–".to_owned(), short);
-            let _ = write!(page, "<td class=\"number\">{text}</td>");
-        }
-        page.push_str("</tr>\n");
+    let points = &comparison.points;
+    let has_steps = points.iter().any(|point| point.steps.is_some());
+    let has_series = points.iter().any(|point| point.series != points[0].series);
+    let mut head = vec![cell("th", "", "")];
+    head.extend(has_series.then(|| cell("th", "", "Series")));
+    head.push(cell("th", "", "Setting"));
+    head.push(cell("th", NUMBER, "Time, ms"));
+    head.extend(has_steps.then(|| cell("th", NUMBER, "Steps")));
+    let measures = comparison.measures.iter();
+    head.extend(measures.map(|measure| cell("th", NUMBER, measure.label)));
+    let _ = writeln!(
+        page,
+        "<details open=\"\"><summary>Numbers</summary>\n<div class=\"wide\"><table>\n\
+         <thead><tr>{}</tr></thead>\n<tbody>",
+        head.concat()
+    );
+    for point in points {
+        let number = |text: String| cell("td", NUMBER, &text);
+        let settings = point.settings.iter();
+        let settings = settings.map(|(key, value)| format!("{key} {}", plain(value)));
+        let settings = escaped(&settings.collect::<Vec<_>>().join(", "));
+        let marks = [(point.best_by_time, "●"), (point.best_by_steps, "○")];
+        let marks = marks.map(|(is_best, mark)| if is_best { mark } else { "" });
+        let mut row = vec![cell("td", " class=\"best\"", &marks.concat())];
+        row.extend(has_series.then(|| cell("td", "", point.series)));
+        row.push(cell("td", &format!(" title=\"{settings}\""), &point.name));
+        row.push(number(short(1e3 * point.seconds)));
+        row.extend(has_steps.then(|| number(point.steps.map_or("–".to_owned(), grouped))));
+        let errors = point.errors.iter();
+        row.extend(errors.map(|error| number(error.map_or("–".to_owned(), short))));
+        let class = if point.best_by_time {
+            " class=\"front\""
+        } else {
+            ""
+        };
+        let _ = writeln!(page, "<tr{class}>{}</tr>", row.concat());
     }
     page.push_str("</tbody>\n</table></div></details>\n");
 }
 
-/// What the textbook's formulas do where they go wrong, and what is built in.
+/// Writes the errors of the built-in way and of the textbook's formulas.
 fn write_hard_cases(page: &mut String, choice: &str, cases: &[Row]) {
-    let _ = write!(
+    let head = [
+        ("", "Case"),
+        ("", "What is hard"),
+        (NUMBER, "Built in"),
+        (NUMBER, "Bound"),
+        (NUMBER, "Textbook"),
+        ("", "Error"),
+        ("", "Against"),
+    ];
+    let _ = writeln!(
         page,
-        "<p class=\"choice\">{}</p>\n<div class=\"wide\"><table class=\"cases\">\n<thead><tr>\
-         <th>Case</th><th>What is hard</th><th class=\"number\">Built in</th>\
-         <th class=\"number\">Bound</th><th class=\"number\">Textbook</th><th>Error</th>\
-         <th>Against</th></tr></thead>\n<tbody>\n",
+        "<p class=\"choice\">{}</p>\n<div class=\"wide\"><table class=\"cases\">\n\
+         <thead><tr>{}</tr></thead>\n<tbody>",
         escaped(choice),
+        head.map(|(attribute, text)| cell("th", attribute, text))
+            .concat()
     );
-    let number = |error: f64| {
-        if error.is_finite() {
-            short(error)
-        } else {
-            "wrong".to_owned()
-        }
-    };
     for case in cases {
-        let _ = writeln!(
-            page,
-            "<tr{}><td>{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
-             <td class=\"number\">{}</td><td>{}</td><td title=\"{}\">{}</td></tr>",
-            if case.passed { "" } else { " class=\"failed\"" },
-            escaped(case.name),
-            escaped(case.hard),
-            number(case.error),
-            number(case.bound),
-            number(case.naive_error) + if case.control { " (control)" } else { "" },
-            escaped(case.unit),
-            escaped(case.naive),
-            escaped(case.reference),
-        );
+        let number = |error: f64, note: &str| {
+            let text = if error.is_finite() {
+                short(error)
+            } else {
+                "wrong".to_owned()
+            };
+            cell("td", NUMBER, &(text + note))
+        };
+        let control = if case.control { " (control)" } else { "" };
+        let row = [
+            cell("td", "", case.name),
+            cell("td", "", case.hard),
+            number(case.error, ""),
+            number(case.bound, ""),
+            number(case.naive_error, control),
+            cell("td", "", case.unit),
+            cell(
+                "td",
+                &format!(" title=\"{}\"", escaped(case.naive)),
+                case.reference,
+            ),
+        ];
+        let class = if case.passed { "" } else { " class=\"failed\"" };
+        let _ = writeln!(page, "<tr{class}>{}</tr>", row.concat());
     }
     page.push_str("</tbody>\n</table></div>\n");
 }
@@ -249,7 +246,7 @@ fn write_pictures(page: &mut String, section: &Section) -> io::Result<()> {
 }
 
 /// Error against time, and against steps where these are counted.
-fn charts(comparison: &Comparison) -> Vec<Chart> {
+fn charts_of(comparison: &Comparison) -> Vec<Chart> {
     let by_time = chart(comparison, ("seconds", "time, ms"), &|point: &Point| {
         (Some(1e3 * point.seconds), point.best_by_time)
     });
@@ -264,11 +261,11 @@ fn charts(comparison: &Comparison) -> Vec<Chart> {
     [by_time, by_steps].into_iter().flatten().collect()
 }
 
-/// So many points at most are all named.
+/// The most points that are all named.
 const FEW: usize = 6;
 
-/// The points in the colours of their series, with the front through those that
-/// are on it; `None` where no point has a cost.
+/// The points in the colours of their series, and their front; `None` where no point has a
+/// cost.
 fn chart(
     comparison: &Comparison,
     (name, label): (&'static str, &'static str),
@@ -289,7 +286,7 @@ fn chart(
     let decades = spans_decades(&costs);
     let logarithmic = comparison.logarithmic && spans_decades(&errors);
     let (x, y) = (axis(&costs, decades)?, axis(&errors, logarithmic)?);
-    // Where there is no error at all there is no logarithm either.
+    // An error of 0 has no logarithm: it stands on the lower edge.
     let height = |error: f64| error.max(y.start);
     let mut front: Vec<(f64, f64)> = placed
         .iter()
@@ -297,7 +294,7 @@ fn chart(
         .map(|one| (one.1, height(one.2)))
         .collect();
     front.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // As much error as the next faster one has, until one has less.
+    // Between two points the front is a stair.
     let stairs = front
         .windows(2)
         .flat_map(|pair| [pair[0], (pair[1].0, pair[0].1)])
@@ -306,11 +303,8 @@ fn chart(
     let mut lines = Vec::new();
     if front.len() > 1 {
         lines.push(Line {
-            name: "Pareto front".to_owned(),
-            points: stairs.collect(),
-            colour: 6,
             faint: true,
-            dots: false,
+            ..charts::line("Pareto front", 6, stairs)
         });
     }
     let mut series: Vec<&str> = Vec::new();
@@ -321,12 +315,10 @@ fn chart(
     }
     for (colour, series) in series.into_iter().enumerate() {
         let own = placed.iter().filter(|one| one.0.series == series);
+        let own = own.map(|one| (one.1, Some(height(one.2))));
         lines.push(Line {
-            name: series.to_owned(),
-            points: own.map(|one| (one.1, Some(height(one.2)))).collect(),
-            colour,
-            faint: false,
             dots: true,
+            ..charts::line(series, colour, own)
         });
     }
     let place = |cost: f64, error: f64| {
@@ -334,7 +326,7 @@ fn chart(
         (along, part(&y, height(error), logarithmic))
     };
     let places: Vec<(f64, f64)> = placed.iter().map(|one| place(one.1, one.2)).collect();
-    // Those on the front first, and the others where there are few.
+    // Names of the front first, and of the others where there are few.
     let few = placed.len() <= FEW;
     let named = |best: bool| {
         let all = placed.iter().zip(&places);
@@ -358,16 +350,12 @@ fn chart(
             name.replace("seconds", "time")
         ),
         x: Axis {
-            name,
-            label,
-            range: x,
             logarithmic: decades,
+            ..charts::linear((name, label), x)
         },
         y: Axis {
-            name: measure.id,
-            label: measure.label,
-            range: y,
             logarithmic,
+            ..charts::linear((measure.id, measure.label), y)
         },
         lines,
         names: Names::Below,
@@ -375,7 +363,7 @@ fn chart(
     })
 }
 
-/// How far along an axis a number is, 0 to 1.
+/// The place of a number along an axis, 0 to 1.
 fn part(range: &Range<f64>, value: f64, logarithmic: bool) -> f64 {
     if logarithmic {
         libm::log(value / range.start) / libm::log(range.end / range.start)
@@ -384,8 +372,7 @@ fn part(range: &Range<f64>, value: f64, logarithmic: bool) -> f64 {
     }
 }
 
-/// Whether numbers above 0 are far enough apart for an axis whose ticks are at
-/// powers of ten.
+/// Whether numbers above 0 are far enough apart for ticks at powers of ten.
 fn spans_decades(numbers: &[f64]) -> bool {
     let [least, most] = ends(numbers.iter().copied().filter(|number| *number > 0.0));
     most > 10.0 * least
@@ -399,8 +386,7 @@ fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
     )
 }
 
-/// What shows some numbers with room around them; `None` where there are none, or
-/// none that can be shown.
+/// The range of numbers with room around them; `None` where none can be shown.
 fn axis(numbers: &[f64], logarithmic: bool) -> Option<Range<f64>> {
     let shown = numbers.iter().copied();
     let [least, most] = ends(shown.filter(|number| !logarithmic || *number > 0.0));
@@ -414,11 +400,10 @@ fn axis(numbers: &[f64], logarithmic: bool) -> Option<Range<f64>> {
         let room = (most - least.min(0.0)).max(1e-9);
         least.min(0.0) - 0.04 * room..most + 0.12 * room
     };
-    // Of numbers that no scale holds there is no chart.
     is_drawable(&range, logarithmic).then_some(range)
 }
 
-/// Three digits, more where they are whole.
+/// Three digits, and more before the point.
 pub(super) fn short(number: f64) -> String {
     let size = number.abs();
     if size == 0.0 {
@@ -431,7 +416,7 @@ pub(super) fn short(number: f64) -> String {
     format!("{number:.digits$}")
 }
 
-/// The same without zeros at its end.
+/// [`short`] without zeros at its end.
 pub(super) fn brief(number: f64) -> String {
     let text = short(number);
     if text.contains('.') && !text.contains('e') {
@@ -455,7 +440,7 @@ pub(super) fn time(seconds: f64) -> String {
     }
 }
 
-/// A whole number in groups of three digits, which thin spaces part.
+/// A whole number in groups of three digits with thin spaces.
 fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
@@ -468,7 +453,7 @@ fn grouped(number: u64) -> String {
     text
 }
 
-/// As text and as an attribute's value.
+/// Escapes a text and an attribute's value.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
@@ -477,4 +462,4 @@ fn escaped(text: &str) -> String {
 }
 
 #[cfg(test)]
-pub(super) mod tests;
+mod tests;

@@ -1,15 +1,17 @@
-//! What single precision loses, stage by stage: what is built in, the same in
-//! double precision, and the textbook's way in single.
+//! What single precision loses, stage by stage: the built-in way, the same in double precision,
+//! and the textbook's way in single precision.
 
-mod choice;
 mod colour;
 mod double;
 
+use super::front::percent;
+use super::page::brief;
 use super::{
     Bench, Build, Cause, Comparison, Limit, Measure, Point, Section, Topic, measure, timed,
 };
-use crate::selftest::Inputs;
-use crate::selftest::naive::{moller_trumbore, printed_level, textbook_refraction, traced_mirror};
+use crate::quartz::mean;
+use crate::selftest::{Inputs, worse};
+use crate::textbook::{angle, moller_trumbore, printed_level, textbook_refraction, traced_mirror};
 use glam::{DVec2, DVec3, Vec3};
 use shisen::dome::Mirror;
 use shisen::live::quantiles::quantile_of;
@@ -21,13 +23,12 @@ use shisen_core::trace::refract;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::hint::black_box;
 
-/// A way to do a stage: all inputs are worked through, and what came of each is
-/// held against the truth.
+/// A way to do a stage.
 struct Way<'w> {
     name: &'static str,
-    /// Works through the inputs and gives nothing: what is timed.
+    /// Works through all inputs; this is timed.
     run: Box<dyn Fn() + 'w>,
-    /// At all inputs, by [`Stage::parts`] and the largest of them first.
+    /// The errors at all inputs, by [`Stage::parts`] and the largest of them first.
     errors: Vec<Vec<f64>>,
 }
 
@@ -36,12 +37,12 @@ struct Stage {
     id: &'static str,
     title: &'static str,
     about: &'static str,
-    /// The largest error, in a unit, and the same of 95 % and of the mean.
-    measures: [Measure; 3],
-    /// The largest of each of several errors, where there are several.
+    /// The labels of the largest error, of the error that 95 % are below, and of the mean.
+    labels: [&'static str; 3],
+    /// The kinds of errors, where there are several: the largest of each.
     parts: &'static [Measure],
     limit: Limit,
-    /// Primitives tested, all inputs together; none where nothing is.
+    /// The primitives that all inputs test together.
     steps: Option<u64>,
 }
 
@@ -56,21 +57,48 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     ];
     let about = format!(
         "Each stage of a ray on {count} usual inputs ({} spectra), drawn at random and the same \
-         on every run, one after another on one thread: as it is built in, the textbook's formula \
-         in single precision, and the same as what is built in in double precision, which is the \
-         truth here. Times are of all inputs. Steps are nodes visited and primitives tested: an \
-         intersection is one, in any precision; the other stages are formulas, which visit and \
-         test nothing, and have none. What is not usual is among the hard cases below.",
+         on every run, one after another on one thread: as built in, by the textbook's formula in \
+         single precision, and as built in but in double precision, which is the truth here. \
+         Times are of all inputs. An intersection is one step; the other stages are formulas and \
+         have none. Unusual inputs are among the hard cases below.",
         count / colour::WAVELENGTHS,
     );
-    let choice = choice::of_all(&comparisons, Build::OPTIMISED);
+    let choice = choice(&comparisons, Build::OPTIMISED);
     let title = "Single precision";
     let mut section = Section::new(Topic::Precision, title, about, comparisons);
     section.choice = choice;
     Ok(section)
 }
 
-/// Times the ways of a stage in turns.
+/// The precision to choose for all stages together: a program has one.
+fn choice(comparisons: &[Comparison], times_count: bool) -> String {
+    let beyond = |way: usize| {
+        let is_beyond = |one: &&Comparison| one.points[way].error() > one.limit.error;
+        let stages = comparisons.iter().filter(is_beyond);
+        let titles: Vec<String> = stages.map(|one| one.title.to_lowercase()).collect();
+        titles.join(", ")
+    };
+    let (lacking, naive) = (beyond(OURS), beyond(NAIVE));
+    if !lacking.is_empty() {
+        return format!("Choose double precision for: {lacking}. The built-in way is too far off.");
+    }
+    let seconds =
+        |way: usize| -> f64 { comparisons.iter().map(|one| one.points[way].seconds).sum() };
+    let time = if times_count {
+        let part = percent(seconds(DOUBLE) / seconds(OURS));
+        format!("double precision takes {part} of their time, where rays go one by one")
+    } else {
+        "this build is not optimised, and does not tell the time of double precision".to_owned()
+    };
+    format!(
+        "Choose single precision as built in: all {} stages keep to their bounds, and {time}. The \
+         textbook's formulas are too far off for: {}.",
+        comparisons.len(),
+        if naive.is_empty() { "none" } else { &naive },
+    )
+}
+
+/// Times the ways of a stage in turns. The built-in way is chosen where it keeps to its bound.
 fn compare(
     bench: &Bench<'_>,
     stage: Stage,
@@ -78,44 +106,50 @@ fn compare(
     share: (f64, f64),
 ) -> Result<Comparison, Cause> {
     let measured = bench.in_turns(&ways, share, |way| Ok(timed(|| (way.run)())))?;
-    let points = ways.into_iter().zip(measured).map(|(way, (time, ()))| {
+    let points = ways.into_iter().zip(measured).map(|(way, time)| {
         let number = |x: f64| x.is_finite().then_some(x);
         let all = way.errors.first().cloned().unwrap_or_default();
-        let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
         let mut errors = vec![
             number(quantile_of(all.clone(), 1.0)),
-            number(quantile_of(all, 0.95)),
-            number(mean),
+            number(quantile_of(all.clone(), 0.95)),
+            number(mean(&all)),
         ];
         let parts = way.errors.into_iter().skip(1);
         errors.extend(parts.map(|part| number(quantile_of(part, 1.0))));
-        Point {
-            errors,
-            seconds: time.median,
-            spread: time.spread,
-            steps: stage.steps,
-            ..Point::new(stage.id, way.name, [("way", way.name.into())])
-        }
+        let settings = [("way", way.name.into())];
+        Point::new(stage.id, way.name, settings).measured(errors, &time, stage.steps)
     });
-    let mut comparison = Comparison::new(
-        (stage.id, stage.title),
-        stage.about,
-        [&stage.measures[..], stage.parts].concat(),
-        stage.limit,
-        points.collect(),
-    );
+    let [largest, most, mean] = stage.labels;
+    let measures = [
+        measure("largest", largest),
+        measure("percentile_95", most),
+        measure("mean", mean),
+    ];
+    let title = (stage.id, stage.title);
+    let measures = [&measures, stage.parts].concat();
+    let points = points.collect();
+    let mut comparison = Comparison::new(title, stage.about, measures, stage.limit, points);
     comparison.logarithmic = true;
-    comparison.choice = choice::of_one(&comparison, Build::OPTIMISED);
+    let (ours, limit) = (&comparison.points[OURS], &comparison.limit);
+    if ours.error() <= limit.error {
+        comparison.choice = format!(
+            "Choose {}, off by at most {}, within its bound of {} ({}).",
+            ours.name,
+            brief(ours.error()),
+            brief(limit.error),
+            limit.because
+        );
+    }
     Ok(comparison)
 }
 
-/// Places of the ways of a stage.
+/// The places of the ways of a stage.
 const OURS: usize = 0;
 const NAIVE: usize = 1;
 const DOUBLE: usize = 2;
 
-/// What is built in, the textbook's and the truth's way at all of `inputs`. Of
-/// several errors the largest counts.
+/// The built-in, the textbook's and the true way at all inputs; `error` gives the kinds of
+/// errors of a result.
 fn ways<'w, I, T, E, const N: usize>(
     inputs: &'w [I],
     ours: impl Fn(&I) -> T + 'w,
@@ -123,62 +157,41 @@ fn ways<'w, I, T, E, const N: usize>(
     exact: impl Fn(&I) -> E + 'w,
     error: impl Fn(T, &E) -> [f64; N] + 'w,
 ) -> Vec<Way<'w>> {
+    // One kind of errors alone is the largest.
+    let columns = if N == 1 { 1 } else { 1 + N };
     let truth: Vec<E> = inputs.iter().map(&exact).collect();
-    let errors = |of: &dyn Fn(&I) -> T| {
-        let mut errors = vec![Vec::with_capacity(inputs.len()); parts_of(N)];
+    let errors = |way: &dyn Fn(&I) -> T| {
+        let mut errors = vec![Vec::with_capacity(inputs.len()); columns];
         for (input, truth) in inputs.iter().zip(&truth) {
-            let found = error(of(input), truth);
-            let worst = |a: f64, b: f64| if b.is_nan() { b } else { a.max(b) };
-            let all = [found.into_iter().fold(0.0, worst)];
+            // A NaN is as far off as can be.
+            let found = error(way(input), truth).map(|one| worse(0.0, one));
+            let all = [found.into_iter().fold(0.0, f64::max)];
             for (errors, one) in errors.iter_mut().zip(all.into_iter().chain(found)) {
-                // A NaN is as far off as can be.
-                errors.push(if one.is_nan() { f64::INFINITY } else { one });
+                errors.push(one);
             }
         }
         errors
     };
-    let (of_ours, of_naive) = (errors(&ours), errors(&naive));
-    let none = vec![vec![0.0; inputs.len()]; parts_of(N)];
+    let (ours_errors, naive_errors) = (errors(&ours), errors(&naive));
+    let way = |name, errors, run| Way { name, run, errors };
     vec![
-        Way {
-            name: "built in, f32",
-            errors: of_ours,
-            run: each(inputs, ours),
-        },
-        Way {
-            name: "textbook, f32",
-            errors: of_naive,
-            run: each(inputs, naive),
-        },
-        Way {
-            name: "f64",
-            errors: none,
-            run: each(inputs, exact),
-        },
+        way("built in, f32", ours_errors, each(inputs, ours)),
+        way("textbook, f32", naive_errors, each(inputs, naive)),
+        way(
+            "f64",
+            vec![vec![0.0; inputs.len()]; columns],
+            each(inputs, exact),
+        ),
     ]
 }
 
-/// Columns of errors for so many kinds of them: one alone is the largest.
-const fn parts_of(kinds: usize) -> usize {
-    if kinds == 1 { 1 } else { 1 + kinds }
-}
-
-/// Works through the inputs for the sake of it.
+/// Works through the inputs.
 fn each<'w, I, T>(inputs: &'w [I], way: impl Fn(&I) -> T + 'w) -> Box<dyn Fn() + 'w> {
     Box::new(move || {
         for input in inputs {
             black_box(way(input));
         }
     })
-}
-
-const fn in_unit(labels: [&'static str; 3]) -> [Measure; 3] {
-    let [largest, most, mean] = labels;
-    [
-        measure("largest", largest),
-        measure("percentile_95", most),
-        measure("mean", mean),
-    ]
 }
 
 fn level(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Comparison, Cause> {
@@ -210,7 +223,7 @@ fn level(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Compariso
         title: "Level of a ray",
         about: "Equations 4 to 8 of Mochizuki and Makino in all directions, a hundredth of them \
                 straight up, against arc tangents in double precision.",
-        measures: in_unit(["largest error of the level", "95 % are below", "mean"]),
+        labels: ["largest error of the level", "95 % are below", "mean"],
         parts: &[],
         limit: Limit {
             error: 1.0e-6,
@@ -255,7 +268,7 @@ fn mirror(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Comparis
         id: "mirror",
         title: "Ray off a mirror",
         about: "The best mirror's rays, over the whole dome master.",
-        measures: in_unit(["largest error, pixels of 4096²", "95 % are below", "mean"]),
+        labels: ["largest error, pixels of 4096²", "95 % are below", "mean"],
         parts: &[],
         limit: Limit {
             error: 1.0e-3,
@@ -293,7 +306,7 @@ fn intersection(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Co
         |(corners, ray)| moller_trumbore(*corners, ray, None).unwrap_or(f32::NAN),
         |(corners, ray)| {
             let hit = double::intersection(*corners, ray, 4.0);
-            // As is built in, where weights are computed and not asked for here.
+            // The built-in way computes the weights, too.
             hit.map_or(f64::NAN, |hit| {
                 black_box(hit.weights);
                 hit.t
@@ -308,11 +321,11 @@ fn intersection(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Co
                 is built in makes a ray ready, decides by exact signs whether it is inside, and \
                 gives distance and weights; so does double precision, by the same formulas. The \
                 textbook's test is Möller and Trumbore's, which gives the distance alone.",
-        measures: in_unit([
+        labels: [
             "largest error, parts of 2⁻²⁴ of the distance",
             "95 % are below",
             "mean",
-        ]),
+        ],
         parts: &[],
         limit: Limit {
             error: 32.0,
@@ -361,11 +374,11 @@ fn refraction(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Comp
         about: "Fresnel's equations and Snell's law between air and glass, half of it inwards at \
                 all angles, half outwards up to 0.95 of the critical angle's sine: the reflected \
                 and the transmitted share and the direction, whichever is further off.",
-        measures: in_unit([
+        labels: [
             "largest error: relative, of a share, or rad, of the direction",
             "95 % are below",
             "mean",
-        ]),
+        ],
         parts: &PARTS_OF_LIGHT,
         limit: Limit {
             error: 2.0e-6,
@@ -381,79 +394,41 @@ const PARTS_OF_LIGHT: [Measure; 2] = [
     measure("direction_rad", "direction, largest, rad"),
 ];
 
-/// Between two directions of any length: radians.
-fn angle(a: DVec3, b: DVec3) -> f64 {
-    libm::atan2(a.cross(b).length(), a.dot(b))
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::Effort;
+    use super::super::quick_bench;
     use super::*;
     use shisen::scene::quadruped::quadruped;
 
-    fn section_of(effort: Effort) -> Section {
-        let bench = Bench {
-            effort,
-            threads: 1,
-            mesh: &quadruped(),
-            progress: &|_| (),
-        };
-        section(&bench).unwrap()
-    }
-
     #[test]
-    fn what_is_built_in_is_within_its_limits_and_double_precision_is_the_truth() {
-        let section = section_of(Effort::Quick);
-        assert_eq!(section.comparisons.len(), 5);
-        let choice = &section.choice;
-        let bounds = "as it is built in";
-        assert!(
-            choice.starts_with("Choose ") && choice.contains(bounds),
-            "{choice}"
-        );
-        assert!(
-            choice.contains("all 5 stages keep to their bounds"),
-            "{choice}"
-        );
+    fn the_built_in_way_is_within_its_limits_and_double_precision_is_the_truth() {
+        let mesh = quadruped();
+        let mut section = section(&quick_bench(&mesh)).unwrap();
+        let choice_of = |comparisons: &[Comparison]| choice(comparisons, true);
+        let all = choice_of(&section.comparisons);
+        assert!(all.contains("all 5 stages keep to their bounds"), "{all}");
         for comparison in &section.comparisons {
             let [ours, naive, double] = &comparison.points[..] else {
                 panic!("{}", comparison.id);
             };
-            let largest = |point: &Point| point.errors[0].unwrap_or(f64::INFINITY);
-            assert!(
-                largest(ours) > 0.0 && largest(ours) <= comparison.limit.error,
-                "{ours:?}"
-            );
-            assert!(largest(naive) > largest(ours), "{naive:?} {ours:?}");
-            assert_eq!(largest(double), 0.0);
-            let choice = choice::of_one(comparison, true);
-            assert!(
-                choice.starts_with("Choose ") && choice.contains("or less: by "),
-                "{choice}"
-            );
-            assert!(comparison.points.iter().all(|point| point.seconds > 0.0));
+            let limit = comparison.limit.error;
+            assert!(ours.error() > 0.0 && ours.error() <= limit, "{ours:?}");
+            assert!(naive.error() > ours.error(), "{naive:?} {ours:?}");
+            assert_eq!(double.error(), 0.0);
+            assert!(comparison.choice.starts_with("Choose built in, f32, "));
             for point in &comparison.points {
                 let [largest, most, mean] = [0, 1, 2].map(|i| point.errors[i].unwrap_or(f64::MAX));
                 assert!(mean <= most.max(largest) && most <= largest, "{point:?}");
+                // An intersection is a step, a formula is none.
+                let steps = (comparison.id == "intersection").then_some(20_000);
+                assert!(point.seconds > 0.0 && point.steps == steps, "{point:?}");
             }
         }
-    }
-
-    #[test]
-    fn a_primitive_is_a_step_and_formulas_have_none() {
-        let stages = |of: &Section| -> Vec<(&str, Option<u64>)> {
-            let all = of.comparisons.iter();
-            all.map(|one| (one.id, one.points[0].steps)).collect()
-        };
-        let found = stages(&section_of(Effort::Quick));
-        let expected = [
-            ("level", None),
-            ("mirror", None),
-            ("intersection", Some(20_000)),
-            ("refraction", None),
-            ("colour", None),
-        ];
-        assert_eq!(found, expected);
+        section.comparisons[0].points[OURS].errors[0] = Some(1.0);
+        let all = choice_of(&section.comparisons);
+        assert!(
+            all.starts_with("Choose double precision for: level of a ray."),
+            "{all}"
+        );
     }
 }

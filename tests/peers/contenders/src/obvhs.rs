@@ -51,40 +51,28 @@ fn hit(found: &RayHit, indices: &[u32]) -> Hit {
     }
 }
 
-impl Trace for Built<CwBvh> {
-    fn open(corners: &'static [[[f32; 3]; 3]], _: &'static [u8]) -> Option<Self> {
-        let triangles = triangles(corners);
-        let params = BvhBuildParams::very_slow_build();
-        let tree = build_cwbvh_from_tris(&triangles, params, &mut Duration::default());
-        let triangles = ordered(&tree.primitive_indices, &triangles);
-        Some(Self { tree, triangles })
-    }
+macro_rules! trace {
+    ($tree:ty, $build:path) => {
+        impl Trace for Built<$tree> {
+            fn open(corners: &'static [[[f32; 3]; 3]], _: &'static [u8]) -> Option<Self> {
+                let triangles = triangles(corners);
+                let params = BvhBuildParams::very_slow_build();
+                let tree = $build(&triangles, params, &mut Duration::default());
+                let triangles = ordered(&tree.primitive_indices, &triangles);
+                Some(Self { tree, triangles })
+            }
 
-    fn trace(&self, rays: &[[f32; 6]], _: usize, hits: &mut [Hit]) {
-        for (raw, out) in rays.iter().zip(hits) {
-            let mut found = RayHit::none();
-            let test = |ray: &Ray, id: usize| self.triangles[id].intersect(ray);
-            self.tree.ray_traverse(ray(raw), &mut found, test);
-            *out = hit(&found, &self.tree.primitive_indices);
+            fn trace(&self, rays: &[[f32; 6]], _: usize, hits: &mut [Hit]) {
+                for (raw, out) in rays.iter().zip(hits) {
+                    let mut found = RayHit::none();
+                    let test = |ray: &Ray, id: usize| self.triangles[id].intersect(ray);
+                    self.tree.ray_traverse(ray(raw), &mut found, test);
+                    *out = hit(&found, &self.tree.primitive_indices);
+                }
+            }
         }
-    }
+    };
 }
 
-impl Trace for Built<Bvh2> {
-    fn open(corners: &'static [[[f32; 3]; 3]], _: &'static [u8]) -> Option<Self> {
-        let triangles = triangles(corners);
-        let params = BvhBuildParams::very_slow_build();
-        let tree = build_bvh2_from_tris(&triangles, params, &mut Duration::default());
-        let triangles = ordered(&tree.primitive_indices, &triangles);
-        Some(Self { tree, triangles })
-    }
-
-    fn trace(&self, rays: &[[f32; 6]], _: usize, hits: &mut [Hit]) {
-        for (raw, out) in rays.iter().zip(hits) {
-            let mut found = RayHit::none();
-            let test = |ray: &Ray, id: usize| self.triangles[id].intersect(ray);
-            self.tree.ray_traverse(ray(raw), &mut found, test);
-            *out = hit(&found, &self.tree.primitive_indices);
-        }
-    }
-}
+trace!(CwBvh, build_cwbvh_from_tris);
+trace!(Bvh2, build_bvh2_from_tris);

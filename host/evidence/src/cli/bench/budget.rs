@@ -1,13 +1,12 @@
 //! `shisen-evidence bench budget`: frames at half of what they take.
 
+use crate::table::Table;
 use clap::Args;
 use serde::Serialize;
 use shisen::cli::arguments::whole;
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::print;
-use shisen::cli::play::{
-    Audience, Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod,
-};
+use shisen::cli::play::{Audience, Interference, LiveArguments, Played, TimeArguments, paper_lod};
 use shisen::cli::tracker::{Interrupt, TrackerName};
 use shisen::live::quantiles::median;
 use shisen::live::{Alone, FrameBudget, FrameRecord, SessionReport, SessionSettings};
@@ -16,10 +15,10 @@ use std::time::Duration;
 
 /// Frames at half of what they take without a budget: in time, and whole where one looks
 ///
-/// Frames follow a tracker as with `shisen run`: first a tenth of them without a budget,
-/// of which the medians are taken; then all at half of the median steps, and all at half
-/// of the median time, a frame for each refresh of a display that is as fast as that.
-/// Each begins with the tracker's first sample.
+/// Frames follow a tracker as with `shisen run`: first a tenth of them without a budget, for
+/// the medians; then all with half of the median steps, and all with half of the median time,
+/// a frame for each refresh of a display that is as fast as that. Each run begins with the
+/// tracker's first sample.
 ///
 /// With --json, one object: scene, mesh, tracker, size, threads, simd, lod, free (frames,
 /// and medians: steps and milliseconds, from taking the gaze to the last pixel) and runs:
@@ -31,8 +30,8 @@ use std::time::Duration;
 /// `frames_with_unfinished_tiles`, `lowered_share` (of the frames, those whose quality was
 /// lowered), `quality_changes`, `spent_share` (of the budget, the median),
 /// `involuntary_switches` (how often the system took the processor away) and
-/// `stolen_seconds` (of all processors, by whatever this machine runs on; both null where
-/// the system does not say).
+/// `stolen_seconds` (processor time that the hypervisor took; both null where the system
+/// does not say).
 #[derive(Debug, Args)]
 #[command(mut_arg("lod", paper_lod))]
 pub(in crate::cli) struct Arguments {
@@ -41,7 +40,7 @@ pub(in crate::cli) struct Arguments {
     /// The tracker, as for `shisen run`
     #[arg(long, value_name = "SPEC", default_value = "mock")]
     tracker: TrackerName,
-    /// Of each budget
+    /// Frames with each budget
     #[arg(long, value_name = "N", default_value = "10000",
           value_parser = whole::<u64>(10..=1_000_000))]
     frames: u64,
@@ -50,7 +49,6 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-/// What was measured.
 #[derive(Debug, Serialize)]
 struct Report {
     scene: String,
@@ -72,7 +70,7 @@ struct Free {
     milliseconds: f64,
 }
 
-/// Frames with one.
+/// Frames with a budget.
 #[derive(Debug, Serialize)]
 struct Run {
     budget: String,
@@ -91,10 +89,10 @@ struct Run {
     interference: Interference,
 }
 
-/// Refreshes a second where nothing has been measured yet.
+/// Refreshes a second of the frames without a budget.
 const HZ: u32 = 60;
 
-/// The fastest display.
+/// Refreshes a second of the fastest display.
 const MOST_HZ: f64 = 1_000.0;
 
 /// Runs the command.
@@ -138,11 +136,21 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
             runs.push(Run::new(budget, hz as u32, &played));
         }
     }
-    let report = Report::new(arguments, prepared, free, runs);
+    let report = Report {
+        tracker: arguments.tracker.to_string(),
+        size: arguments.live.room.size,
+        threads: prepared.options.threads,
+        simd: prepared.simd().name(),
+        lod: arguments.live.lod.name(),
+        scene: prepared.scene,
+        mesh: prepared.mesh,
+        free,
+        runs,
+    };
     print(&report, arguments.json)
 }
 
-/// Keeps what frames took, and looks at nothing.
+/// Keeps the seconds of frames.
 struct Counts<'i> {
     seconds: Vec<f64>,
     interrupt: &'i Interrupt,
@@ -174,7 +182,7 @@ impl Run {
             spent_share,
             ..
         } = played.report;
-        let share = |of: u64| of as f64 / frames.max(1) as f64;
+        let share = |part: u64| part as f64 / frames.max(1) as f64;
         Self {
             budget: budget.to_string(),
             hz,
@@ -193,22 +201,6 @@ impl Run {
     }
 }
 
-impl Report {
-    fn new(arguments: &Arguments, prepared: Prepared, free: Free, runs: Vec<Run>) -> Self {
-        Self {
-            tracker: arguments.tracker.to_string(),
-            size: arguments.live.room.size,
-            threads: prepared.options.threads,
-            simd: prepared.simd().name(),
-            lod: arguments.live.lod.name(),
-            scene: prepared.scene,
-            mesh: prepared.mesh,
-            free,
-            runs,
-        }
-    }
-}
-
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
@@ -218,7 +210,6 @@ impl fmt::Display for Report {
             tracker,
             lod,
             free,
-            runs,
             ..
         } = self;
         writeln!(
@@ -226,45 +217,34 @@ impl fmt::Display for Report {
             "scene {scene}, {size} × {size} pixels a wall, {threads} threads, tracker {tracker}, \
              level of detail {lod}"
         )?;
-        write!(
+        writeln!(
             f,
             "{} frames without a budget: {:.2} ms and {} steps at the median",
             free.frames, free.milliseconds, free.steps
         )?;
-        let mut row = |name: &str, value: &dyn Fn(&Run) -> String| {
-            write!(f, "\n{name:36}")?;
-            runs.iter()
-                .try_for_each(|run| write!(f, " {:>16}", value(run)))
-        };
-        let percent = |share: f64| format!("{:.2}%", 100.0 * share);
-        let told = |what: Option<String>| what.unwrap_or_else(|| "-".to_owned());
-        row("budget", &|run| run.budget.clone())?;
-        row("refreshes a second", &|run| run.hz.to_string())?;
-        row("frames", &|run| run.frames.to_string())?;
-        row("late", &|run| run.late_frames.to_string())?;
-        row("of all", &|run| percent(run.late_share))?;
-        row("over their time", &|run| run.over_time_frames.to_string())?;
-        row("over their steps", &|run| {
-            run.over_budget_frames.to_string()
-        })?;
-        row("unfinished", &|run| {
-            run.frames_with_unfinished_tiles.to_string()
-        })?;
-        row("unfinished near the line of sight", &|run| {
-            run.frames_with_unfinished_fovea.to_string()
-        })?;
-        row("quality lowered", &|run| percent(run.lowered_share))?;
-        row("quality changed", &|run| run.quality_changes.to_string())?;
-        row("of the budget spent, at the median", &|run| {
-            told(run.spent_share.map(percent))
-        })?;
-        row("times the processor was taken away", &|run| {
-            let switches = run.interference.involuntary_switches;
-            told(switches.map(|switches| switches.to_string()))
-        })?;
-        row("stolen from all processors, seconds", &|run| {
-            let stolen = run.interference.stolen_seconds;
-            told(stolen.map(|stolen| format!("{stolen:.2}")))
-        })
+        let table = Table::new(&self.runs)
+            .text("budget", |run| run.budget.clone())
+            .count("refreshes a second", |run| run.hz.into())
+            .count("frames", |run| run.frames)
+            .count("late", |run| run.late_frames)
+            .number("late, %", 2, |run| Some(1e2 * run.late_share))
+            .count("over their time", |run| run.over_time_frames)
+            .count("over their steps", |run| run.over_budget_frames)
+            .count("unfinished", |run| run.frames_with_unfinished_tiles)
+            .count("unfinished near the line of sight", |run| {
+                run.frames_with_unfinished_fovea
+            })
+            .number("quality lowered, %", 2, |run| Some(1e2 * run.lowered_share))
+            .count("quality changed", |run| run.quality_changes)
+            .number("of the budget spent, at the median, %", 2, |run| {
+                Some(1e2 * run.spent_share?)
+            })
+            .number("times the processor was taken away", 0, |run| {
+                Some(run.interference.involuntary_switches? as f64)
+            })
+            .number("processor time the hypervisor took, seconds", 2, |run| {
+                run.interference.stolen_seconds
+            });
+        write!(f, "{table}")
     }
 }

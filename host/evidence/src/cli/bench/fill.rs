@@ -1,9 +1,9 @@
-//! `shisen-evidence bench fill`: what it costs to show something where the gaze skips
-//! rays, and how far that is from what is there.
+//! `shisen-evidence bench fill`: the cost of filling the part of the walls that the gaze skips,
+//! and how far the filling is from full tracing.
 
-use super::cells::{Rows, Title};
-use super::frames::{FrameArguments, Frames, Look, Way};
-use super::table2::STATES;
+use super::frames::{FrameArguments, Frames, Look, Title, Way};
+use crate::measure::{Timed, in_turns};
+use crate::table::Table;
 use clap::Args;
 use glam::Quat;
 use serde::Serialize;
@@ -12,8 +12,7 @@ use shisen::cli::arguments::turn;
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::print;
 use shisen::live::quantiles::median;
-use shisen::render::{self, CaptureOptions, Filling, Frame};
-use shisen::scene::builtin::PaperScene;
+use shisen::render::{self, Filling, Frame};
 use shisen::show::lod::OutsideDifference;
 use std::fmt;
 
@@ -45,7 +44,6 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-/// What was measured.
 #[derive(Debug, Serialize)]
 struct Report {
     #[serde(flatten)]
@@ -55,7 +53,7 @@ struct Report {
     cells: Vec<Cell>,
 }
 
-/// One scene, looked at one way.
+/// A scene and a state.
 #[derive(Debug, Serialize)]
 struct Cell {
     scene: &'static str,
@@ -65,7 +63,6 @@ struct Cell {
     fills: Vec<Fill>,
 }
 
-/// One way to fill it.
 #[derive(Debug, Serialize)]
 struct Fill {
     mode: &'static str,
@@ -76,157 +73,119 @@ struct Fill {
     outside_psnr: Option<f64>,
 }
 
+/// The names of the fillings, in the order of their turns.
+const MODES: [&str; 3] = ["background", "capture", "previous"];
+
 /// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let frames = &arguments.frames;
-    let capture = arguments.capture.options();
-    let mut cells = Vec::new();
-    for scene in [PaperScene::A, PaperScene::B, PaperScene::C, PaperScene::D] {
-        let of_scene = frames.frames(scene)?;
-        for (state, (forward, up)) in (1..).zip(STATES) {
-            let look = Look { forward, up };
-            let before = Look {
-                forward: Quat::from_axis_angle(up, arguments.turn.to_radians()) * forward,
-                up,
-            };
-            let measured = Measured::new(&of_scene, look, before, capture, frames.repeat)?;
-            cells.push(measured.cell(&of_scene, scene, state)?);
-        }
-    }
     let report = Report {
-        title: frames.title(),
+        title: arguments.frames.title(),
         turn: arguments.turn,
-        fill_size: capture.size,
-        cells,
+        fill_size: arguments.capture.options().size,
+        cells: arguments.frames.cells(|frames, scene, state, look| {
+            let (plain, fills) = arguments.measure(frames, look)?;
+            let difference = |frame: &Frame| outside_difference(frames, look, frame, &plain.first);
+            let mut cell = Cell {
+                scene: scene.name(),
+                state,
+                plain_seconds: plain.median(),
+                outside_pixels: 0,
+                fills: Vec::new(),
+            };
+            for (mode, (time, captures)) in MODES.into_iter().zip(fills) {
+                let error = difference(&time.first)?;
+                cell.outside_pixels = error.pixels();
+                let capture = time.first.capture.as_ref();
+                cell.fills.push(Fill {
+                    mode,
+                    seconds: time.median(),
+                    capture_seconds: median(captures),
+                    capture_steps: capture.map_or(0, |one| one.statistics.steps),
+                    outside_rms: error.root_mean_square(),
+                    outside_psnr: error.psnr(),
+                });
+            }
+            Ok(cell)
+        })?,
     };
     print(&report, arguments.json)
 }
 
-/// The names of the ways, in the order of their turns.
-const MODES: [&str; 3] = ["background", "capture", "previous"];
+/// The frames of a filling, and the seconds of their captures.
+type Filled = (Timed<Frame>, Vec<f64>);
 
-/// The frames of a cell, of each mode the last, and all times.
-struct Measured {
-    look: Look,
-    plain: Frame,
-    plain_seconds: f64,
-    filled: Vec<(Frame, f64, f64)>,
-}
-
-impl Measured {
-    fn new(
-        of: &Frames,
-        look: Look,
-        before: Look,
-        capture: CaptureOptions,
-        repeat: u32,
-    ) -> Result<Self, Failure> {
+impl Arguments {
+    /// The plain frame and the frame of each filling.
+    fn measure(&self, frames: &Frames, look: Look) -> Result<(Timed<Frame>, Vec<Filled>), Failure> {
         let background = Filling::Background;
-        let previous = of.frame(Way::Lod, before, background)?;
-        let fillings = [
-            background,
-            Filling::Capture(capture),
-            Filling::Previous(&previous),
+        let before = Look {
+            forward: Quat::from_axis_angle(look.up, self.turn.to_radians()) * look.forward,
+            up: look.up,
+        };
+        let previous = frames.frame(Way::Lod, before, background)?;
+        let ways = [
+            (Way::Plain, background),
+            (Way::Lod, background),
+            (Way::Lod, Filling::Capture(self.capture.options())),
+            (Way::Lod, Filling::Previous(&previous)),
         ];
-        let plain = of.frame(Way::Plain, look, background)?;
-        let mut plain_seconds = vec![plain.seconds];
-        let mut times = [const { (Vec::new(), Vec::new()) }; MODES.len()];
-        let mut last = [const { None }; MODES.len()];
-        for _ in 0..repeat {
-            plain_seconds.push(of.frame(Way::Plain, look, background)?.seconds);
-            for (number, filling) in fillings.into_iter().enumerate() {
-                let frame = of.frame(Way::Lod, look, filling)?;
-                times[number].0.push(frame.seconds);
-                let captured = frame.capture.as_ref().map_or(0.0, |one| one.seconds);
-                times[number].1.push(captured);
-                last[number] = Some(frame);
-            }
-        }
-        let mut filled = Vec::new();
-        for (frame, (seconds, captured)) in last.into_iter().zip(times) {
-            let frame = match frame {
-                Some(frame) => frame,
-                None => of.frame(Way::Lod, look, background)?,
-            };
-            filled.push((frame, median(seconds), median(captured)));
-        }
-        Ok(Self {
-            look,
-            plain,
-            plain_seconds: median(plain_seconds),
-            filled,
-        })
-    }
-
-    fn cell(self, of: &Frames, scene: PaperScene, state: usize) -> Result<Cell, Failure> {
-        let mut outside_pixels = 0;
-        let mut fills = Vec::new();
-        for (mode, (frame, seconds, capture_seconds)) in MODES.into_iter().zip(&self.filled) {
-            let error = of.outside_error(self.look, frame, &self.plain)?;
-            outside_pixels = error.pixels();
-            fills.push(Fill {
-                mode,
-                seconds: *seconds,
-                capture_seconds: *capture_seconds,
-                capture_steps: frame.capture.as_ref().map_or(0, |one| one.statistics.steps),
-                outside_rms: error.root_mean_square(),
-                outside_psnr: error.psnr(),
-            });
-        }
-        Ok(Cell {
-            scene: scene.name(),
-            state,
-            plain_seconds: self.plain_seconds,
-            outside_pixels,
-            fills,
-        })
+        let mut captures = Vec::new();
+        let timed = in_turns(&ways, self.frames.repeat as usize, |&(way, filling)| {
+            let frame = frames.frame(way, look, filling)?;
+            captures.push(frame.capture.as_ref().map_or(0.0, |one| one.seconds));
+            Ok::<_, Failure>((frame.seconds, frame))
+        })?;
+        let mut timed = timed.into_iter();
+        let Some(plain) = timed.next() else {
+            unreachable!("one round or more")
+        };
+        let own = |number| captures.iter().skip(number).step_by(ways.len()).copied();
+        let filled = (1..).zip(timed);
+        let filled = filled.map(|(number, time)| (time, own(number).collect()));
+        Ok((plain, filled.collect()))
     }
 }
 
-impl Frames {
-    fn outside_error(
-        &self,
-        look: Look,
-        found: &Frame,
-        full: &Frame,
-    ) -> Result<OutsideDifference, Failure> {
-        let mut error = OutsideDifference::default();
-        let mut pictures = found.pictures.iter().zip(&full.pictures);
-        for wall in &self.cave.walls {
-            for observer in Self::observers(Way::Lod, look)? {
-                let view = render::view(wall, &observer)?;
-                if let (Some((found, full)), Some(lod)) = (pictures.next(), &observer.lod) {
-                    error.add(&view, lod, &found.picture, &full.picture);
-                }
+/// The difference of a frame from the plain one outside of the visual field.
+fn outside_difference(
+    frames: &Frames,
+    look: Look,
+    found: &Frame,
+    plain: &Frame,
+) -> Result<OutsideDifference, Failure> {
+    let mut error = OutsideDifference::default();
+    let mut pictures = found.pictures.iter().zip(&plain.pictures);
+    for wall in &frames.cave.walls {
+        for observer in Frames::observers(Way::Lod, look)? {
+            let view = render::view(wall, &observer)?;
+            if let (Some((found, plain)), Some(lod)) = (pictures.next(), &observer.lod) {
+                error.add(&view, lod, &found.picture, &plain.picture);
             }
         }
-        Ok(error)
     }
+    Ok(error)
 }
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
+        let mut table = Table::new(&self.cells)
+            .text("", |c| format!("{}{}", c.scene, c.state))
+            .number("plain", 2, |c| Some(1e3 * c.plain_seconds));
+        for (number, mode) in MODES.into_iter().enumerate() {
+            table = table.number(mode, 2, |c| Some(1e3 * c.fills[number].seconds));
+        }
+        table = table.number("time of the capture alone", 2, |c| {
+            Some(1e3 * c.fills[1].capture_seconds)
+        });
+        for (number, mode) in MODES.into_iter().enumerate() {
+            table = table.number(format!("error, {mode}"), 1, |c| c.fills[number].outside_rms);
+        }
+        table = table.count("pixels outside", |c| c.outside_pixels);
+        write!(
             f,
             "{}, hemispheres of {}² pixels, {}° turned; milliseconds a frame, and codes of \
-             255 from full tracing outside the field",
+             255 from full tracing outside the field\n{table}",
             self.title, self.fill_size, self.turn
-        )?;
-        let fill = |cell: &Cell, number: usize, of: fn(&Fill) -> Option<f64>| {
-            cell.fills.get(number).and_then(of)
-        };
-        let mut table = Rows::new(f, &self.cells, 22, |c| (c.scene, c.state))?;
-        table.numbers("plain", 2, |c| Some(1e3 * c.plain_seconds))?;
-        for (number, mode) in MODES.into_iter().enumerate() {
-            table.numbers(mode, 2, |c| fill(c, number, |f| Some(1e3 * f.seconds)))?;
-        }
-        table.numbers("of which the capture", 2, |c| {
-            fill(c, 1, |f| Some(1e3 * f.capture_seconds))
-        })?;
-        for (number, mode) in MODES.into_iter().enumerate() {
-            let name = format!("error, {mode}");
-            table.numbers(&name, 1, |c| fill(c, number, |f| f.outside_rms))?;
-        }
-        table.numbers("pixels outside", 0, |c| Some(c.outside_pixels as f64))
+        )
     }
 }

@@ -1,21 +1,23 @@
 //! Frames of the paper's scenes with and without level of detail, in turns.
 
-use super::cells::Title;
 use clap::Args;
 use glam::Vec3;
+use serde::Serialize;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
 use shisen::cli::arguments::source::{BUILT_IN_MESH, Loaded, Source, bake};
 use shisen::cli::arguments::{EffectArguments, LevelArguments, Model, SceneName, threads, whole};
+use shisen::cli::output::counted;
 use shisen::cli::output::failure::Failure;
 use shisen::render::{self, Filling, Frame, Observer, Options};
 use shisen::scene::builtin::PaperScene;
 use shisen::with_scene;
-use shisen_core::frame::{LevelOfDetail, Statistics};
+use shisen_core::frame::LevelOfDetail;
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
+use std::fmt;
 use std::num::NonZeroUsize;
 
-/// What frames to measure.
+/// The frames to measure.
 #[derive(Debug, Args)]
 pub(super) struct FrameArguments {
     #[command(flatten)]
@@ -44,24 +46,63 @@ pub(super) struct Frames {
     pub(super) options: Options,
 }
 
-/// How detail follows the gaze in a frame.
+/// A way to follow the gaze.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Way {
-    /// Not at all.
+    /// Everything in full.
     Plain,
-    /// The paper's.
+    /// The paper's method.
     Lod,
     /// The paper's rays, each in full.
     Cut,
-    /// The paper's rays with all faces. Where these are as many as without, what
-    /// is left is what levels and the choice by them cost.
+    /// The paper's rays with all faces. Where these are as many as without, the difference
+    /// is the cost of levels and of the choice by them.
     Levels,
     /// Fewer rays in the periphery.
     Foveated,
 }
 
+/// The viewer's line of sight and the direction up.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Look {
+    pub(super) forward: Vec3,
+    pub(super) up: Vec3,
+}
+
+/// States 1 and 2 of the paper: the viewer looks at the front wall, or at the floor.
+const STATES: [Look; 2] = [
+    Look {
+        forward: Vec3::NEG_Z,
+        up: Vec3::Y,
+    },
+    Look {
+        forward: Vec3::NEG_Y,
+        up: Vec3::NEG_Z,
+    },
+];
+
+/// The beginning of a report: which frames were rendered.
+#[derive(Debug, Serialize)]
+pub(super) struct Title {
+    threads: usize,
+    /// Pixels along each side of a wall.
+    size: u32,
+    mesh: String,
+}
+
+impl fmt::Display for Title {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            mesh,
+            size,
+            threads,
+        } = self;
+        let threads = counted(*threads as u64, "thread");
+        write!(f, "{mesh}, {size} × {size} pixels × 6, {threads}")
+    }
+}
+
 impl FrameArguments {
-    /// What they are called.
     pub(super) fn title(&self) -> Title {
         Title {
             threads: self.options().threads,
@@ -84,10 +125,28 @@ impl FrameArguments {
         options
     }
 
-    /// A scene of the paper, ready.
+    /// Measures a cell for each scene of the paper and each state, counted from 1.
     ///
     /// # Errors
-    /// Whatever keeps it from being traced.
+    /// A scene that cannot be read, baked or traced, and the errors of `cell`.
+    pub(super) fn cells<C>(
+        &self,
+        mut cell: impl FnMut(&Frames, PaperScene, usize, Look) -> Result<C, Failure>,
+    ) -> Result<Vec<C>, Failure> {
+        let mut cells = Vec::new();
+        for scene in PaperScene::ALL {
+            let frames = self.frames(scene)?;
+            for (state, look) in (1..).zip(STATES) {
+                cells.push(cell(&frames, scene, state, look)?);
+            }
+        }
+        Ok(cells)
+    }
+
+    /// Bakes a scene of the paper.
+    ///
+    /// # Errors
+    /// A scene that cannot be read, baked or traced.
     pub(super) fn frames(&self, scene: PaperScene) -> Result<Frames, Failure> {
         let source = Source::load(&SceneName::Paper(scene), &self.model)?;
         let levels = self.levels.polygon_levels(Layout::Fast)?;
@@ -103,32 +162,11 @@ impl FrameArguments {
     }
 }
 
-/// Where the viewer looks, and what is up then.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Look {
-    pub(super) forward: Vec3,
-    pub(super) up: Vec3,
-}
-
 impl Frames {
-    /// Renders one: seconds, rays and steps.
+    /// Renders a frame.
     ///
     /// # Errors
-    /// A line of sight that is none; threads that cannot be had.
-    pub(super) fn render(
-        &self,
-        way: Way,
-        forward: Vec3,
-        up: Vec3,
-    ) -> Result<(f64, Statistics), Failure> {
-        let frame = self.frame(way, Look { forward, up }, Filling::Background)?;
-        Ok((frame.seconds, frame.statistics))
-    }
-
-    /// Renders one.
-    ///
-    /// # Errors
-    /// As [`render`](Self::render).
+    /// A line of sight without a direction; threads that cannot be had.
     pub(super) fn frame(
         &self,
         way: Way,
@@ -143,10 +181,10 @@ impl Frames {
         ))?)
     }
 
-    /// The two eyes, with what follows their gaze.
+    /// The two eyes.
     ///
     /// # Errors
-    /// A line of sight that is none.
+    /// A line of sight without a direction.
     pub(super) fn observers(way: Way, look: Look) -> Result<[Observer; 2], Failure> {
         let Look { forward, up } = look;
         let sight = LineOfSight::new(Vec3::ZERO, forward, up).map_err(Failure::from_error)?;

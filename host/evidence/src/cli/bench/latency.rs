@@ -2,6 +2,7 @@
 
 mod files;
 
+use crate::table::Table;
 use clap::builder::ArgPredicate;
 use clap::{Arg, Args};
 use serde::Serialize;
@@ -24,8 +25,8 @@ use std::time::{Duration, Instant};
 
 /// How long it takes from a movement of the eye to the wall
 ///
-/// A simulated tracker behind a pseudo-terminal is read as one behind a serial port
-/// is, at each of some rates; frames follow it as `shisen run` does, with the gaze
+/// A simulated tracker behind a pseudo-terminal is read like one behind a serial port,
+/// at each rate; frames follow it as in `shisen run`, with the gaze
 /// taken at once and as late as the last frames allow, in turns.
 ///
 /// With --json, one object: scene, mesh, size, threads, simd, lod, hz, budget,
@@ -53,7 +54,7 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "HZ,…", value_delimiter = ',', default_value = "60,250,1000",
           value_parser = whole::<u64>(60..=10_000))]
     rates: Vec<u64>,
-    /// Of each run
+    /// Time of each run
     #[arg(long, value_name = "S", default_value = "10",
           value_parser = span)]
     seconds: Duration,
@@ -66,8 +67,8 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-/// The argument `--budget`: unless told otherwise frames are over well before their refresh,
-/// on any machine, so that there is time to wait for the newest sample.
+/// The argument `--budget`. By default frames end well before their refresh on any machine,
+/// which leaves time to wait for the newest sample.
 fn in_half_a_refresh(budget: Arg) -> Arg {
     budget
         .default_value_if("hz", ArgPredicate::IsPresent, None::<&str>)
@@ -81,7 +82,6 @@ fn in_half_a_refresh(budget: Arg) -> Arg {
         )
 }
 
-/// What was measured.
 #[derive(Debug, Serialize)]
 struct Report {
     scene: String,
@@ -117,14 +117,14 @@ struct Run {
     records: Vec<FrameRecord>,
 }
 
-/// What taking the gaze late is worth.
+/// The gain of taking the gaze late.
 #[derive(Debug, Serialize)]
 struct Gain {
     tracker_hz: u64,
     motion_to_wall_ms: f64,
 }
 
-/// When a frame takes the gaze, and how reports name it.
+/// When a frame takes the gaze, and its name in reports.
 const LATCHES: [(Latch, &str); 2] = [(Latch::Early, "early"), (Latch::Late, "late")];
 
 /// Runs the command.
@@ -142,14 +142,14 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     let gains = arguments.rates.iter().filter_map(|&rate| {
-        let of = |latch: &str| {
+        let times = |latch: &str| {
             let mut runs = runs.iter();
             let run = runs.find(|run| run.tracker_hz == rate && run.latch == latch)?;
             run.report.latencies.summary(Leg::MotionToWall)
         };
         Some(Gain {
             tracker_hz: rate,
-            motion_to_wall_ms: of("early")?.p50 - of("late")?.p50,
+            motion_to_wall_ms: times("early")?.p50 - times("late")?.p50,
         })
     });
     let gains = gains.collect();
@@ -204,12 +204,8 @@ impl Arguments {
                     &mut goes_on,
                 )
             });
-            let runs = self.runs(
-                rate,
-                (path.display().to_string(), times),
-                prepared,
-                interrupt,
-            );
+            let path = path.display().to_string();
+            let runs = self.runs(rate, (path, times), prepared, interrupt);
             over.store(true, Ordering::Relaxed);
             match served.join() {
                 Ok(Err(broken)) => Err(Failure::from_error(broken)),
@@ -277,12 +273,12 @@ impl Arguments {
     }
 }
 
-/// Ends after a while, and looks at nothing but the frames' times.
+/// Keeps the times of frames, and ends after a while.
 struct StopWatch<'i> {
     span: Duration,
     end: Option<Instant>,
     interrupt: &'i Interrupt,
-    /// With room for all, so that frames take no memory.
+    /// Allocated for all frames beforehand.
     records: Vec<FrameRecord>,
 }
 
@@ -308,32 +304,24 @@ impl fmt::Display for Report {
              milliseconds at the median (and 99%)",
             self.scene, self.size, self.size, self.threads, self.hz, self.budget, self.protocol
         )?;
-        write!(f, "{:20}", "")?;
-        for run in &self.runs {
-            write!(f, " {:>15}", format!("{} Hz {}", run.tracker_hz, run.latch))?;
-        }
+        let mut table =
+            Table::new(&self.runs).text("", |run| format!("{} Hz {}", run.tracker_hz, run.latch));
         for leg in Leg::ALL {
-            write!(f, "\n{:20}", leg.name().replace('_', " "))?;
-            for run in &self.runs {
+            table = table.text(leg.name().replace('_', " "), |run| {
                 let found = run.report.latencies.summary(leg);
-                let text = found.map_or("-".to_owned(), |of| {
-                    format!("{:.2} ({:.2})", of.p50, of.p99)
-                });
-                write!(f, " {text:>15}")?;
-            }
+                found.map_or("-".to_owned(), |times| {
+                    format!("{:.2} ({:.2})", times.p50, times.p99)
+                })
+            });
         }
-        write!(f, "\n{:20}", "late frames")?;
-        for run in &self.runs {
-            write!(
-                f,
-                " {:>15}",
-                format!("{} of {}", run.late_frames, run.frames)
-            )?;
-        }
+        table = table.text("late frames", |run| {
+            format!("{} of {}", run.late_frames, run.frames)
+        });
+        write!(f, "{table}")?;
         for gain in &self.gains {
             write!(
                 f,
-                "\nthe late latch is ahead by {:.2} ms at {} Hz",
+                "\nThe late latch is ahead by {:.2} ms at {} Hz.",
                 gain.motion_to_wall_ms, gain.tracker_hz
             )?;
         }

@@ -67,7 +67,6 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-/// What was measured.
 #[derive(Debug, Serialize)]
 struct Report {
     mrays_per_second: Rate,

@@ -1,31 +1,24 @@
 //! `shisen-evidence bench spectrum`: Kishioka's experiment, with numbers.
 
-mod report;
-mod views;
-
+use crate::measure::in_turns;
+use crate::quartz::{Quartz, Truth, Window, mean, picture, share};
+use crate::table::Table;
 use clap::Args;
-use report::{Cost, Report, Row, SameError, Split, Splits};
-use shisen::bake::{BakedScene, Layout};
-use shisen::cave::{Cave, Eye, Viewer, Wall};
-use shisen::cli::arguments::source::bake;
+use serde::Serialize;
+use shisen::cave::Wall;
 use shisen::cli::arguments::{threads, whole};
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::picture_files::{make_writable, metadata};
-use shisen::cli::output::print;
-use shisen::live::quantiles::median;
-use shisen::picture::{Picture, colour_differences};
-use shisen::render::effects::Effects;
+use shisen::cli::output::{counted, print};
+use shisen::picture::{Picture, PictureError};
+use shisen::render::Options;
 use shisen::render::spectrum::{Dispersion, Method};
-use shisen::render::{self, Frame, Observer, Options};
-use shisen::scene::builtin::spheres;
-use shisen::with_scene;
 use shisen_core::frame::MAX_SAMPLES;
-use shisen_core::scene::EffectSet;
 use shisen_core::spectrum::Wavelengths;
 use std::collections::BTreeSet;
+use std::fmt;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
-use views::{CLOSE, MAIN, WIDE, strip};
+use std::path::{Path, PathBuf};
 
 /// Kishioka's experiment: quartz balls by more and more wavelengths
 ///
@@ -44,14 +37,13 @@ use views::{CLOSE, MAIN, WIDE, strip};
 /// wavelengths, method, seconds, `time_ratio` (to one wavelength by the same
 /// method; null where one is not among them), rays, `rays_ratio` (the same of all
 /// rays), and against the reference `mean_difference` and `max_difference` of the
-/// pixels with glass and `mean_of_all` of all; `same_error`: the comb
-/// that is as close to the reference as the paper's method with most wavelengths,
-/// soonest (null where none is sooner): wavelengths, each (of these, a ray takes),
-/// samples, seconds, `paper_seconds` (in turns with it), `mean_difference`,
-/// `speedup`; cost: of a view in which a tenth of the pixels
-/// meets glass `glass_share`, samples, wavelengths, `comb_seconds`,
-/// `plain_seconds` (without dispersion), ratio; splits: of a view that one ball
-/// fills, each ray split, one ray a pixel: `glass_share`, `plain_seconds` and
+/// pixels with glass and `mean_of_all` of all; `same_error`: the fastest comb
+/// that is as close to the reference as the paper's method with most wavelengths (null
+/// where that is faster): wavelengths, each (wavelengths of a ray), samples, seconds,
+/// `paper_seconds` (in turns with it), `mean_difference`, `speedup`; cost, where a tenth of
+/// the pixels meets glass: `glass_share`, samples, wavelengths, `comb_seconds`,
+/// `plain_seconds` (without dispersion), ratio; splits, where one ball fills the view and
+/// each ray is split, one ray a pixel: `glass_share`, `plain_seconds` and
 /// counts: wavelengths, seconds and ratio; images (paths).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
@@ -85,127 +77,159 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-/// The ways whose pictures are compared.
+/// The methods whose pictures are compared.
 const METHODS: [Method; 3] = [Method::Paper, Method::Fixed, Method::Comb];
 
 /// Wavelengths into which each sample of the reference is split.
 const REFERENCE_WAVELENGTHS: u32 = 13;
 
-/// Wavelengths into which each ray is split where that alone is measured.
+/// Wavelengths into which each ray is split where splitting alone is measured.
 const SPLITS: [u32; 3] = [7, 10, 14];
 
-/// How often frames are rendered whose times alone matter, at least.
+/// The least number of rounds where only the times of frames are used.
 const COST_ROUNDS: u32 = 5;
 
-/// How often frames of the same error are.
-const ERROR_ROUNDS: u32 = 3;
-
-/// Rays a pixel of the former.
+/// Rays a pixel of these frames.
 const COST_SAMPLES: u16 = 16;
 
-/// The scene before one wall, for one eye.
-struct Bench {
-    scene: BakedScene,
-    cave: Cave,
-    options: Options,
+/// Rounds of the frames of equal error.
+const ERROR_ROUNDS: u32 = 3;
+
+/// All balls, filling the picture.
+const MAIN: Window = Window([-0.44, -0.66], 0.8);
+
+/// All balls, a tenth of the picture.
+const WIDE: Window = Window([-0.83, -1.02], 1.58);
+
+/// The largest ball, from edge to edge.
+const CLOSE: Window = Window([-0.414, -0.370], 0.404);
+
+#[derive(Debug, Serialize)]
+struct Report {
+    threads: usize,
+    size: u32,
+    samples: u16,
+    repeat: u32,
+    glass_share: f64,
+    reference_seconds: f64,
+    rows: Vec<Row>,
+    same_error: Option<SameError>,
+    cost: Cost,
+    splits: Splits,
+    images: Vec<String>,
 }
 
-impl Bench {
-    fn new(arguments: &Arguments, wall: &views::View, size: u32) -> Result<Self, Failure> {
-        let mut options = Options::default();
-        if let Some(threads) = arguments.threads {
-            options.threads = threads.get();
-        }
-        Ok(Self {
-            scene: bake(&spheres(), "spheres", Layout::Fast, None)?,
-            cave: Cave::new(vec![wall.wall(size)?])?,
-            options,
-        })
-    }
-
-    fn render(&self, dispersion: Dispersion, samples: u16) -> Result<Frame, Failure> {
-        let mut options = Options {
-            dispersion,
-            ..self.options
-        };
-        options.settings.samples = samples;
-        self.frame(&options)
-    }
-
-    fn frame(&self, options: &Options) -> Result<Frame, Failure> {
-        let eye = [Observer::new(
-            Eye::Centre,
-            Viewer::default().eye(Eye::Centre),
-        )];
-        let (cave, quiet) = (&self.cave, |_, _| {});
-        Ok(with_scene!(&self.scene, |scene| render::cave(
-            &scene, cave, &eye, options, &quiet
-        ))?)
-    }
-
-    /// Which pixels meet glass: they change where none lets light through.
-    fn glass(&self) -> Result<Vec<bool>, Failure> {
-        let mut options = self.options;
-        options.settings.samples = 4;
-        let with = self.frame(&options)?;
-        options.effects = Effects::AUTO.less(EffectSet::REFRACTION);
-        let without = self.frame(&options)?;
-        let pixels = picture(&with).pixels.iter();
-        Ok(pixels
-            .zip(&picture(&without).pixels)
-            .map(|(a, b)| a != b)
-            .collect())
-    }
-
-    /// Medians of the seconds of frames, in turns, of so many samples each.
-    fn seconds(&self, ways: &[(Dispersion, u16)], rounds: u32) -> Result<Vec<f64>, Failure> {
-        let mut seconds = vec![Vec::new(); ways.len()];
-        for _ in 0..rounds {
-            for ((way, samples), seconds) in ways.iter().zip(&mut seconds) {
-                seconds.push(self.render(*way, *samples)?.seconds);
-            }
-        }
-        Ok(seconds.into_iter().map(median).collect())
-    }
+/// A number of wavelengths by a method.
+#[derive(Debug, Serialize)]
+struct Row {
+    wavelengths: u32,
+    method: &'static str,
+    seconds: f64,
+    time_ratio: Option<f64>,
+    rays: u64,
+    rays_ratio: Option<f64>,
+    mean_difference: f64,
+    max_difference: f64,
+    mean_of_all: f64,
 }
 
-/// Of the only wall.
-fn picture(frame: &Frame) -> &Picture {
-    &frame.pictures[0].picture
+/// The comb that is as close to the reference as the paper's method.
+#[derive(Debug, Serialize)]
+struct SameError {
+    wavelengths: u32,
+    each: u32,
+    samples: u16,
+    seconds: f64,
+    paper_seconds: f64,
+    mean_difference: f64,
+    speedup: f64,
 }
 
-fn share(glass: &[bool]) -> f64 {
-    glass.iter().filter(|&&glass| glass).count() as f64 / glass.len() as f64
+/// The cost of a comb where little glass is seen.
+#[derive(Debug, Serialize)]
+struct Cost {
+    glass_share: f64,
+    samples: u16,
+    wavelengths: u32,
+    comb_seconds: f64,
+    plain_seconds: f64,
+    ratio: f64,
 }
 
-/// How far a picture is from the reference.
-#[derive(Debug, Clone, Copy)]
-struct Difference {
-    /// Of the pixels with glass.
-    mean: f64,
-    max: f64,
-    of_all: f64,
+/// The cost of splitting where glass fills the picture.
+#[derive(Debug, Serialize)]
+struct Splits {
+    glass_share: f64,
+    plain_seconds: f64,
+    counts: Vec<Split>,
 }
 
-impl Difference {
-    fn new(found: &Picture, reference: &Picture, glass: &[bool]) -> Self {
-        let all = colour_differences(found, reference);
-        let mean =
-            |of: &[f32]| of.iter().copied().map(f64::from).sum::<f64>() / of.len().max(1) as f64;
-        let pairs = all.iter().zip(glass);
-        let own: Vec<f32> = pairs
-            .filter_map(|(&off, &glass)| glass.then_some(off))
-            .collect();
-        Self {
-            mean: mean(&own),
-            max: own.iter().copied().fold(0.0, f32::max).into(),
-            of_all: mean(&all),
-        }
-    }
+#[derive(Debug, Serialize)]
+struct Split {
+    wavelengths: u32,
+    seconds: f64,
+    ratio: f64,
+}
+
+/// Medians of the seconds of frames in turns, of so many rays a pixel each.
+fn seconds(quartz: &Quartz, ways: &[(Dispersion, u16)], rounds: u32) -> Result<Vec<f64>, Failure> {
+    let timed = in_turns(ways, rounds as usize, |&(way, samples)| {
+        Ok::<_, Failure>((quartz.frame(way, samples)?.seconds, ()))
+    });
+    Ok(timed?.iter().map(|one| one.median()).collect())
 }
 
 fn dispersion(method: Method, count: u32) -> Result<Dispersion, Failure> {
     Dispersion::of(method, count, None).map_err(|error| Failure::usage(&error.to_string()))
+}
+
+impl Arguments {
+    /// The scene behind a window.
+    fn quartz(&self, window: &Window, size: u32) -> Result<Quartz, Failure> {
+        let mut options = Options::default();
+        if let Some(threads) = self.threads {
+            options.threads = threads.get();
+        }
+        Quartz::new(window, size, options).map_err(Failure::Failed)
+    }
+
+    /// A view in which a tenth of the pixels meets glass.
+    fn cost(&self, size: u32, wavelengths: u32) -> Result<Cost, Failure> {
+        let quartz = self.quartz(&WIDE, size)?;
+        let ways = [dispersion(Method::Comb, wavelengths)?, Dispersion::Off];
+        let ways = ways.map(|way| (way, COST_SAMPLES));
+        let seconds = seconds(&quartz, &ways, self.repeat.max(COST_ROUNDS))?;
+        Ok(Cost {
+            glass_share: share(&quartz.glass()?),
+            samples: COST_SAMPLES,
+            wavelengths,
+            comb_seconds: seconds[0],
+            plain_seconds: seconds[1],
+            ratio: seconds[0] / seconds[1],
+        })
+    }
+
+    /// A view that a ball fills, each ray split.
+    fn splits(&self, size: u32) -> Result<Splits, Failure> {
+        let quartz = self.quartz(&CLOSE, size)?;
+        let mut ways = vec![(Dispersion::Off, 1)];
+        for count in SPLITS {
+            ways.push((dispersion(Method::Split, count)?, 1));
+        }
+        let seconds = seconds(&quartz, &ways, self.repeat.max(COST_ROUNDS))?;
+        let plain_seconds = seconds[0];
+        let counts = SPLITS.iter().zip(&seconds[1..]);
+        let counts = counts.map(|(&wavelengths, &seconds)| Split {
+            wavelengths,
+            seconds,
+            ratio: seconds / plain_seconds,
+        });
+        Ok(Splits {
+            glass_share: share(&quartz.glass()?),
+            plain_seconds,
+            counts: counts.collect(),
+        })
+    }
 }
 
 /// Runs the command.
@@ -218,114 +242,102 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     } else {
         (arguments.size, arguments.samples)
     };
-    let bench = Bench::new(arguments, &MAIN, size)?;
-    let glass = bench.glass()?;
+    let quartz = arguments.quartz(&MAIN, size)?;
+    let glass = quartz.glass()?;
     let reference = Wavelengths::new(REFERENCE_WAVELENGTHS, Wavelengths::RANGE)
         .map_err(|error| Failure::usage(&error.to_string()))?;
-    let reference = bench.render(
+    let reference = quartz.frame(
         Dispersion::Reference(reference),
         // A few more, so that they go to other places than those of any method.
         samples.saturating_add(samples / 8 + 1).min(MAX_SAMPLES),
     )?;
+    let truth = Truth {
+        picture: picture(&reference).clone(),
+        glass,
+    };
     let mut ways = Vec::new();
     for &count in &arguments.wavelengths {
         for method in METHODS {
             ways.push((count, method, dispersion(method, count)?));
         }
     }
-    let mut seconds = vec![Vec::new(); ways.len()];
-    let mut frames = Vec::new();
-    for round in 0..arguments.repeat {
-        for ((_, _, way), seconds) in ways.iter().zip(&mut seconds) {
-            let frame = bench.render(*way, samples)?;
-            seconds.push(frame.seconds);
-            if round == 0 {
-                frames.push(frame);
-            }
-        }
-    }
-    let seconds: Vec<f64> = seconds.into_iter().map(median).collect();
-    let rays = |frame: &Frame| frame.statistics.rays();
-    // Of the same method with one wavelength.
-    let base = |method: Method| {
-        let place = ways.iter().position(|way| (way.0, way.1) == (1, method))?;
-        Some((seconds[place], rays(&frames[place])))
-    };
+    let timed = in_turns(&ways, arguments.repeat as usize, |&(_, _, way)| {
+        let frame = quartz.frame(way, samples)?;
+        Ok::<_, Failure>((frame.seconds, frame))
+    })?;
     let mut rows = Vec::new();
-    for (number, ((count, method, _), frame)) in ways.iter().zip(&frames).enumerate() {
-        let off = Difference::new(picture(frame), picture(&reference), &glass);
-        let base = base(*method);
+    for ((wavelengths, method, _), time) in ways.iter().zip(&timed) {
+        let [all, own] = truth.differences(picture(&time.first));
+        // The same method with one wavelength.
+        let base = ways.iter().position(|way| (way.0, way.1) == (1, *method));
+        let base = base.map(|place| &timed[place]);
+        let (seconds, rays) = (time.median(), time.first.statistics.rays());
         rows.push(Row {
-            wavelengths: *count,
+            wavelengths: *wavelengths,
             method: method.name(),
-            seconds: seconds[number],
-            time_ratio: base.map(|(base, _)| seconds[number] / base),
-            rays: rays(frame),
-            rays_ratio: base.map(|(_, base)| rays(frame) as f64 / base as f64),
-            mean_difference: off.mean,
-            max_difference: off.max,
-            mean_of_all: off.of_all,
+            seconds,
+            time_ratio: base.map(|base| seconds / base.median()),
+            rays,
+            rays_ratio: base.map(|base| rays as f64 / base.first.statistics.rays() as f64),
+            mean_difference: mean(&own),
+            max_difference: own.iter().copied().fold(0.0, f64::max),
+            mean_of_all: mean(&all),
         });
     }
     let most = arguments.wavelengths.iter().copied().max().unwrap_or(1);
-    let against = (picture(&reference), glass.as_slice());
-    let same_error = same_error(&bench, &rows, most, samples, against)?;
-    let pictures: Vec<(u32, &str, &Picture)> = ways
-        .iter()
-        .zip(&frames)
-        .map(|((count, method, _), frame)| (*count, method.name(), picture(frame)))
+    let same_error = same_error(&quartz, &truth, &rows, most, samples)?;
+    let pictures = ways.iter().zip(&timed);
+    let pictures: Vec<(u32, &str, &Picture)> = pictures
+        .map(|((count, method, _), time)| (*count, method.name(), picture(&time.first)))
         .collect();
     let images = match &arguments.out {
-        Some(folder) => write(folder, &pictures, picture(&reference))?,
+        Some(folder) => write(folder, &pictures, &truth.picture)?,
         None => Vec::new(),
     };
-    print(
-        &Report {
-            threads: bench.options.threads,
-            size,
-            samples,
-            repeat: arguments.repeat,
-            glass_share: share(&glass),
-            reference_seconds: reference.seconds,
-            rows,
-            same_error,
-            cost: cost(arguments, size, most)?,
-            splits: splits(arguments, size)?,
-            images,
-        },
-        arguments.json,
-    )
+    let report = Report {
+        threads: quartz.options.threads,
+        size,
+        samples,
+        repeat: arguments.repeat,
+        glass_share: share(&truth.glass),
+        reference_seconds: reference.seconds,
+        rows,
+        same_error,
+        cost: arguments.cost(size, most)?,
+        splits: arguments.splits(size)?,
+        images,
+    };
+    print(&report, arguments.json)
 }
 
-/// The comb that is soonest as close to the reference as the paper's pictures of
-/// most wavelengths; `None` where they are sooner.
+/// The fastest comb that is as close to the truth as the paper's pictures of most wavelengths;
+/// `None` where these are faster.
 fn same_error(
-    bench: &Bench,
+    quartz: &Quartz,
+    truth: &Truth,
     rows: &[Row],
     most: u32,
     samples: u16,
-    (reference, glass): (&Picture, &[bool]),
 ) -> Result<Option<SameError>, Failure> {
-    let paper = rows
-        .iter()
-        .find(|row| row.wavelengths == most && row.method == Method::Paper.name());
-    let (Some(paper), Dispersion::Comb(wavelengths, _)) = (paper, dispersion(Method::Comb, most)?)
+    let is_paper = |row: &&Row| row.wavelengths == most && row.method == Method::Paper.name();
+    let (Some(paper), Dispersion::Comb(wavelengths, _)) =
+        (rows.iter().find(is_paper), dispersion(Method::Comb, most)?)
     else {
         return Ok(None);
     };
-    let mut sooner = paper.seconds;
+    let mut fastest = paper.seconds;
     let mut best = None;
     for each in BTreeSet::from([1, most.div_ceil(4), most.div_ceil(2), most]) {
         let way = Dispersion::Comb(wavelengths, each as u8);
-        for own in numbers(samples) {
-            let frame = bench.render(way, own)?;
-            if frame.seconds >= sooner {
+        for own in sample_counts(samples) {
+            let frame = quartz.frame(way, own)?;
+            if frame.seconds >= fastest {
                 break;
             }
-            let off = Difference::new(picture(&frame), reference, glass).mean;
-            if off <= paper.mean_difference {
-                sooner = frame.seconds;
-                best = Some((way, each, own, off));
+            let [_, glass] = truth.differences(picture(&frame));
+            if mean(&glass) <= paper.mean_difference {
+                fastest = frame.seconds;
+                best = Some((way, each, own, mean(&glass)));
                 break;
             }
         }
@@ -334,7 +346,7 @@ fn same_error(
         return Ok(None);
     };
     let ways = [(dispersion(Method::Paper, most)?, samples), (way, own)];
-    let seconds = bench.seconds(&ways, ERROR_ROUNDS)?;
+    let seconds = seconds(quartz, &ways, ERROR_ROUNDS)?;
     Ok(Some(SameError {
         wavelengths: most,
         each,
@@ -347,56 +359,17 @@ fn same_error(
 }
 
 /// 1, 2, 3, 4, 6, 8, 12 and so on.
-fn numbers(most: u16) -> impl Iterator<Item = u16> {
-    let powers = (0..15).map(|power| 1u16 << power);
+fn sample_counts(most: u16) -> impl Iterator<Item = u16> {
+    let powers = (1..15).map(|power| 1u16 << power);
     let all = powers.flat_map(|power| [power, power + power / 2]);
-    all.skip(1)
-        .filter(|&number| number > 0)
+    std::iter::once(1)
+        .chain(all)
         .take_while(move |&number| number <= most)
-}
-
-/// A view in which a tenth of the pixels meets glass.
-fn cost(arguments: &Arguments, size: u32, wavelengths: u32) -> Result<Cost, Failure> {
-    let bench = Bench::new(arguments, &WIDE, size)?;
-    let ways = [dispersion(Method::Comb, wavelengths)?, Dispersion::Off];
-    let ways = ways.map(|way| (way, COST_SAMPLES));
-    let seconds = bench.seconds(&ways, arguments.repeat.max(COST_ROUNDS))?;
-    Ok(Cost {
-        glass_share: share(&bench.glass()?),
-        samples: COST_SAMPLES,
-        wavelengths,
-        comb_seconds: seconds[0],
-        plain_seconds: seconds[1],
-        ratio: seconds[0] / seconds[1],
-    })
-}
-
-/// A view that a ball fills, each ray split.
-fn splits(arguments: &Arguments, size: u32) -> Result<Splits, Failure> {
-    let bench = Bench::new(arguments, &CLOSE, size)?;
-    let mut ways = vec![(Dispersion::Off, 1)];
-    for count in SPLITS {
-        ways.push((dispersion(Method::Split, count)?, 1));
-    }
-    let seconds = bench.seconds(&ways, arguments.repeat.max(COST_ROUNDS))?;
-    let plain = seconds[0];
-    let counts = SPLITS.iter().zip(&seconds[1..]);
-    Ok(Splits {
-        glass_share: share(&bench.glass()?),
-        plain_seconds: plain,
-        counts: counts
-            .map(|(&wavelengths, &seconds)| Split {
-                wavelengths,
-                seconds,
-                ratio: seconds / plain,
-            })
-            .collect(),
-    })
 }
 
 /// Writes the pictures and the strip.
 fn write(
-    folder: &std::path::Path,
+    folder: &Path,
     pictures: &[(u32, &str, &Picture)],
     reference: &Picture,
 ) -> Result<Vec<String>, Failure> {
@@ -416,14 +389,103 @@ fn write(
     write(
         "reference",
         reference,
-        "scene spheres, the reference".to_owned(),
+        "scene spheres, the reference".into(),
     )?;
     let rows = ["paper", "comb"].map(|row| {
-        let of_row = pictures.iter().filter(|(_, method, _)| *method == row);
-        of_row.map(|(_, _, picture)| *picture).collect::<Vec<_>>()
+        let own = pictures.iter().filter(|(_, method, _)| *method == row);
+        own.map(|(_, _, picture)| *picture).collect::<Vec<_>>()
     });
     let note = "details: the paper's method above, a comb below".to_owned();
     let strip = strip(&rows).map_err(Failure::from_error)?;
     write("strip", &strip, note)?;
     Ok(paths)
+}
+
+/// The detail that a strip shows: its middle and its side, in sides of the
+/// picture.
+const DETAIL: ([f64; 2], f64) = ([0.52, 0.83], 0.16);
+
+/// Pixels a side of a detail in a strip, at least.
+const DETAIL_PIXELS: u32 = 256;
+
+/// Pixels between details.
+const GAP: u32 = 4;
+
+/// Rows of pictures' details, enlarged by whole pixels, on white.
+///
+/// # Errors
+/// More pixels than there is memory for.
+fn strip(rows: &[Vec<&Picture>]) -> Result<Picture, PictureError> {
+    let width = rows.iter().flatten().next().map_or(1, |one| one.width);
+    let ([x, y], side) = DETAIL;
+    let pixels = |share: f64| (share * f64::from(width)) as u32;
+    let side = pixels(side).max(1);
+    let first = [pixels(x), pixels(y)].map(|middle| middle.saturating_sub(side / 2));
+    let scale = DETAIL_PIXELS.div_ceil(side);
+    let cell = side * scale + GAP;
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0) as u32;
+    let mut strip = Picture::new(columns * cell + GAP, rows.len() as u32 * cell + GAP)?;
+    strip.pixels.fill([1.0; 4]);
+    for (row, pictures) in (0..).zip(rows) {
+        for (column, picture) in (0..).zip(pictures) {
+            for y in 0..side * scale {
+                for x in 0..side * scale {
+                    let from = picture.pixel(first[0] + x / scale, first[1] + y / scale);
+                    let to = (column * cell + GAP + x, row * cell + GAP + y);
+                    strip.set_pixel(to.0, to.1, from.unwrap_or_default());
+                }
+            }
+        }
+    }
+    Ok(strip)
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "spheres, {size} × {size} pixels, {} rays a pixel, {}; {:.0} % of the pixels meet \
+             glass",
+            self.samples,
+            counted(self.threads as u64, "thread"),
+            1e2 * self.glass_share,
+            size = self.size,
+        )?;
+        let table = Table::new(&self.rows)
+            .text("method", |row| row.method.to_owned())
+            .count("wavelengths", |row| row.wavelengths.into())
+            .number("seconds", 3, |row| Some(row.seconds))
+            .number("to one", 3, |row| row.time_ratio)
+            .number("rays", 3, |row| row.rays_ratio)
+            .number("ΔE2000 mean", 2, |row| Some(row.mean_difference))
+            .number("max", 1, |row| Some(row.max_difference));
+        writeln!(f, "{table:#}")?;
+        if let Some(one) = &self.same_error {
+            writeln!(
+                f,
+                "A comb with {} of {} wavelengths a ray is as close as paper with {} rays a pixel \
+                 (ΔE {:.2}), {:.2} times as fast.",
+                one.each, one.wavelengths, one.samples, one.mean_difference, one.speedup,
+            )?;
+        } else {
+            writeln!(f, "No comb is as close as paper in the same time.")?;
+        }
+        writeln!(
+            f,
+            "Where {:.0} % of the pixels meet glass, {} rays a pixel: {} wavelengths take {:.3} of \
+             the time without dispersion.",
+            1e2 * self.cost.glass_share,
+            self.cost.samples,
+            self.cost.wavelengths,
+            self.cost.ratio,
+        )?;
+        let splits = self.splits.counts.iter();
+        let splits = splits.map(|one| format!("×{:.2} for {}", one.ratio, one.wavelengths));
+        write!(
+            f,
+            "Where {:.0} % do, every ray split: {}",
+            1e2 * self.splits.glass_share,
+            splits.collect::<Vec<_>>().join(", ")
+        )
+    }
 }

@@ -1,15 +1,16 @@
 //! `shisen-evidence bench table2`: the paper's measurement, here and now.
 
-use super::cells::{Rows, Title};
-use super::frames::{FrameArguments, Way};
+use super::frames::{FrameArguments, Frames, Look, Title, Way};
+use crate::measure::in_turns;
+use crate::table::Table;
 use clap::{Arg, Args};
-use glam::Vec3;
 use serde::Serialize;
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::print;
 use shisen::cli::output::ray_counts::RayCounts;
 use shisen::live::Table2;
-use shisen::live::quantiles::{median, median_ratio};
+use shisen::render::Filling;
+use shisen::scene::builtin::PaperScene;
 use std::fmt;
 
 /// The paper's Table 2: frames with and without level of detail
@@ -43,21 +44,16 @@ fn often(repeat: Arg) -> Arg {
     repeat.default_value("25")
 }
 
-/// Where the viewer looks in states 1 and 2, and what is up then.
-pub(super) const STATES: [(Vec3, Vec3); 2] = [(Vec3::NEG_Z, Vec3::Y), (Vec3::NEG_Y, Vec3::NEG_Z)];
-
-/// The ratios of scenes A to D in states 1 and 2 by the paper's counts of rays (primary, hits
-/// and bounces of its cow) where those that meet nothing cost next to nothing, and detail
-/// costs nothing itself.
+/// The ratios of scenes A to D in states 1 and 2 that follow from the paper's counts of rays
+/// (primary, hits and bounces of its cow), if misses and detail itself cost nothing.
 const BOUND: [[f64; 2]; 4] = [[0.50, 0.37], [0.53, 0.39], [0.98, 0.06], [0.96, 0.08]];
 
-/// Share of the plain frame's steps above which times of frames can be compared.
+/// The least share of the plain frame's steps at which times of frames are compared.
 const SAME_WORK: f64 = 0.98;
 
-/// The ways of a frame, in the order of their turns.
+/// The ways to render a frame, in the order of their turns.
 const WAYS: [Way; 4] = [Way::Plain, Way::Lod, Way::Cut, Way::Levels];
 
-/// What was measured.
 #[derive(Debug, Serialize)]
 struct Report {
     #[serde(flatten)]
@@ -66,7 +62,7 @@ struct Report {
     cells: Vec<Cell>,
 }
 
-/// One scene, looked at one way.
+/// A scene and a state.
 #[derive(Debug, Serialize)]
 struct Cell {
     scene: &'static str,
@@ -90,77 +86,77 @@ struct Cell {
 /// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = &arguments.frames;
-    let mut cells = Vec::new();
-    for (Table2 { scene, lod, plain }, bound) in Table2::ROWS.into_iter().zip(BOUND) {
-        let of_scene = frames.frames(scene)?;
-        for (number, (forward, up)) in STATES.into_iter().enumerate() {
-            let mut seconds = [const { Vec::new() }; WAYS.len()];
-            let mut statistics = [None; WAYS.len()];
-            for _ in 0..frames.repeat {
-                for (turn, way) in WAYS.into_iter().enumerate() {
-                    let (time, work) = of_scene.render(way, forward, up)?;
-                    seconds[turn].push(time);
-                    statistics[turn] = Some(work);
-                }
-            }
-            let [as_plain, with_lod, _, with_levels] = &seconds;
-            let ratio = median_ratio(with_lod, as_plain);
-            let levels_ratio = median_ratio(with_levels, as_plain);
-            let [plain_seconds, lod_seconds, cut_seconds, _] = seconds.map(median);
-            let [Some(plain_work), Some(lod_work), _, Some(levels_work)] = statistics else {
-                continue;
-            };
-            let same = levels_work.steps as f64 / plain_work.steps as f64;
-            cells.push(Cell {
-                scene: scene.name(),
-                state: number + 1,
-                lod_seconds,
-                plain_seconds,
-                paper_lod_seconds: lod[number],
-                paper_plain_seconds: plain,
-                ratio,
-                paper_ratio: lod[number] / plain,
-                bound_ratio: bound[number],
-                lod_rays: lod_work.into(),
-                plain_rays: plain_work.into(),
-                lod_steps: lod_work.steps,
-                plain_steps: plain_work.steps,
-                steps_ratio: lod_work.steps as f64 / plain_work.steps as f64,
-                cut_seconds,
-                bookkeeping: (same > SAME_WORK).then_some(levels_ratio / same - 1.0),
-            });
-        }
-    }
+    let rounds = frames.repeat as usize;
     let report = Report {
         title: frames.title(),
         repeat: frames.repeat,
-        cells,
+        cells: frames
+            .cells(|frames, scene, state, look| cell(frames, scene, (state, look), rounds))?,
     };
     print(&report, arguments.json)
 }
 
+fn cell(
+    frames: &Frames,
+    scene: PaperScene,
+    (state, look): (usize, Look),
+    rounds: usize,
+) -> Result<Cell, Failure> {
+    let timed = in_turns(&WAYS, rounds, |&way| {
+        let frame = frames.frame(way, look, Filling::Background)?;
+        Ok::<_, Failure>((frame.seconds, frame.statistics))
+    })?;
+    let [plain, lod, cut, levels] = &timed[..] else {
+        unreachable!("a time of each way")
+    };
+    let steps_ratio = |of: u64| of as f64 / plain.first.steps as f64;
+    let same = steps_ratio(levels.first.steps);
+    let rows = Table2::ROWS.iter().zip(BOUND);
+    let mut rows = rows.filter(|(row, _)| row.scene == scene);
+    let Some((paper, bound)) = rows.next() else {
+        unreachable!("the paper's table has all scenes")
+    };
+    let paper_lod = paper.lod[state - 1];
+    Ok(Cell {
+        scene: scene.name(),
+        state,
+        lod_seconds: lod.median(),
+        plain_seconds: plain.median(),
+        paper_lod_seconds: paper_lod,
+        paper_plain_seconds: paper.plain,
+        ratio: lod.ratio_to(plain),
+        paper_ratio: paper_lod / paper.plain,
+        bound_ratio: bound[state - 1],
+        lod_rays: lod.first.into(),
+        plain_rays: plain.first.into(),
+        lod_steps: lod.first.steps,
+        plain_steps: plain.first.steps,
+        steps_ratio: steps_ratio(lod.first.steps),
+        cut_seconds: cut.median(),
+        bookkeeping: (same > SAME_WORK).then(|| levels.ratio_to(plain) / same - 1.0),
+    })
+}
+
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}; milliseconds a frame", self.title)?;
-        let mut table = Rows::new(f, &self.cells, 22, |c| (c.scene, c.state))?;
-        table.numbers("level of detail", 2, |c| Some(1e3 * c.lod_seconds))?;
-        table.numbers("its rays in full", 2, |c| Some(1e3 * c.cut_seconds))?;
-        table.numbers("plain", 2, |c| Some(1e3 * c.plain_seconds))?;
-        table.numbers("paper, detail", 0, |c| Some(1e3 * c.paper_lod_seconds))?;
-        table.numbers("paper, plain", 0, |c| Some(1e3 * c.paper_plain_seconds))?;
-        table.numbers("ratio", 3, |c| Some(c.ratio))?;
-        table.numbers("ratio in the paper", 3, |c| Some(c.paper_ratio))?;
-        table.numbers("bound, misses free", 2, |c| Some(c.bound_ratio))?;
-        table.numbers("ratio of steps", 3, |c| Some(c.steps_ratio))?;
-        table.row("bookkeeping", |c| match c.bookkeeping {
-            Some(share) => format!("{:.1}%", 1e2 * share),
-            None => "-".to_owned(),
-        })?;
-        table.row("primary rays", |c| c.lod_rays.primary.to_string())?;
-        table.row("secondary rays", |c| c.lod_rays.secondary().to_string())?;
-        table.row("shadow rays", |c| c.lod_rays.shadow.to_string())?;
-        table.row("primary, plain", |c| c.plain_rays.primary.to_string())?;
-        table.row("secondary, plain", |c| c.plain_rays.secondary().to_string())?;
-        table.row("shadow, plain", |c| c.plain_rays.shadow.to_string())
+        let table = Table::new(&self.cells)
+            .text("", |c| format!("{}{}", c.scene, c.state))
+            .number("level of detail", 2, |c| Some(1e3 * c.lod_seconds))
+            .number("its rays in full", 2, |c| Some(1e3 * c.cut_seconds))
+            .number("plain", 2, |c| Some(1e3 * c.plain_seconds))
+            .number("paper, detail", 0, |c| Some(1e3 * c.paper_lod_seconds))
+            .number("paper, plain", 0, |c| Some(1e3 * c.paper_plain_seconds))
+            .number("ratio", 3, |c| Some(c.ratio))
+            .number("ratio in the paper", 3, |c| Some(c.paper_ratio))
+            .number("bound, misses free", 2, |c| Some(c.bound_ratio))
+            .number("ratio of steps", 3, |c| Some(c.steps_ratio))
+            .number("bookkeeping, %", 1, |c| Some(1e2 * c.bookkeeping?))
+            .count("primary rays", |c| c.lod_rays.primary)
+            .count("secondary rays", |c| c.lod_rays.secondary())
+            .count("shadow rays", |c| c.lod_rays.shadow)
+            .count("primary, plain", |c| c.plain_rays.primary)
+            .count("secondary, plain", |c| c.plain_rays.secondary())
+            .count("shadow, plain", |c| c.plain_rays.shadow);
+        write!(f, "{}; milliseconds a frame\n{table}", self.title)
     }
 }

@@ -1,15 +1,17 @@
-//! Where dome masters are looked at, and how far off they are there.
+//! Directions in which dome masters are compared.
 
 use super::super::{Bench, Cause};
 use super::{Mapping, Named, Optics, RADIUS};
+use crate::quartz::mean;
 use crate::selftest::Inputs;
+use crate::textbook::angle;
 use shisen::bake::Baked;
 use shisen::dome::px_4096;
 use shisen::live::quantiles::quantile_of;
 use shisen::picture::{Picture, colour_differences};
 use shisen_core::frame::View;
 
-/// Directions in which pictures are looked at, and what is seen there.
+/// Directions in which pictures are compared, and their true colours.
 pub(super) struct Places {
     pub(super) truth: Optics,
     view: View,
@@ -44,8 +46,8 @@ impl Places {
         })
     }
 
-    /// Of a picture in these directions: the largest angle, that of 95 %, the mean,
-    /// and the share in another colour.
+    /// The errors of a picture in these directions: the largest angle, the angle that 95 %
+    /// are below, the mean, and the share in another colour.
     pub(super) fn errors(
         &self,
         optics: &Optics,
@@ -64,13 +66,11 @@ impl Places {
             let (column, row) = (pixel(x), pixel(y));
             let truth = self.view.direction(x as f32, y as f32);
             let found = view.direction(column as f32, row as f32);
-            // Where a pixel's middle is outside the rim it shows nothing.
+            // A pixel with its middle outside the rim shows nothing.
             let (Some(truth), Some(found)) = (truth, found) else {
                 continue;
             };
-            let (truth, found) = (truth.as_dvec3(), found.as_dvec3());
-            let angle = libm::atan2(truth.cross(found).length(), truth.dot(found));
-            angles.push(px_4096(angle));
+            angles.push(px_4096(angle(truth.as_dvec3(), found.as_dvec3())));
             colours[0].push(self.picture.pixel(x, y).unwrap_or_default());
             colours[1].push(picture.pixel(column, row).unwrap_or_default());
         }
@@ -85,7 +85,7 @@ impl Places {
         Ok([
             quantile_of(angles.clone(), 1.0),
             quantile_of(angles.clone(), 0.95),
-            angles.iter().sum::<f64>() / count,
+            mean(&angles),
             100.0 * wrong as f64 / count,
         ]
         .map(Some)

@@ -1,6 +1,7 @@
 //! Simulated viewers, and how far the estimate of their gaze is off.
 
 use super::super::{Cause, timed};
+use crate::textbook::angle;
 use glam::DVec3;
 use shisen::live::quantiles::quantile_of;
 use shisen_tracker::estimate::{EstimatorConfig, GazeEstimator, GazePrediction, State};
@@ -10,23 +11,23 @@ use shisen_tracker::time::Micros;
 /// Samples a second.
 pub(super) const RATE: u32 = 500;
 
-/// Samples that a frame is shown for: 62.5 frames a second.
+/// Samples during a frame: 62.5 frames a second.
 pub(super) const FRAME: u32 = 8;
 
-/// Between the latency and when data are stale, at the least.
+/// The least time between the latency and the age at which data are stale.
 const SPARE: Micros = Micros::from_millis(30);
 
-/// Viewers that widenings are found by, and those that they are tried on.
+/// Seeds of the viewers that widenings are found by, and of those they are tried on.
 const VIEWERS: [std::ops::RangeInclusive<u64>; 2] = [1..=3, 4..=5];
 
 /// Angles from the truth, degrees.
 pub(super) struct GazeError {
-    /// In fixation, in pursuit, on the way of a saccade, and in the time of the
-    /// latency after its landing.
+    /// The errors in fixation, in pursuit, during a saccade, and for the time of the latency
+    /// after its landing.
     classes: [Vec<f64>; 4],
-    /// The most while a frame is shown, of all frames; of [`VIEWERS`].
+    /// The largest error of each frame while it is shown, by [`VIEWERS`].
     frames: [Vec<f64>; 2],
-    /// For a sample and its estimate.
+    /// The time of a sample and its estimate.
     seconds: f64,
 }
 
@@ -35,18 +36,18 @@ impl GazeError {
         quantile_of(self.classes.concat(), part)
     }
 
-    /// By how much a field has to be wider for such a part of the frames.
+    /// The degrees by which a field has to be wider for a part of the frames.
     pub(super) fn widening(&self, part: f64) -> f64 {
         quantile_of(self.frames[0].clone(), part)
     }
 
-    /// Of the other viewers' frames, those that a widening holds: percent.
+    /// The percentage of the other viewers' frames that a widening holds.
     fn held(&self, widening: f64) -> f64 {
         let held = self.frames[1].iter().filter(|&&off| off <= widening);
         100.0 * held.count() as f64 / self.frames[1].len().max(1) as f64
     }
 
-    /// By [`MEASURES`](super::MEASURES), but for the last.
+    /// The errors by [`MEASURES`](super::MEASURES), but for the last.
     pub(super) fn errors(&self) -> Vec<Option<f64>> {
         let of_class = |class: &Vec<f64>| {
             let any = !class.is_empty();
@@ -67,11 +68,11 @@ impl GazeError {
 /// A moment of display.
 struct Moment {
     truth: DVec3,
-    /// Of an open eye by fresh data.
+    /// The estimate of an open eye by fresh data.
     estimate: Option<DVec3>,
 }
 
-/// How far the estimate of each frame is off the truth at most while it is shown.
+/// The largest error of each frame's estimate while the frame is shown.
 fn frames(moments: &[Moment]) -> Vec<f64> {
     let frames = moments.windows(FRAME as usize).step_by(FRAME as usize);
     let most = frames.filter_map(|shown| {
@@ -82,13 +83,12 @@ fn frames(moments: &[Moment]) -> Vec<f64> {
     most.collect()
 }
 
-/// Between two directions.
 fn degrees(a: DVec3, b: DVec3) -> f64 {
-    libm::atan2(a.cross(b).length(), a.dot(b)).to_degrees()
+    angle(a, b).to_degrees()
 }
 
-/// The estimator with this horizon, milliseconds, 0 for no prediction, on all
-/// viewers.
+/// Runs the estimator on all viewers; latency and horizon are in milliseconds, a horizon of 0
+/// for no prediction.
 pub(super) fn gaze(latency: u32, horizon: u32, seconds: u64) -> Result<GazeError, Cause> {
     let late = Micros::from_millis(latency.into());
     let prediction = GazePrediction {
@@ -99,7 +99,7 @@ pub(super) fn gaze(latency: u32, horizon: u32, seconds: u64) -> Result<GazeError
         prediction: (horizon > 0).then_some(prediction),
         ..EstimatorConfig::default()
     };
-    // What is late by design is not stale for it.
+    // Data that are late by design are not stale.
     let fallback = &mut config.fallback;
     for after in [&mut fallback.hold_after, &mut fallback.head_hold_after] {
         *after = late.after(SPARE).max(*after);
@@ -145,7 +145,7 @@ pub(super) fn gaze(latency: u32, horizon: u32, seconds: u64) -> Result<GazeError
                 truth: direction,
                 estimate: counts.then_some(found),
             });
-            // What the others do says how far the widening can be relied on alone.
+            // The other viewers only try the widening.
             if !counts || group > 0 {
                 continue;
             }

@@ -1,17 +1,16 @@
 //! Structural similarity, pixel by pixel.
 
-/// The window: a Gaussian of this standard deviation in pixels, so many pixels to
-/// each side, as in the paper (11×11).
+/// The window, as in the paper: a Gaussian of this standard deviation, and its pixels to each
+/// side.
 const DEVIATION: f64 = 1.5;
 const REACH: usize = 5;
 
-/// The constants, of a range of 255: K1 = 0.01, K2 = 0.03.
+/// The paper's constants for a range of 255: K1 = 0.01, K2 = 0.03.
 const C1: f64 = (0.01 * 255.0) * (0.01 * 255.0);
 const C2: f64 = (0.03 * 255.0) * (0.03 * 255.0);
 
-/// How alike two pictures are around each pixel: −1 to 1, equation 13 of Wang et
-/// al. (2004). Rows of `width` lumas, 0 to 255; at the border the window is what
-/// of it is inside.
+/// The similarity of two pictures around each pixel, −1 to 1: equation 13 of Wang et al. (2004).
+/// Rows have `width` lumas, 0 to 255; at the border the window ends.
 pub(super) fn similarities(one: &[f64], other: &[f64], width: usize) -> Vec<f64> {
     let mean = |of: &dyn Fn(f64, f64) -> f64| {
         let pairs = one.iter().zip(other);

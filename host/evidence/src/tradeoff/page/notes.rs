@@ -2,22 +2,22 @@
 
 use shisen::picture::chart::Corner;
 
-/// Of a letter and a line, of the chart's width and height: 13 of some 480 × 320.
+/// The width of a letter and the height of a line, as parts of the chart's width and height.
 const LETTER: f64 = 0.0155;
 const LINE: f64 = 0.052;
 
-/// Of a dot.
+/// Half the width and the height of a dot.
 const DOT: (f64, f64) = (0.012, 0.018);
 
-/// From a dot to its name.
+/// The distance from a dot to its name.
 const ASIDE: (f64, f64) = (0.017, 0.012);
 
-/// What is taken of a chart; places are from its lower left, 0 to 1.
+/// The parts of a chart that are taken; places are from its lower left, 0 to 1.
 pub(super) struct Room {
     taken: Vec<Block>,
 }
 
-/// From left to right and from below upwards.
+/// A rectangle, from left to right and from below upwards.
 #[derive(Debug, Clone, Copy)]
 struct Block {
     x: (f64, f64),
@@ -25,7 +25,7 @@ struct Block {
 }
 
 impl Room {
-    /// Of a chart with dots.
+    /// Takes the places of dots.
     pub(super) fn new(dots: &[(f64, f64)]) -> Self {
         let dot = |&(x, y): &(f64, f64)| Block {
             x: (x - DOT.0, x + DOT.0),
@@ -36,8 +36,7 @@ impl Room {
         }
     }
 
-    /// On which side of a dot its name fits, which is taken then; `None` where it
-    /// would lie on something.
+    /// Takes room for a name beside a dot; `None` where every side is taken.
     pub(super) fn take(&mut self, (x, y): (f64, f64), name: &str) -> Option<Corner> {
         let wide = LETTER * name.chars().count() as f64;
         let right = (x + ASIDE.0, x + ASIDE.0 + wide);

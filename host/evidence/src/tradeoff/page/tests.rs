@@ -5,7 +5,7 @@ use quick_xml::events::Event;
 use shisen::picture::Picture;
 
 /// One of everything that a report may have.
-pub(in crate::tradeoff) fn report() -> Report {
+fn report() -> Report {
     let point = |name: &str, error: f64, seconds: f64, steps: u64| {
         let settings = [("depth", 3.into()), ("method", "a & b".into())];
         let mut point = Point::new("one <series>", name, settings);
@@ -151,7 +151,7 @@ fn points_without_an_error_stand_on_the_lower_edge() {
     let mut comparison = report().sections.remove(0).comparisons.remove(0);
     comparison.logarithmic = true;
     comparison.points[2].errors[0] = Some(50.0);
-    let charts = charts(&comparison);
+    let charts = charts_of(&comparison);
     assert_eq!(charts.len(), 2);
     for chart in charts {
         let dots = chart.lines.iter().find(|line| line.dots).unwrap();

@@ -1,19 +1,19 @@
 //! A spectrum as a colour: XYZ by the standard's table, and what a display has of it.
 
-use super::{Stage, compare, in_unit, ways};
+use super::{Stage, compare, ways};
 use crate::selftest::Inputs;
 use crate::tradeoff::{Bench, Cause, Comparison, Limit};
 use glam::{DMat3, DVec3, Vec3};
 use shisen::render::spectrum::CIE_1931;
 use shisen_core::spectrum::{Matching, rgb_from_xyz};
 
-/// At which spectra are known.
+/// Wavelengths of a spectrum.
 pub(super) const WAVELENGTHS: usize = 40;
 
-/// Between two of them: nanometres.
+/// The distance of neighbouring wavelengths, nanometres.
 const STEP: f32 = 10.0;
 
-/// What light there is, at wavelengths of its own.
+/// A spectrum of light.
 struct Light {
     /// The first wavelength: nanometres.
     first: f32,
@@ -21,7 +21,7 @@ struct Light {
 }
 
 impl Light {
-    /// White, and up to three bumps or dents in it, as filters and lamps have.
+    /// Draws a white spectrum with up to three bumps or dents, as of filters and lamps.
     fn draw(draw: &mut Inputs) -> Self {
         let first = 380.0 + draw.range(0.0, STEP.into()) as f32;
         let level = draw.unit();
@@ -47,8 +47,7 @@ impl Light {
     }
 }
 
-/// The sum of a spectrum, of which equal energy of 1 has Y = 1, by any single
-/// precision's values.
+/// XYZ of a spectrum by an observer's values; equal energy of 1 has Y = 1.
 fn xyz(light: &Light, values: impl Fn(f32) -> Vec3) -> Vec3 {
     let (mut sum, mut white) = (Vec3::ZERO, 0.0);
     for (number, &power) in light.power.iter().enumerate() {
@@ -59,7 +58,7 @@ fn xyz(light: &Light, values: impl Fn(f32) -> Vec3) -> Vec3 {
     sum / white
 }
 
-/// Of the table at a wavelength, by the polynomial of the core.
+/// The table at a wavelength, by the core's polynomial.
 fn table(nm: f64) -> DVec3 {
     let steps = (nm - f64::from(CIE_1931.first_nm)) / f64::from(CIE_1931.step_nm);
     let before = libm::floor(steps);
@@ -77,7 +76,7 @@ fn table(nm: f64) -> DVec3 {
     sum.max(DVec3::ZERO)
 }
 
-/// As most pages print it: linear sRGB of XYZ, rows.
+/// The rows of linear sRGB of XYZ, as most pages print them.
 const PRINTED: [Vec3; 3] = [
     Vec3::new(3.2406, -1.5372, -0.4986),
     Vec3::new(-0.9689, 1.8758, 0.0415),
@@ -119,7 +118,7 @@ pub(super) fn colour(
                 precision takes the same table and the matrix of the primaries and the white; the \
                 textbook's way is Wyman's fit of the table and the matrix of four digits that \
                 most pages print.",
-        measures: in_unit(["largest error of a channel", "95 % are below", "mean"]),
+        labels: ["largest error of a channel", "95 % are below", "mean"],
         parts: &[],
         limit: Limit {
             error: 1.0e-5,
@@ -130,7 +129,7 @@ pub(super) fn colour(
     compare(bench, stage, ways, share)
 }
 
-/// Of D65, as ASTM E308 has it.
+/// The white point D65 of ASTM E308.
 const WHITE: DVec3 = DVec3::new(0.950_47, 1.0, 1.088_83);
 
 /// Linear sRGB of XYZ, from the primaries of IEC 61966-2-1 and the white.
@@ -152,7 +151,7 @@ mod tests {
             (white - DVec3::ONE).abs().max_element() < 1.0e-14,
             "{white}"
         );
-        // All of it is of the primaries: red alone has their red's colour.
+        // Red alone has the colour of the red primary.
         let red = linear_srgb().inverse() * DVec3::X;
         let sum = red.element_sum();
         assert!((red.x / sum - 0.64).abs() < 1.0e-14 && (red.y / sum - 0.33).abs() < 1.0e-14);

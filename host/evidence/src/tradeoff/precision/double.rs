@@ -1,20 +1,19 @@
-//! What the core does, by the same formulas in double precision.
+//! The core's formulas in double precision.
 
+use crate::textbook::exact_refraction;
 use glam::{DVec3, Vec3};
 use shisen_core::shape::Ray;
 
-/// Where a ray meets a triangle.
+/// The hit of a triangle.
 pub(super) struct Hit {
     /// Distance in units of the ray's direction.
     pub(super) t: f64,
-    /// Of the three corners, sum 1.
+    /// The weights of the three corners, sum 1.
     pub(super) weights: [f64; 3],
 }
 
-/// As `Triangle::intersect`: the triangle in the ray's sheared frame (Woop, Benthin
-/// & Wald 2013), on whose edges' signs it depends whether it is met, the distance,
-/// no less than where the ray enters the triangle's box within `extent`, and the
-/// weights.
+/// As `Triangle::intersect`: the signs of the edges in the ray's sheared frame (Woop, Benthin &
+/// Wald 2013) decide, and the distance is no less than that of the triangle's box.
 pub(super) fn intersection(corners: [Vec3; 3], ray: &Ray, extent: f64) -> Option<Hit> {
     let (origin, d) = (ray.origin().as_dvec3(), ray.direction().as_dvec3());
     let size = d.abs();
@@ -48,8 +47,8 @@ pub(super) fn intersection(corners: [Vec3; 3], ray: &Ray, extent: f64) -> Option
     })
 }
 
-/// Where a ray is in a box: its slabs are widened by what rounding moves a plane of
-/// coordinates up to `extent`.
+/// The interval of a ray in a box, whose slabs are widened by the rounding of coordinates up to
+/// `extent`.
 fn interval(origin: DVec3, d: DVec3, (low, high): (DVec3, DVec3), extent: f64) -> (f64, f64) {
     let room = DVec3::splat(4.0 * f64::EPSILON * (extent + origin.abs().max_element()));
     let inverse = d.recip();
@@ -60,11 +59,11 @@ fn interval(origin: DVec3, d: DVec3, (low, high): (DVec3, DVec3), extent: f64) -
     (first.min(last).max_element(), first.max(last).min_element())
 }
 
-/// As `trace::refract`, where not all is reflected: the reflected and the
-/// transmitted share and the direction, NaN where there is none.
+/// As `trace::refract`: the reflected and the transmitted share and the direction; NaN for total
+/// reflection.
 pub(super) fn refraction(d: DVec3, normal: DVec3, m: f64, n: f64) -> (f64, f64, DVec3) {
     let cos = (-d.dot(normal)).clamp(0.0, 1.0);
-    let Some((reflected, transmitted)) = crate::selftest::exact_refraction(cos, m, n) else {
+    let Some((reflected, transmitted)) = exact_refraction(cos, m, n) else {
         return (f64::NAN, f64::NAN, DVec3::NAN);
     };
     let g = ((n - m) * (n + m) + m * cos * (m * cos)).sqrt();
@@ -98,7 +97,7 @@ mod tests {
                     assert!((found.weights.iter().sum::<f64>() - 1.0).abs() < 1.0e-9);
                 }
                 (None, None) => missed += 1,
-                // The corners, rounded into the ray's frame, are a little beside.
+                // Rounding moves the corners in the ray's frame.
                 (found, core) => {
                     let weights = match (found, core) {
                         (Some(found), _) => found.weights,
@@ -123,7 +122,7 @@ mod tests {
             assert!((direction.x * n - sin * m).abs() < 1.0e-14, "{direction}");
             assert!((direction.length() - 1.0).abs() < 1.0e-14 && direction.y < 0.0);
         }
-        // All of it comes back.
+        // Total reflection.
         let level = DVec3::new(0.9, -libm::sqrt(1.0 - 0.81), 0.0);
         assert!(refraction(level, DVec3::Y, n, m).0.is_nan());
     }

@@ -1,20 +1,21 @@
-//! What is written of frames that follow a tracker.
+//! The files of frames that follow a tracker.
 
 use super::Run;
+use crate::charts;
 use shisen::files::write_atomically;
 use shisen::live::Leg;
-use shisen::picture::chart::{Axis, Chart, Corner, Line, Names};
+use shisen::picture::chart::{Chart, Corner, Line, Names};
 use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
-/// Writes all there is into a folder: the files' paths.
+/// Writes all files into a folder, and returns their paths.
 pub(super) fn write(folder: &Path, runs: &[Run]) -> io::Result<Vec<String>> {
     let mut paths = Vec::new();
     for (name, text) in [("frames.csv", frames(runs)), ("latency.csv", classes(runs))] {
         let path = folder.join(name);
         write_atomically(&path, |file| file.write_all(text.as_bytes()))?;
-        paths.push(path);
+        paths.push(path.display().to_string());
     }
     for (name, chart) in [
         ("latency.svg", motion_to_wall(runs)),
@@ -22,15 +23,12 @@ pub(super) fn write(folder: &Path, runs: &[Run]) -> io::Result<Vec<String>> {
     ] {
         let path = folder.join(name);
         chart.write_svg(&path)?;
-        paths.push(path);
+        paths.push(path.display().to_string());
     }
-    Ok(paths
-        .iter()
-        .map(|path| path.display().to_string())
-        .collect())
+    Ok(paths)
 }
 
-/// When each stage of each frame was, by the tracker's clock.
+/// The times of each stage of each frame, by the tracker's clock.
 fn frames(runs: &[Run]) -> String {
     let mut text = "tracker_hz,latch,frame,sample_us,arrive_us,latch_us,first_ray_us,done_us,\
                     present_us,late\n"
@@ -71,7 +69,7 @@ fn classes(runs: &[Run]) -> String {
     text
 }
 
-/// Which part of the frames is on the walls within a time.
+/// The part of the frames that is on the walls within a time.
 fn motion_to_wall(runs: &[Run]) -> Chart {
     let named = runs.iter().map(|run| {
         let name = format!("{} Hz, {} latch", run.tracker_hz, run.latch);
@@ -80,60 +78,41 @@ fn motion_to_wall(runs: &[Run]) -> Chart {
     within("From a movement of the eye to the wall".to_owned(), named)
 }
 
-/// Which part of them has each leg behind it within a time, of the run with most samples.
+/// The part of the frames that has each leg behind it within a time, of the run with most
+/// samples.
 fn legs(runs: &[Run]) -> Chart {
-    // Of those that are alike, the last: that which takes the gaze late.
-    let of = runs.iter().max_by_key(|run| run.tracker_hz);
-    let title = of.map_or(String::new(), |run| {
+    // The last of equal runs takes the gaze late.
+    let run = runs.iter().max_by_key(|run| run.tracker_hz);
+    let title = run.map_or(String::new(), |run| {
         format!("Legs at {} Hz, {} latch", run.tracker_hz, run.latch)
     });
-    let named = of.into_iter().flat_map(|run| {
-        Leg::ALL
-            .into_iter()
-            .map(move |leg| (leg.name().replace('_', " "), run, leg))
-    });
-    within(title, named)
+    let legs = |run| Leg::ALL.map(|leg| (leg.name().replace('_', " "), run, leg));
+    within(title, run.into_iter().flat_map(legs))
 }
 
-/// Which part of the frames took no longer than a time.
+/// The part of the frames that took no longer than a time.
 fn within<'r>(title: String, named: impl Iterator<Item = (String, &'r Run, Leg)>) -> Chart {
     let line = |(colour, (name, run, leg)): (usize, (String, &Run, Leg))| {
         let all = run.report.latencies.summary(leg);
-        let all = all.map_or(1.0, |of| of.frames as f64);
+        let all = all.map_or(1.0, |times| times.frames as f64);
         let mut so_far = 0;
         let points = run.report.latencies.classes(leg);
         let points = points.map(|(milliseconds, frames)| {
             so_far += frames;
             (milliseconds, Some(so_far as f64 / all))
         });
-        Line {
-            name,
-            points: points.collect(),
-            colour,
-            faint: false,
-            dots: false,
-        }
+        charts::line(name, colour, points)
     };
     let lines: Vec<Line> = named.enumerate().map(line).collect();
-    let slowest = lines
-        .iter()
-        .filter_map(|line| line.points.last())
+    let ends = lines.iter().filter_map(|line| line.points.last());
+    let slowest = ends
         .map(|(milliseconds, _)| *milliseconds)
         .fold(1.0, f64::max);
+    let milliseconds = ("milliseconds", "milliseconds");
     Chart {
         title,
-        x: Axis {
-            name: "milliseconds",
-            label: "milliseconds",
-            range: 0.0..1.05 * slowest,
-            logarithmic: false,
-        },
-        y: Axis {
-            name: "frames",
-            label: "part of the frames",
-            range: 0.0..1.0,
-            logarithmic: false,
-        },
+        x: charts::linear(milliseconds, 0.0..1.05 * slowest),
+        y: charts::linear(("frames", "part of the frames"), 0.0..1.0),
         lines,
         names: Names::In(Corner::LowerRight),
         notes: Vec::new(),
