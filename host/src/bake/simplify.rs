@@ -8,7 +8,7 @@
 //! their normals.
 //!
 //! Every rung has a tree of its own. One tree over all versions would take a third of the
-//! bytes, but rays take half as long again in it (`cargo bench -p shisen-tests --bench levels`).
+//! bytes, but rays would take half as long again in it.
 
 #[cfg(test)]
 mod tests;
