@@ -56,13 +56,14 @@ impl Effort {
 }
 
 /// A hard case.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub struct Case {
     /// The name, unique among all cases.
     pub name: &'static str,
     /// The reason why the inputs are hard.
     pub hard: &'static str,
-    /// The kind of error, with its unit.
+    /// The kind of error, with its unit; `unit` in JSON.
+    #[serde(rename = "unit")]
     pub error: &'static str,
     /// The reference of the error.
     pub reference: &'static str,
@@ -70,18 +71,19 @@ pub struct Case {
     pub naive: &'static str,
     /// The largest error that passes.
     pub bound: f64,
+    #[serde(skip)]
     measure: fn(Effort) -> Errors,
 }
 
 /// The texts that several cases share.
-struct Family {
-    error: &'static str,
-    reference: &'static str,
-    naive: &'static str,
+pub(crate) struct Family {
+    pub(crate) error: &'static str,
+    pub(crate) reference: &'static str,
+    pub(crate) naive: &'static str,
 }
 
 impl Family {
-    const fn case(
+    pub(crate) const fn case(
         &self,
         name: &'static str,
         hard: &'static str,
@@ -137,14 +139,9 @@ impl Outcome {
         let has = |(_, cases): &&(&str, &[Case])| cases.iter().any(|one| one.name == case.name);
         Row {
             group: GROUPS.iter().find(has).map_or("", |(group, _)| group),
-            name: case.name,
-            hard: case.hard,
-            unit: case.error,
-            reference: case.reference,
-            naive: case.naive,
+            case,
             passed: self.passed(),
             error: errors.ours,
-            bound: case.bound,
             naive_error: errors.naive,
             control: self.is_control(),
         }
@@ -156,22 +153,13 @@ impl Outcome {
 pub struct Row {
     /// The name of one of [`GROUPS`].
     pub group: &'static str,
-    /// As [`Case::name`].
-    pub name: &'static str,
-    /// As [`Case::hard`].
-    pub hard: &'static str,
-    /// As [`Case::error`].
-    pub unit: &'static str,
-    /// As [`Case::reference`].
-    pub reference: &'static str,
-    /// As [`Case::naive`].
-    pub naive: &'static str,
+    /// The case.
+    #[serde(flatten)]
+    pub case: &'static Case,
     /// Whether the error is within its bound.
     pub passed: bool,
     /// As [`Errors::ours`]; null in JSON where infinite.
     pub error: f64,
-    /// As [`Case::bound`].
-    pub bound: f64,
     /// As [`Errors::naive`]; null in JSON where infinite.
     pub naive_error: f64,
     /// As [`Outcome::is_control`].

@@ -66,15 +66,16 @@ impl<E> fmt::Display for Table<'_, E> {
         let width = |column| (0..rows).map(|row| cell(row, column).chars().count()).max();
         let widths: Vec<usize> = (0..columns).map(|one| width(one).unwrap_or(0)).collect();
         for row in 0..rows {
-            if row > 0 {
-                writeln!(f)?;
-            }
-            for (column, &width) in widths.iter().enumerate() {
-                match column {
-                    0 => write!(f, "{:<width$}", cell(row, column))?,
-                    _ => write!(f, "  {:>width$}", cell(row, column))?,
-                }
-            }
+            let cells = widths
+                .iter()
+                .enumerate()
+                .map(|(column, &width)| match column {
+                    0 => format!("{:<width$}", cell(row, column)),
+                    _ => format!("{:>width$}", cell(row, column)),
+                });
+            let line = cells.collect::<Vec<_>>().join("  ");
+            let end = if row + 1 < rows { "\n" } else { "" };
+            write!(f, "{}{end}", line.trim_end())?;
         }
         Ok(())
     }

@@ -100,7 +100,7 @@ void packets(const void *opened, const Rays *rays, Hit *hits) {
         }
 }
 
-// What the library has for this processor.
+// The instruction sets that the library uses on this processor.
 struct Simd {
     const char *single = "SSE, 4 wide", *packet = "SSE, 4 wide";
     Simd() {

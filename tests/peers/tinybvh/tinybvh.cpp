@@ -27,7 +27,7 @@ template <bool SPLITS> void *open(const Mesh *mesh) {
 
 void close(void *opened) { delete static_cast<Tree *>(opened); }
 
-// As its constructor does, but for the length of the direction, which stays.
+// Sets a ray as tinybvh's constructor does, but keeps the direction's length.
 void set(Ray &ray, const float (&from)[6]) {
     ray.O = bvhvec3(from[0], from[1], from[2]);
     ray.D = bvhvec3(from[3], from[4], from[5]);

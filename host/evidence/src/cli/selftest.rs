@@ -122,14 +122,18 @@ impl fmt::Display for Report {
                 (true, false) => String::new(),
             };
             let table = Table::new(cases)
-                .text(cases[0].group, |row| format!("  {:<38}", row.name))
+                .text(cases[0].group, |row| format!("  {:<38}", row.case.name))
                 .text("ours", |row| number(row.error))
-                .text("bound", |row| number(row.bound))
+                .text("bound", |row| number(row.case.bound))
                 .text("naive", |row| number(row.naive_error))
                 .text("", verdict);
             writeln!(f, "{table:#}")?;
             for row in cases.iter().filter(|row| !row.passed) {
-                writeln!(f, "    {}: {}; error: {}", row.name, row.hard, row.unit)?;
+                writeln!(
+                    f,
+                    "    {}: {}; error: {}",
+                    row.case.name, row.case.hard, row.case.error
+                )?;
             }
         }
         write!(f, "{} passed, {} failed", self.passed, self.failed)

@@ -70,9 +70,9 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     measures.push(measure("spent_percent", "taken of what it may, %"));
     let comparison = Comparison::new(
         ("budgets", "How many steps a frame may take"),
-        "A budget ends at the first pixel that it may not reach; the rest of the frame costs \
-         next to nothing. Above the need and what is set aside nothing changes: at 100 % the \
-         last pixels may still lack.",
+        "A budget ends at the first pixel beyond it; the rest of the frame costs next to nothing. \
+         Above the need and the steps set aside nothing changes: at 100 % the last pixels may still \
+         be missing.",
         measures,
         UNSEEN,
         points,
@@ -111,13 +111,12 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
 fn about(size: u32, need: u64, dearest: u64) -> String {
     format!(
         "The frame of the first section by the paper's levels, {size}² pixels a wall, on one \
-         thread. It needs {need} steps; it may take a share of them, tiles of {TILE}² pixels from \
-         the line of sight outwards, and those that nothing is left for show the background. What \
-         is begun is traced to its end, which takes {dearest} steps at most here (the dearest \
-         pixel with the rays of its block); so many but one are set aside, {:.2} % of the need, \
-         and no frame takes more than it may. The \
-         truth is the same frame with all steps. Rings are those of the walls' own pixels: what \
-         is looked at comes first.",
+         thread. It needs {need} steps and may take a share of them, tiles of {TILE}² pixels from \
+         the line of sight outwards; tiles that get no steps show the background. A pixel once \
+         begun is finished, with up to {dearest} steps here (the dearest pixel with the rays of its \
+         block). All but one of these are set aside, {:.2} % of the need, so that no frame takes \
+         more than it may. The truth is the same frame with all steps. Rings are those of the \
+         walls' own pixels.",
         100.0 * set_aside(dearest) as f64 / need.max(1) as f64,
     )
 }

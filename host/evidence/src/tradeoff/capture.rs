@@ -163,9 +163,9 @@ const NEAR_ERRORS: [Measure; 3] = [
 ];
 
 fn mappings(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
-    let asked = all(bench.effort.pick(256, 1024));
-    let measured = render(bench, scene, &asked, (0.0, 0.3))?;
-    let points = asked.iter().zip(measured).map(|(one, time)| {
+    let pictures = all(bench.effort.pick(256, 1024));
+    let measured = render(bench, scene, &pictures, (0.0, 0.3))?;
+    let points = pictures.iter().zip(measured).map(|(one, time)| {
         let errors = [
             one.near_error(100.0),
             Some(one.far_error()),
@@ -204,17 +204,17 @@ fn nearest_first() -> Vec<Optics> {
 
 fn sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
     let optics = nearest_first();
-    let mut asked = Vec::new();
+    let mut pictures = Vec::new();
     for &size in bench.effort.pick(
         &[64u32, 256, 1024][..],
         &[64, 128, 256, 512, 1024, 2048, 4096],
     ) {
-        asked.extend(optics.iter().map(|&one| Optics { size, ..one }));
+        pictures.extend(optics.iter().map(|&one| Optics { size, ..one }));
     }
     let places = Places::new(bench, scene)?;
-    let measured = render(bench, scene, &asked, (0.3, 0.7))?;
+    let measured = render(bench, scene, &pictures, (0.3, 0.7))?;
     let mut points = Vec::new();
-    for (one, time) in asked.iter().zip(measured) {
+    for (one, time) in pictures.iter().zip(measured) {
         let errors = places.errors(one, &time.first.picture)?;
         let name = format!("{}, {}²", one.name(), one.size);
         points.push(one.measured(errors, name, &time));
@@ -249,7 +249,7 @@ fn sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
 
 fn mirror_sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
     let size = bench.effort.pick(128, 512);
-    let mut asked = Vec::new();
+    let mut pictures = Vec::new();
     for &part in bench.effort.pick(
         &[1e-6f64, 1e-4, 1e-2, 1e-1][..],
         &[1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2, 1e-1, 3e-1],
@@ -257,7 +257,7 @@ fn mirror_sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
         for mapping in [Mapping::Mirror, Mapping::Exact] {
             let radius = part as f32 * NEAREST;
             let mirror = Named::Best;
-            asked.push((
+            pictures.push((
                 part,
                 Optics {
                     mirror,
@@ -268,10 +268,10 @@ fn mirror_sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
             ));
         }
     }
-    let optics: Vec<Optics> = asked.iter().map(|one| one.1).collect();
+    let optics: Vec<Optics> = pictures.iter().map(|one| one.1).collect();
     let measured = render(bench, scene, &optics, (0.7, 0.9))?;
     let mut points = Vec::new();
-    for ((part, one), time) in asked.iter().zip(measured) {
+    for ((part, one), time) in pictures.iter().zip(measured) {
         let near = NearField::new(one.mirror.mirror(), one.mapping);
         let errors = size_errors(&near, *part, 1.0)?;
         let sum = errors.near_field.map(|near| near + errors.rounding);
@@ -306,13 +306,13 @@ fn precision(bench: &Bench<'_>) -> Result<Comparison, Cause> {
         .map(|i| DVec2::new(place(i % side), place(i / side)))
         .filter(|place| place.length() < 1.0)
         .collect();
-    let mut asked = Vec::new();
+    let mut pictures = Vec::new();
     for mapping in [Mapping::Mirror, Mapping::Exact] {
         for double in [false, true] {
-            asked.push((Named::Best, mapping, double));
+            pictures.push((Named::Best, mapping, double));
         }
     }
-    let measured = bench.in_turns(&asked, (0.9, 1.0), |&(named, mapping, double)| {
+    let measured = bench.in_turns(&pictures, (0.9, 1.0), |&(named, mapping, double)| {
         let mirror = named.mirror();
         let single = mirror.single()?;
         let b1 = mirror.parameters().b1;
@@ -340,7 +340,7 @@ fn precision(bench: &Bench<'_>) -> Result<Comparison, Cause> {
         };
         Ok((seconds, off))
     })?;
-    let points = asked.iter().zip(measured).map(|(one, time)| {
+    let points = pictures.iter().zip(measured).map(|(one, time)| {
         let &(mirror, mapping, double) = one;
         let precision = if double { "f64" } else { "f32" };
         let name = format!("{precision} {}", mapping.name());

@@ -39,15 +39,15 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     options.settings.samples = SAMPLES;
     let with = |effects: Effects| Options { effects, ..options };
     let asked_for = baked.scene().effects();
-    let mut asked: Vec<(Option<EffectSet>, Effects)> = vec![(None, Effects::AUTO)];
+    let mut ways: Vec<(Option<EffectSet>, Effects)> = vec![(None, Effects::AUTO)];
     for &(effect, _) in EffectSet::NAMED
         .iter()
         .filter(|one| asked_for.contains(one.0))
     {
-        asked.push((Some(effect), Effects::AUTO.less(effect)));
+        ways.push((Some(effect), Effects::AUTO.less(effect)));
     }
-    asked.push((Some(asked_for), Effects::AUTO.less(EffectSet::ALL)));
-    let measured = bench.in_turns(&asked, (0.0, 1.0), |one| {
+    ways.push((Some(asked_for), Effects::AUTO.less(EffectSet::ALL)));
+    let measured = bench.in_turns(&ways, (0.0, 1.0), |one| {
         let (scene, quiet) = (baked.scene(), |_, _| {});
         let frame = render::cave(&scene, &cave, &eye, &with(one.1), &quiet)?;
         Ok((frame.seconds, frame))
@@ -62,7 +62,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let near_truth = near_frame(Effects::AUTO)?;
     let mut points = Vec::new();
     let mut pictures = vec![Figure::new("All effects", truth.clone())];
-    for ((effect, effects), time) in asked.iter().zip(measured) {
+    for ((effect, effects), time) in ways.iter().zip(measured) {
         let found = &time.first.pictures[0].picture;
         let name = match effect {
             None => "all".to_owned(),
@@ -87,19 +87,18 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         points.push(point.measured(errors, &time, Some(time.first.statistics.steps)));
     }
     let about = format!(
-        "A scene that asks for all effects, on one wall of {size}² pixels, {SAMPLES} rays a pixel; \
-         looked at by one eye at the ball of flint (which a screen of its own shows within 5°, as in the \
-         first section); as it is, without each of them, and without \
-         all. The truth is the frame with all. Beside \
-         each stand the pixels and the rays of the whole frame's ledger that were for it."
+        "A scene with all effects, on one wall of {size}² pixels, {SAMPLES} rays a pixel, for one \
+         eye that looks at the ball of flint (with a screen of its own within 5°, as in the first \
+         section): with all effects, without each of them, and without all. The truth is the frame \
+         with all. Each setting has its pixels and rays of the whole frame's ledger."
     );
     let mut measures = MEASURES.to_vec();
     measures.push(measure("ledger_pixels_percent", "its pixels, %"));
     measures.push(measure("ledger_rays", "its rays"));
     let comparison = Comparison::new(
         ("effects", "What can be left out"),
-        "An effect that is left out changes what is seen where it was asked for, and saves its \
-         rays and its shading.",
+        "Without an effect the picture changes where the scene asks for it, and its rays and its \
+         shading are saved.",
         measures,
         UNSEEN,
         points,

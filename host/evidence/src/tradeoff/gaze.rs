@@ -16,15 +16,15 @@ use shisen_core::gaze::{Acuity, Boundary, VisualField, VisualFieldLimits};
 /// 0.1 % are black for white. A convention, without a trial with people.
 pub(super) const UNSEEN: Limit = Limit {
     error: 0.001,
-    because: "unseen: as if 1.7 % of what is seen were off by what is just visible side by side",
+    because: "unseen: as if 1.7 % of the picture were just visibly off, side by side",
 };
 
 /// FLIP by acuity that may be missing at the border of the field of view: ten times [`UNSEEN`].
 /// A convention, too: visible beside the other picture, and seldom missed without it.
 pub(super) const NOT_MISSED: Limit = Limit {
     error: 0.01,
-    because: "with losses that are not missed: as if 1 % of what is seen, or of the cortex \
-              that sees it, were replaced altogether, as black by white",
+    because: "not missed: as if 1 % of the picture, by the cortex that sees it, were black for \
+              white",
 };
 
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
@@ -32,18 +32,17 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let room = Room::new(bench, size)?;
     let scenes = Scenes::new(bench)?;
     let about = format!(
-        "The paper's scene A (mirrors all round) on three walls of {size}² pixels, {:.1} pixels \
-         a degree at the least, for two eyes that look at the animal above the middle of the \
-         front wall. Errors are against full tracing of the same view: FLIP from 0 (equal) to 1, \
-         at {}; the peak signal-to-noise \
-         ratio, none where nothing differs; structural similarity up to 1 (equal). They are taken \
-         over all pixels, in rings round the line of sight (the fovea to 1°, the parafovea to 5°, \
-         the periphery beyond: Rayner 1998; the first two on a screen of their own with {} pixels \
-         within 1° for each eye, which is in no time and no step), and, by acuity, weighted by the part of the visual cortex that sees a \
-         pixel: its solid angle times the square of 17.3 mm / (E + 0.75°), E being its \
-         eccentricity (Horton & Hoyt 1991), to 5° of that screen, beyond of the walls. What follows the gaze is whether rays are traced at \
-         all, how often they bounce, and what faces they see; and, of peripheral sampling, how many \
-         pixels have a ray of their own.",
+        "The paper's scene A (mirrors all round) on three walls of {size}² pixels, at least {:.1} \
+         pixels a degree, for two eyes that look at the animal above the middle of the front wall. \
+         Errors are against full tracing of the same view: FLIP from 0 (equal) to 1, at {}; the \
+         peak signal-to-noise ratio, which equal pictures do not have; structural similarity up to \
+         1 (equal). They are taken over all pixels; in rings round the line of sight (the fovea to \
+         1°, the parafovea to 5°, the periphery beyond: Rayner 1998); and by acuity, weighted by the \
+         part of the visual cortex that sees a pixel: its solid angle times the square of \
+         17.3 mm / (E + 0.75°), E being its eccentricity (Horton & Hoyt 1991). Fovea and parafovea \
+         are taken from a screen of their own with {} pixels within 1° for each eye, which adds no \
+         time and no steps. The settings say which rays are traced, how often they bounce, which \
+         faces they see, and, for peripheral sampling, how many pixels have a ray of their own.",
         room.pixels_per_degree(),
         flip_at(room.pixels_per_degree()),
         room.near.pixels_in_the_fovea(),
@@ -67,8 +66,7 @@ fn flip_at(pixels_per_degree: f32) -> String {
     if pixels_per_degree < LEAST_PIXELS_PER_DEGREE {
         format!(
             "{LEAST_PIXELS_PER_DEGREE} pixels a degree, the fewest that it has filters for: these \
-             walls have fewer, and it is as if they were seen from {:.1} times as far, where \
-             detail counts for less",
+             walls have fewer, and are compared as if seen from {:.1} times as far",
             LEAST_PIXELS_PER_DEGREE / pixels_per_degree
         )
     } else {
@@ -109,7 +107,7 @@ impl Scenes {
 }
 
 /// A setting to measure.
-struct Asked<'a> {
+struct Setting<'a> {
     series: &'static str,
     name: String,
     scene: &'a Baked,
@@ -117,7 +115,7 @@ struct Asked<'a> {
     way: Way<'a>,
 }
 
-impl<'a> Asked<'a> {
+impl<'a> Setting<'a> {
     fn new(series: &'static str, name: impl Into<String>, scene: &'a Baked, way: Way<'a>) -> Self {
         Self {
             series,
@@ -149,15 +147,15 @@ impl<'a> Asked<'a> {
 fn points(
     bench: &Bench<'_>,
     room: &Room,
-    asked: &[Asked<'_>],
+    settings: &[Setting<'_>],
     truth: Option<(&Baked, &Way<'_>)>,
     share: (f64, f64),
 ) -> Result<(Vec<Point>, Vec<Frame>), Cause> {
-    let measured = bench.in_turns(asked, share, |one| {
+    let measured = bench.in_turns(settings, share, |one| {
         let frame = room.frame(one.scene, &one.way)?;
         Ok((frame.seconds, frame))
     })?;
-    let (scene, way) = truth.unwrap_or((asked[0].scene, &asked[0].way));
+    let (scene, way) = truth.unwrap_or((settings[0].scene, &settings[0].way));
     let near_truth = room.near_frame(scene, way)?;
     let truth = match truth {
         Some((scene, way)) => room.frame(scene, way)?,
@@ -165,7 +163,7 @@ fn points(
     };
     let mut points = Vec::new();
     let mut frames = Vec::new();
-    for (one, time) in asked.iter().zip(measured) {
+    for (one, time) in settings.iter().zip(measured) {
         let near = room.near_frame(one.scene, &one.way)?;
         let near = room.near.error(&near, &near_truth);
         let frame = &time.first;
@@ -194,10 +192,10 @@ fn methods(
             ..Lod::PAPER
         })
     };
-    let mut asked = vec![
-        Asked::new("all in full", "full", usual, Way::FULL),
-        Asked::new("method", "paper", usual, Way::PAPER),
-        Asked::new(
+    let mut settings = vec![
+        Setting::new("all in full", "full", usual, Way::FULL),
+        Setting::new("method", "paper", usual, Way::PAPER),
+        Setting::new(
             "method",
             "paper-ellipse",
             usual,
@@ -214,15 +212,15 @@ fn methods(
             faces,
             ..Lod::PAPER
         };
-        asked.push(Asked::new("method", name, usual, with(lod)));
+        settings.push(Setting::new("method", name, usual, with(lod)));
     }
-    asked.extend(foveated(bench, usual));
+    settings.extend(foveated(bench, usual));
     for degrees in bench
         .effort
         .pick(&[5u16, 15, 45][..], &[2, 5, 10, 15, 20, 25, 40, 50])
     {
         let name = format!("full to {degrees}°");
-        asked.push(Asked::new(
+        settings.push(Setting::new(
             "cut-offs",
             name,
             usual,
@@ -232,7 +230,7 @@ fn methods(
     for degrees in bench.effort.pick(&[-20i8, 20][..], &[-20, -10, 10, 20, 30]) {
         let sign = if *degrees < 0 { "−" } else { "+" };
         let name = format!("border {sign}{}°", degrees.unsigned_abs());
-        asked.push(Asked::new(
+        settings.push(Setting::new(
             "cut-offs",
             name,
             usual,
@@ -245,9 +243,9 @@ fn methods(
             u32::MAX => ("faces", format!("{rungs} levels"), Way::PAPER),
             _ => ("fewer faces everywhere", format!("{max} faces"), Way::FULL),
         };
-        asked.push(Asked {
+        settings.push(Setting {
             faces: Some((min, max, rungs)),
-            ..Asked::new(series, name, scene, way)
+            ..Setting::new(series, name, scene, way)
         });
     }
     for &size in bench
@@ -262,18 +260,17 @@ fn methods(
             filling: Filling::Capture(capture),
             ..Way::PAPER
         };
-        asked.push(Asked::new(
+        settings.push(Setting::new(
             "filled by a capture",
             format!("capture {size}²"),
             usual,
             way,
         ));
     }
-    let (points, mut frames) = points(bench, room, &asked, None, (0.0, 0.6))?;
-    let about = "What follows the gaze (rays, bounces, faces), where full detail ends and \
-                 tracing ends, how many faces meshes have at the border and everywhere, and what \
-                 fills what is not traced. The truth is everything in full, three bounces, one \
-                 ray a pixel.";
+    let (points, mut frames) = points(bench, room, &settings, None, (0.0, 0.6))?;
+    let about = "What follows the gaze (rays, bounces, faces), where full detail ends and tracing \
+                 ends, how many faces meshes have at the border and everywhere, and how the rest is \
+                 filled. The truth is everything in full, three bounces, one ray a pixel.";
     let title = ("methods", "What follows the gaze");
     let comparison = Comparison::new(title, about, MEASURES.to_vec(), NOT_MISSED, points)
         .with_other_limit(UNSEEN)
@@ -284,30 +281,30 @@ fn methods(
 }
 
 /// Settings with fewer rays in the periphery.
-fn foveated<'a>(bench: &Bench<'_>, usual: &'a Baked) -> Vec<Asked<'a>> {
+fn foveated<'a>(bench: &Bench<'_>, usual: &'a Baked) -> Vec<Setting<'a>> {
     let point = |name: String, lod: Lod| {
         let way = Way {
             lod: Some(lod),
             ..Way::FULL
         };
-        Asked::new("peripheral sampling", name, usual, way)
+        Setting::new("peripheral sampling", name, usual, way)
     };
     let levels = Lod {
         acuity: Some(Acuity::GUENTER),
         ..Lod::PAPER
     };
-    let mut asked = vec![
+    let mut settings = vec![
         point("foveated".to_owned(), Lod::foveated(Acuity::GUENTER)),
         point("foveated, the paper's levels".to_owned(), levels),
     ];
     let coarser = bench
         .effort
         .pick(&[2.0f32, 4.0][..], &[1.5, 2.0, 3.0, 4.0, 8.0]);
-    asked.extend(coarser.iter().map(|&times| {
+    settings.extend(coarser.iter().map(|&times| {
         let name = format!("foveated, {times} times as coarse");
         point(name, Lod::foveated(Acuity::GUENTER.steeper(times)))
     }));
-    asked
+    settings
 }
 
 /// The paper's field with another central one.
@@ -341,14 +338,19 @@ fn depths(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison,
     let deepest = 8;
     let usual = scenes.usual();
     let way = |depth: u8, way: Way<'static>| Way { depth, ..way };
-    let mut asked = Vec::new();
+    let mut settings = Vec::new();
     for depth in 0..=5 {
         let name = format!("depth {depth}");
-        asked.push(Asked::new("everywhere", name, usual, way(depth, Way::FULL)));
+        settings.push(Setting::new(
+            "everywhere",
+            name,
+            usual,
+            way(depth, Way::FULL),
+        ));
     }
     for &depth in bench.effort.pick(&[1u8, 3, 5][..], &[0, 1, 2, 3, 4, 5]) {
         let name = format!("paper, depth {depth}");
-        asked.push(Asked::new("paper", name, usual, way(depth, Way::PAPER)));
+        settings.push(Setting::new("paper", name, usual, way(depth, Way::PAPER)));
     }
     let about = format!(
         "Reflections after one another, in all pixels, and with the paper's levels, which leave \
@@ -359,7 +361,7 @@ fn depths(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison,
         bench,
         room,
         (usual, &way(deepest, Way::FULL)),
-        asked,
+        settings,
         (title, about),
         (0.6, 0.8),
     )
@@ -370,17 +372,22 @@ fn samples(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison
     let finest = bench.effort.pick(32, 64);
     let usual = scenes.usual();
     let way = |samples: u16, way: Way<'static>| Way { samples, ..way };
-    let mut asked = Vec::new();
+    let mut settings = Vec::new();
     for &samples in bench.effort.pick(&[1u16, 2, 4, 8][..], &[1, 2, 4, 8, 16]) {
         let rays = counted(samples.into(), "ray");
         let paper = format!("paper, {rays}");
-        asked.push(Asked::new(
+        settings.push(Setting::new(
             "everywhere",
             rays,
             usual,
             way(samples, Way::FULL),
         ));
-        asked.push(Asked::new("paper", paper, usual, way(samples, Way::PAPER)));
+        settings.push(Setting::new(
+            "paper",
+            paper,
+            usual,
+            way(samples, Way::PAPER),
+        ));
     }
     let about = format!(
         "Rays a pixel, in all pixels, and where the paper's levels leave any. The truth is full \
@@ -391,22 +398,22 @@ fn samples(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison
         bench,
         room,
         (usual, &way(finest, Way::FULL)),
-        asked,
+        settings,
         (title, about),
         (0.8, 1.0),
     )
 }
 
-/// Compares settings with a truth that is none of them.
+/// Compares settings with a truth that is not among them.
 fn by_truth(
     bench: &Bench<'_>,
     room: &Room,
     truth: (&Baked, &Way<'_>),
-    asked: Vec<Asked<'_>>,
+    settings: Vec<Setting<'_>>,
     (title, about): ((&'static str, &'static str), String),
     share: (f64, f64),
 ) -> Result<Comparison, Cause> {
-    let (points, _) = points(bench, room, &asked, Some(truth), share)?;
+    let (points, _) = points(bench, room, &settings, Some(truth), share)?;
     let comparison = Comparison::new(title, about, MEASURES.to_vec(), UNSEEN, points);
     Ok(comparison.with_other_limit(NOT_MISSED))
 }

@@ -40,13 +40,13 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let about = format!(
         "A simulated viewer (fixations, saccades, pursuit, blinks) before a simulated tracker of \
          {RATE} samples a second with 0.1° of noise, three of {seconds} s each, the same on every \
-         run. Errors are angles between the estimate for the time of display and the viewer's \
-         line of sight then, while data are fresh and eyes open. The widening is something else: \
-         a frame stands for {:.0} ms, in which the eye moves on, and its field of full detail \
-         has to hold that of the true gaze all the time. So much wider it is in 95 % (99 %) of \
-         frames, and so much wider that of the first section's frame ({size}² pixels a wall) is \
-         made: time and steps are that frame's. Beside it stands how many frames of two other \
-         viewers the widening for 95 % holds.",
+         run. Errors are angles between the estimate for the time of display and the viewer's line \
+         of sight then, while data are fresh and eyes open. The widening: a frame is shown for \
+         {:.0} ms, in which the eye moves on, and its field of full detail has to hold that of the \
+         true gaze all the time. It has to be so much wider for 95 % (99 %) of the frames. Time and \
+         steps are those of the first section's frame ({size}² pixels a wall) with a field as wide. \
+         Beside them stands the share of the frames of two other viewers for which the widening for \
+         95 % is enough.",
         1e3 * f64::from(FRAME) / f64::from(RATE),
     );
     let title = "Latency and prediction";
@@ -70,15 +70,15 @@ fn horizons(
         let gaze = gaze(latency, horizon, seconds)?;
         Ok((horizon, gaze))
     });
-    let asked = render::pool(bench.threads)?.install(|| each.collect::<Result<Vec<_>, Cause>>())?;
+    let gazes = render::pool(bench.threads)?.install(|| each.collect::<Result<Vec<_>, Cause>>())?;
     let middle = 0.5 * (from + to);
     (bench.progress)(middle);
-    let measured = bench.in_turns(&asked, (middle, to), |(_, gaze)| {
+    let measured = bench.in_turns(&gazes, (middle, to), |(_, gaze)| {
         let frame = room.frame(scene, &widened(gaze.widening(0.95)))?;
         Ok((frame.seconds, frame.statistics.steps))
     })?;
     let mut points = Vec::new();
-    for ((horizon, gaze), time) in asked.iter().zip(measured) {
+    for ((horizon, gaze), time) in gazes.iter().zip(measured) {
         let surer = room.frame(scene, &widened(gaze.widening(0.99)))?;
         let name = match horizon {
             0 => "no prediction".to_owned(),
@@ -95,15 +95,15 @@ fn horizons(
         points.push(point.measured(errors, &time, Some(time.first)));
     }
     let about = format!(
-        "Up to the horizon pursuit is continued at its velocity, and a saccade along its \
-         course; what is shown is {latency} ms later than the sample. A nearer gaze needs a \
-         narrower field, which takes less time."
+        "Up to the horizon pursuit is continued at its velocity, and a saccade along its course; \
+         light is {latency} ms later than its sample. A better estimate needs a narrower field, \
+         which takes less time."
     );
     let mut comparison = Comparison::new((id, title), about, MEASURES.to_vec(), LIMIT, points);
     let horizons = |name: &str, colour, place: usize| {
         let point =
             |(horizon, gaze): &(u32, GazeError)| (f64::from(*horizon), gaze.errors()[place]);
-        charts::line(name, colour, asked.iter().map(point))
+        charts::line(name, colour, gazes.iter().map(point))
     };
     comparison.charts = vec![
         chart(

@@ -195,7 +195,15 @@ fn write_hard_cases(page: &mut String, choice: &str, cases: &[Row]) {
         head.map(|(attribute, text)| cell("th", attribute, text))
             .concat()
     );
-    for case in cases {
+    for Row {
+        case,
+        passed,
+        error,
+        naive_error,
+        control,
+        ..
+    } in cases
+    {
         let number = |error: f64, note: &str| {
             let text = if error.is_finite() {
                 short(error)
@@ -204,21 +212,21 @@ fn write_hard_cases(page: &mut String, choice: &str, cases: &[Row]) {
             };
             cell("td", NUMBER, &(text + note))
         };
-        let control = if case.control { " (control)" } else { "" };
+        let control = if *control { " (control)" } else { "" };
         let row = [
             cell("td", "", case.name),
             cell("td", "", case.hard),
-            number(case.error, ""),
+            number(*error, ""),
             number(case.bound, ""),
-            number(case.naive_error, control),
-            cell("td", "", case.unit),
+            number(*naive_error, control),
+            cell("td", "", case.error),
             cell(
                 "td",
                 &format!(" title=\"{}\"", escaped(case.naive)),
                 case.reference,
             ),
         ];
-        let class = if case.passed { "" } else { " class=\"failed\"" };
+        let class = if *passed { "" } else { " class=\"failed\"" };
         let _ = writeln!(page, "<tr{class}>{}</tr>", row.concat());
     }
     page.push_str("</tbody>\n</table></div>\n");

@@ -59,16 +59,17 @@ pub(crate) fn csv(report: &Report) -> Result<String, csv::Error> {
             let cells = [section.id].into_iter().chain(texts).chain([""; 5]);
             rows.write_record(cells)
         };
-        for case in &section.hard_cases {
+        for outcome in &section.hard_cases {
+            let case = outcome.case;
             for (way, error) in [
-                ("built in", case.error),
+                ("built in", outcome.error),
                 ("bound", case.bound),
-                ("textbook", case.naive_error),
+                ("textbook", outcome.naive_error),
             ] {
                 let error = Some(error).filter(|error| error.is_finite());
                 let error = error.map_or(String::new(), |error| error.to_string());
-                let settings = format!("control={}", case.control);
-                row([case.group, way, case.name, &settings, case.unit, &error])?;
+                let settings = format!("control={}", outcome.control);
+                row([outcome.group, way, case.name, &settings, case.error, &error])?;
             }
         }
         for TilePrice {

@@ -98,13 +98,13 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         });
     let comparison = Comparison::new(
         ("wavelengths", "How many wavelengths, and how"),
-        "One wavelength is none: the index of the d line for all colours, but for the paper's \
-         method and fixed wavelengths, which have a picture of it. At equal rays more wavelengths \
-         are not always nearer: each has fewer rays, 8 at 7 wavelengths and one or two at 40, and \
-         edges that are drawn by so few have colours of their own, which are most of the error; \
-         where 64 or 128 rays take all wavelengths, edges have little to add. What the number of \
-         wavelengths costs by itself is below. What \
-         is less than the standard deviation between details (±) is chance.",
+        "One wavelength means no dispersion: the index of the d line for all colours, except in the \
+         paper's method and fixed wavelengths, which have a picture of that wavelength. With equal \
+         rays more wavelengths are not always nearer: each has fewer rays, 8 at 7 wavelengths and \
+         one or two at 40, and edges drawn by so few rays have colours of their own, which are most \
+         of the error. With 64 or 128 rays of all wavelengths edges add little. The cost of the \
+         number of wavelengths by itself is below. Differences below the standard deviation between \
+         details (±) are chance.",
         MEASURES.to_vec(),
         LIMIT,
         points,
@@ -143,7 +143,7 @@ const MEASURES: [Measure; 5] = [
 
 const LIMIT: Limit = Limit {
     error: 1.0,
-    because: "up to which nobody sees a difference, in all but a twentieth of the pixels",
+    because: "nobody sees this difference; a twentieth of the pixels may be farther off",
 };
 
 /// Renders all details by each setting: a picture this small keeps one thread busy, and its

@@ -5,9 +5,9 @@ use std::ffi::{CStr, c_void};
 
 /// A way of tracing.
 pub(crate) trait Trace: Sized {
-    /// Builds what is traced, or cannot.
+    /// Builds the tree; `None` if it cannot.
     fn open(corners: &'static [[[f32; 3]; 3]], baked: &'static [u8]) -> Option<Self>;
-    /// Traces rays, of a picture with so many pixels a row where that is not 0.
+    /// Traces rays; `side` is the number of pixels a row of a picture, or 0.
     fn trace(&self, rays: &[[f32; 6]], side: usize, hits: &mut [Hit]);
 }
 
@@ -31,7 +31,7 @@ pub(crate) const fn contender<T: Trace>(
 }
 
 unsafe extern "C" fn open<T: Trace>(mesh: *const Mesh) -> *mut c_void {
-    // SAFETY: the interface promises that both are there until `close`.
+    // SAFETY: the interface promises that both live until `close`.
     let opened = unsafe {
         let mesh = &*mesh;
         T::open(

@@ -1,4 +1,4 @@
-//! What a library of contenders exports: [`SYMBOL`], a function of the type [`List`].
+//! The interface of a library of contenders: it exports [`SYMBOL`], a function of type [`List`].
 //! `contender.h` beside this crate says the same for C++.
 
 use std::ffi::{c_char, c_void};
@@ -6,13 +6,13 @@ use std::ffi::{c_char, c_void};
 /// The name of the exported function.
 pub const SYMBOL: &[u8] = b"shisen_contenders\0";
 
-/// Says how many contenders there are, and where.
+/// Returns the contenders, and writes their count.
 pub type List = unsafe extern "C" fn(count: *mut usize) -> *const Contender;
 
 /// The triangle of a ray that hits none.
 pub const NONE: u32 = u32::MAX;
 
-/// What a contender does with rays.
+/// The task of a contender.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub enum Task {
@@ -20,8 +20,7 @@ pub enum Task {
     Nearest = 0,
     /// Says whether anything is hit: triangle 0 at distance 0, or none.
     Any = 1,
-    /// As `Nearest`, for pictures alone: rays are the pixels of one, row by row, and
-    /// start in one point.
+    /// As `Nearest`, for the pixels of a picture alone, row by row; all rays start in one point.
     Picture = 2,
 }
 
@@ -29,21 +28,21 @@ pub enum Task {
 #[derive(Debug)]
 #[repr(C)]
 pub struct Contender {
-    /// Who, as text that ends in 0.
+    /// The contender's name, as text that ends in 0.
     pub name: *const c_char,
-    /// How.
+    /// The mode.
     pub mode: *const c_char,
-    /// Which version; empty where the lock file says.
+    /// The version; empty if the lock file has it.
     pub version: *const c_char,
     /// Instructions and lanes.
     pub simd: *const c_char,
-    /// What it does.
+    /// The task.
     pub task: Task,
-    /// Builds what is traced; null where it cannot be built.
+    /// Builds the tree; null if it cannot be built.
     pub open: unsafe extern "C" fn(*const Mesh) -> *mut c_void,
-    /// Traces rays, and writes as many hits. The sizes are those of both.
+    /// Traces rays, and writes a hit for each.
     pub trace: unsafe extern "C" fn(*const c_void, *const Rays, *mut Hit),
-    /// Takes back what `open` gave.
+    /// Frees the tree of `open`.
     pub close: unsafe extern "C" fn(*mut c_void),
 }
 
@@ -53,11 +52,11 @@ pub struct Contender {
 pub struct Mesh {
     /// Nine numbers a triangle.
     pub corners: *const f32,
-    /// How many triangles.
+    /// The number of triangles.
     pub triangles: usize,
-    /// The same as a baked scene of one mesh, which only ours reads.
+    /// The same mesh as a baked scene, for ours alone.
     pub baked: *const u8,
-    /// Its bytes.
+    /// The number of bytes of `baked`.
     pub baked_bytes: usize,
 }
 
@@ -67,25 +66,24 @@ pub struct Mesh {
 pub struct Rays {
     /// Origin and direction, six numbers a ray.
     pub rays: *const [f32; 6],
-    /// How many.
+    /// The number of rays.
     pub count: usize,
-    /// Pixels a row, a multiple of 8 that divides `count` evenly into rows, which are
-    /// a multiple of 8, too; 0 where the rays are no picture.
+    /// Pixels a row of a picture; 0 for other rays. Rows and pixels a row are multiples of 8.
     pub side: usize,
 }
 
-/// What a ray hit.
+/// The hit of a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct Hit {
-    /// Counted as they were given; [`NONE`].
+    /// The triangle in the order given; [`NONE`] for a miss.
     pub triangle: u32,
-    /// In units of the direction; infinite where there is none.
+    /// The distance in units of the direction; infinity for a miss.
     pub t: f32,
 }
 
 impl Hit {
-    /// Nothing.
+    /// A miss.
     pub const MISS: Self = Self {
         triangle: NONE,
         t: f32::INFINITY,
