@@ -1,9 +1,29 @@
-//! The `shisen` command as a person runs it.
+//! The commands as a person runs them, each by a line of words.
 
 use assert_cmd::Command;
 use serde_json::Value;
 use std::path::Path;
 use tempfile::TempDir;
+
+/// What a command that succeeded has printed.
+#[derive(Debug)]
+pub struct Said {
+    /// Its standard output.
+    pub out: String,
+    /// Its standard error.
+    pub err: String,
+}
+
+impl Said {
+    /// The JSON objects that it has printed, one a line.
+    ///
+    /// # Panics
+    /// Where a line is anything else.
+    pub fn objects(&self) -> Vec<Value> {
+        let objects = self.out.lines().map(serde_json::from_str);
+        objects.collect::<Result<_, _>>().expect("JSON lines")
+    }
+}
 
 /// The `shisen` command, with `folder` to work in.
 pub fn shisen(folder: &Path) -> Command {
@@ -15,16 +35,82 @@ pub fn evidence(folder: &Path) -> Command {
     executable("evidence-for-tests", folder)
 }
 
-/// A command line of whichever of the two has its command.
-pub fn command_line(folder: &Path, arguments: &[&str]) -> Command {
-    let is_evidence = |name: &&str| matches!(*name, "bench" | "selftest" | "tradeoff");
-    let program = match arguments.first().filter(|name| is_evidence(name)) {
-        Some(_) => evidence,
-        None => shisen,
+/// A command line, of words between spaces, of whichever of the two has its command.
+pub fn line(folder: &Path, words: &str) -> Command {
+    let program = match words.split(' ').next() {
+        Some("bench" | "selftest" | "tradeoff") => evidence,
+        _ => shisen,
     };
     let mut command = program(folder);
-    command.args(arguments);
+    command.args(words.split_whitespace());
     command
+}
+
+/// Runs a command that must succeed.
+///
+/// # Panics
+/// Where it fails.
+pub fn succeed(command: &mut Command) -> Said {
+    let output = command.assert().success().get_output().clone();
+    let [out, err] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+    Said { out, err }
+}
+
+/// Runs a command line that must succeed.
+pub fn run(folder: &Path, words: &str) -> Said {
+    succeed(&mut line(folder, words))
+}
+
+/// Runs a command line that must succeed, and reads the one JSON object that it prints.
+///
+/// # Panics
+/// Where it prints anything else.
+pub fn report(folder: &Path, words: &str) -> Value {
+    let said = succeed(line(folder, words).arg("--json"));
+    assert_eq!(said.out.lines().count(), 1, "{}", said.out);
+    said.objects().remove(0)
+}
+
+/// Checks that a report has these values, among others.
+///
+/// # Panics
+/// Where it has another.
+#[expect(clippy::needless_pass_by_value, reason = "json! makes one")]
+pub fn says(report: &Value, expected: Value) {
+    for (key, expected) in expected.as_object().expect("an object") {
+        assert_eq!(&report[key], expected, "{key}");
+    }
+}
+
+/// What a command says that must end with this code and without output; its words with one
+/// space between.
+///
+/// # Panics
+/// Where it does anything else.
+pub fn refusal(command: &mut Command, code: i32) -> String {
+    let output = command.assert().code(code).get_output().clone();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        output.stdout.is_empty() && !said.contains("panicked"),
+        "{said}"
+    );
+    let words = said.split(|c: char| c.is_whitespace() || c == '│');
+    let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+    words.join(" ")
+}
+
+/// Checks that command lines end with this code, and say these words.
+///
+/// # Panics
+/// Where one does not.
+pub fn refused(folder: &Path, code: i32, lines: &[(&str, &str)]) {
+    for (words, expected) in lines {
+        let said = refusal(&mut line(folder, words), code);
+        assert!(
+            said.contains(expected),
+            "{words}: no \"{expected}\" in: {said}"
+        );
+    }
 }
 
 /// An example of one of the crates, likewise; `cargo test --workspace` builds them.
@@ -38,17 +124,6 @@ pub fn example(name: &str, folder: &Path) -> Command {
 /// Where there is none to be had.
 pub fn folder() -> TempDir {
     tempfile::tempdir().expect("a folder")
-}
-
-/// Runs a command that must succeed, and reads the one JSON object that it prints.
-///
-/// # Panics
-/// Where it fails, or prints anything else.
-pub fn report(command: &mut Command) -> Value {
-    let output = command.arg("--json").assert().success();
-    let text = String::from_utf8(output.get_output().stdout.clone()).expect("text");
-    assert_eq!(text.lines().count(), 1, "{text}");
-    serde_json::from_str(&text).expect("an object")
 }
 
 /// A program of the profile's folder, where Cargo has put it beside the test's own.

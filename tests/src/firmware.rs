@@ -6,22 +6,21 @@ mod image;
 mod reference;
 mod session;
 
-pub use emulator::EmulatorError;
-pub use image::{Image, ImageError};
-pub use reference::{ReferenceError, reference};
+pub use image::Image;
+pub use reference::reference;
 
 use emulator::{Emulator, Port};
 use miette::Diagnostic;
 use session::Session;
-use shisen::picture::{Picture, PictureError};
+use shisen::picture::Picture;
 use shisen::render::frame_hash;
 use shisen_core::frame::FlatScreen;
 use shisen_tracker::link::display::{
     FrameDone, FrameStart, Ready, Rendering, Reports, Slice, TrackerState,
 };
 use shisen_tracker::mock::{Chunk, Source};
-use std::fmt;
 use std::time::{Duration, Instant};
+use std::{fmt, io};
 use thiserror::Error;
 
 /// Where tracker bytes come from, by the controller's clock.
@@ -102,51 +101,36 @@ pub struct Watched {
     pub damaged: u32,
 }
 
-/// Why a controller could not be watched.
+/// Why a controller could not be watched, and what helps.
 #[derive(Debug, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum FirmwareError {
-    /// The emulator.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Emulator(#[from] EmulatorError),
-    /// It said nothing for too long.
-    #[error("the firmware has sent nothing that was asked for in {seconds} s: {so_far}")]
-    #[diagnostic(help("is it an image of tests/firmware, built from the same sources?"))]
-    Silent {
-        /// How long.
-        seconds: f64,
-        /// What had come.
-        so_far: String,
-    },
-    /// It says what cannot be.
-    #[error("the firmware reports {what}")]
-    #[diagnostic(help("build firmware and command from the same sources"))]
-    Nonsense {
-        /// What.
-        what: String,
-    },
-    /// More than it has room for.
-    #[error(
-        "{what} of {tiles} tiles of {TILE}x{TILE} pixels, and the firmware has room for {MOST_TILES}"
-    )]
-    #[diagnostic(help(
-        "give fewer pixels, walls or eyes; MOST_TILES of tests/firmware says how many"
-    ))]
-    TooLarge {
-        /// A frame or a dome master.
-        what: &'static str,
-        /// How many it has.
-        tiles: usize,
-    },
-    /// A picture too large.
-    #[error(transparent)]
-    Picture(#[from] PictureError),
+#[error("{what}")]
+pub struct FirmwareError {
+    what: String,
+    #[help]
+    help: &'static str,
 }
 
 impl FirmwareError {
-    fn nonsense(what: impl Into<String>) -> Self {
-        Self::Nonsense { what: what.into() }
+    /// What is wrong, and what helps.
+    pub fn new(what: impl Into<String>, help: &'static str) -> Self {
+        let what = what.into();
+        Self { what, help }
+    }
+
+    /// What cannot be of one whose sources are the command's.
+    pub fn other_sources(what: impl Into<String>) -> Self {
+        Self::new(what, "build firmware and command from the same sources")
+    }
+
+    fn nonsense(what: impl fmt::Display) -> Self {
+        Self::other_sources(format!("the firmware reports {what}"))
+    }
+}
+
+impl From<io::Error> for FirmwareError {
+    fn from(error: io::Error) -> Self {
+        let what = format!("the emulator's ports do not work: {error}");
+        Self::new(what, "is there room for temporary files?")
     }
 }
 
@@ -175,10 +159,13 @@ pub fn watch(run: Run<'_>) -> Result<Watched, FirmwareError> {
         if bytes.is_empty() || heard.elapsed() > Duration::from_secs_f64(patience) {
             session.log(&emulator.log()?);
             if heard.elapsed() > Duration::from_secs_f64(patience) {
-                return Err(FirmwareError::Silent {
-                    seconds: patience,
-                    so_far: session.so_far(),
-                });
+                let (seconds, so_far) = (patience, session.so_far());
+                return Err(FirmwareError::new(
+                    format!(
+                        "the firmware has sent nothing that was asked for in {seconds} s: {so_far}"
+                    ),
+                    "is it an image of tests/firmware, built from the same sources?",
+                ));
             }
             continue;
         }

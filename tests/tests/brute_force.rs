@@ -13,6 +13,7 @@ use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::icosphere;
 use shisen_tests::paths::Paths;
 use shisen_tests::rays::Random;
+use shisen_tests::scenes::object;
 use shisen_tests::sizes::cases;
 
 /// Shapes of trouble.
@@ -151,13 +152,16 @@ fn ray(mesh: &TriangleMesh, size: f64, random: &mut Random) -> Option<Ray> {
     Ray::new(origin, direction)
 }
 
+/// The largest coordinate.
+fn extent(mesh: &TriangleMesh) -> f32 {
+    let (low, high) = mesh.bounds();
+    let all = low.iter().chain(&high);
+    all.fold(0.0, |extent, c| extent.max(c.abs()))
+}
+
 /// The least (t, id) over all triangles.
 fn brute_force(mesh: &TriangleMesh, ray: &Ray) -> Option<(f32, u32)> {
-    let (low, high) = mesh.bounds();
-    let extent = low
-        .iter()
-        .chain(&high)
-        .fold(0.0f32, |extent, c| extent.max(c.abs()));
+    let extent = extent(mesh);
     let mut best: Option<(f32, u32)> = None;
     for (id, corners) in (0..).zip(&mesh.triangles) {
         let hit = triangle(mesh, *corners).intersect(ray, extent);
@@ -178,7 +182,7 @@ fn triangle(mesh: &TriangleMesh, corners: [u32; 3]) -> Triangle {
 #[test]
 fn every_path_finds_the_least_distance_and_number() {
     let (mut hits, mut rays) = (0, 0);
-    for case in 0..cases("meshes against brute force", 1_000, 8_000) {
+    for case in 0..cases("meshes against brute force", 400, 3_000) {
         let seed = 0xB0_0000 + case as u64;
         let mut random = Random::new(seed);
         let soup = SOUPS[case % SOUPS.len()];
@@ -208,7 +212,7 @@ fn every_path_finds_the_least_distance_and_number() {
 #[test]
 fn triangles_are_accepted_as_exact_arithmetic_says() {
     let mut counts = [0; 3];
-    for case in 0..cases("triangles against exact arithmetic", 30_000, 1_000_000) {
+    for case in 0..cases("triangles against exact arithmetic", 30_000, 300_000) {
         let seed = 0xE0_0000 + case as u64;
         let mut random = Random::new(seed);
         let soup = SOUPS[case % SOUPS.len()];
@@ -228,11 +232,7 @@ fn triangles_are_accepted_as_exact_arithmetic_says() {
         let Some(ray) = ray(&mesh, soup.size(), &mut random) else {
             continue;
         };
-        let (low, high) = mesh.bounds();
-        let extent = low
-            .iter()
-            .chain(&high)
-            .fold(0.0f32, |extent, c| extent.max(c.abs()));
+        let extent = extent(&mesh);
         let corners = mesh.triangles[random.below(mesh.triangles.len())];
         let triangle = triangle(&mesh, corners);
         let found = triangle.intersect(&ray, extent);
@@ -270,23 +270,18 @@ fn placed(shape: Shape, random: &mut Random) -> Object {
     let axis = DVec3::from(random.direction());
     let rotation = DQuat::from_axis_angle(axis, random.range(0.0, 6.0));
     let scale = DVec3::from_array([0; 3].map(|_| random.range(0.2, 2.0)));
+    let translation = point(random, 4.0);
+    let map = DAffine3::from_scale_rotation_translation(scale, rotation, translation);
     Object {
-        shape,
         material: None,
-        world_from_object: DAffine3::from_scale_rotation_translation(
-            scale,
-            rotation,
-            point(random, 4.0),
-        ),
-        casts_shadow: true,
-        smooth: false,
+        ..object(shape, 0, map)
     }
 }
 
 #[test]
 fn many_instances_give_the_nearest_of_each_alone() {
     let mut found_hits = 0;
-    for case in 0..cases("scenes of many instances", 30, 300) {
+    for case in 0..cases("scenes of many instances", 12, 100) {
         let seed = 0x15_0000 + case as u64;
         let mut random = Random::new(seed);
         let mut scene = Scene {
@@ -342,7 +337,7 @@ fn many_instances_give_the_nearest_of_each_alone() {
         }
         found_hits += expected.iter().flatten().count();
     }
-    assert!(found_hits > 200, "{found_hits}");
+    assert!(found_hits > 80, "{found_hits}");
 }
 
 /// 64 rays from the start of `ray` around its direction, `spread` apart at
@@ -410,7 +405,7 @@ where
 #[test]
 fn tiles_and_rows_of_rays_find_what_these_find_alone() {
     let mut hits = 0;
-    for case in 0..cases("scenes by tiles", 105, 700) {
+    for case in 0..cases("scenes by tiles", 70, 350) {
         let seed = 0x71_0000 + case as u64;
         let mut random = Random::new(seed);
         let soup = SOUPS[case % SOUPS.len()];

@@ -1,7 +1,7 @@
 //! The mirror's dome master against double precision.
 
 use glam::{DVec2, DVec3, Vec3};
-use shisen::dome::{self, Design, Mirror, Projection};
+use shisen::dome::{Design, Mirror};
 use shisen_core::capture::{self, Mapping, SpheroidMirror};
 use shisen_tests::rays::Random;
 use shisen_tests::sizes::cases;
@@ -96,7 +96,7 @@ fn lengths_and_angles_of_mirrors_are_right() {
 
 #[test]
 fn the_mapping_is_within_its_bound_both_ways() {
-    let count = cases("places on each mirror", 300, 20_000);
+    let count = cases("places on each mirror", 300, 2_000);
     let mut random = Random::new(61);
     let mut worst = [[0f64; 4]; 2];
     for Both { single, double } in mirrors() {
@@ -145,64 +145,43 @@ fn pixel(place: f32, random: &mut Random) -> (f32, f32) {
 }
 
 #[test]
-fn rays_of_the_screen_are_reflected_as_in_f64() {
-    let count = cases("rays at each mirror", 300, 20_000);
+fn rays_are_reflected_as_in_f64() {
+    let count = cases("rays at each mirror", 300, 2_000);
     let mut random = Random::new(62);
-    let mut worst = [[0f64; 3]; 2];
     for Both { single, double } in mirrors() {
-        let worst = &mut worst[usize::from(!NAMED.contains(&single))];
         let b1 = double.parameters().b1;
+        let bound = if NAMED.contains(&single) {
+            6.0e-4
+        } else {
+            1.0e-3
+        };
         for place in places(count, &mut random) {
             let (u, v) = pixel(place, &mut random);
-            let found = single.pixel(u, v, Mapping::Screen).unwrap();
-            let (point, direction) = double.reflect(DVec2::new(f64::from(u), f64::from(v)) * b1);
-            let errors = [
-                (found.point.as_dvec3() - point).length() / point.length(),
-                pixels(angle_between(found.direction.as_dvec3(), direction)),
-                (found.direction.as_dvec3().length() - 1.0).abs(),
-            ];
-            for (worst, error) in worst.iter_mut().zip(errors) {
-                *worst = worst.max(error);
+            let at = DVec2::new(f64::from(u), f64::from(v));
+            let theta = at.length().min(1.0) * FRAC_PI_2;
+            let way = at.normalize_or_zero();
+            let exact = way * (double.r_d(theta) / FRAC_PI_2 * b1);
+            for (mapping, screen, bound) in [
+                (Mapping::Screen, at * b1, bound),
+                (Mapping::Exact, exact, 1.0e-3),
+            ] {
+                let found = single.pixel(u, v, mapping).unwrap();
+                let (point, direction) = double.reflect(screen);
+                let off = (found.point.as_dvec3() - point).length() / point.length();
+                assert!(off <= 2.5e-7, "{single:?} {u} {v}: {off}");
+                let apart = pixels(angle_between(found.direction.as_dvec3(), direction));
+                assert!(
+                    apart <= bound,
+                    "{single:?} {mapping:?} {u} {v}: {apart} pixels"
+                );
+                assert!((found.direction.as_dvec3().length() - 1.0).abs() <= 4.0e-7);
             }
-        }
-    }
-    for ([point, direction, length], bound) in worst.into_iter().zip([6.0e-4, 1.0e-3]) {
-        println!("point {point:.2e}, direction {direction:.2e} pixels, length {length:.2e}");
-        assert!(point <= 2.5e-7 && direction <= bound && length <= 4.0e-7);
-    }
-}
-
-#[test]
-fn the_exact_mapping_is_within_a_thousandth_of_a_pixel() {
-    let count = cases("rays at each mirror", 300, 20_000);
-    let mut random = Random::new(63);
-    let mut worst = [0f64; 2];
-    for Both { single, double } in mirrors() {
-        let b1 = double.parameters().b1;
-        for place in places(count, &mut random) {
-            let (u, v) = pixel(place, &mut random);
-            let (x, y) = (f64::from(u), f64::from(v));
-            let radius = x.hypot(y).min(1.0);
-            let theta = radius * FRAC_PI_2;
-            let way = DVec2::new(x, y).normalize_or_zero();
-            let exact = (way * theta.sin()).extend(-theta.cos());
-            let screen = way * (double.r_d(theta) / FRAC_PI_2 * b1);
-            let (point, reflected) = double.reflect(screen);
             // Where it is said to be, it is reflected so.
-            assert!(pixels(angle_between(reflected, exact)) < 1.0e-6);
-            let found = single.pixel(u, v, Mapping::Exact).unwrap();
-            let errors = [
-                (found.point.as_dvec3() - point).length() / point.length(),
-                pixels(angle_between(found.direction.as_dvec3(), exact)),
-            ];
-            for (worst, error) in worst.iter_mut().zip(errors) {
-                *worst = worst.max(error);
-            }
+            let direction = (way * theta.sin()).extend(-theta.cos());
+            let reflected = double.reflect(exact).1;
+            assert!(pixels(angle_between(reflected, direction)) < 1.0e-6);
         }
     }
-    let [point, direction] = worst;
-    println!("point {point:.2e}, direction {direction:.2e} pixels");
-    assert!(point <= 2.5e-7 && direction <= 1.0e-3);
 }
 
 #[test]
@@ -227,27 +206,12 @@ fn the_screens_mapping_errs_as_its_design() {
     }
 }
 
-#[test]
-fn the_best_mirrors_are_what_the_solver_finds() {
-    let parallel = dome::best(Projection::Parallel);
-    assert_eq!(
-        SpheroidMirror::BEST_PARALLEL.axis_ratio(),
-        parallel.a as f32
-    );
-    let perspective = dome::best(Projection::Perspective);
-    assert_eq!(SpheroidMirror::BEST.axis_ratio(), perspective.a as f32);
-    assert_eq!(
-        SpheroidMirror::BEST.viewpoint(),
-        perspective.p.map(|p| p as f32)
-    );
-}
-
 /// A lens's direction of a pixel, and the same in f64.
 type Lens = (fn(f32, f32) -> Option<Vec3>, fn(f64) -> f64);
 
 #[test]
 fn lenses_have_the_angles_of_their_definitions() {
-    let count = cases("pixels of each lens", 3000, 300_000);
+    let count = cases("pixels of each lens", 3000, 30_000);
     let mut random = Random::new(64);
     let lenses: [Lens; 6] = [
         (

@@ -1,8 +1,7 @@
-//! Bad input: an exit code, one paragraph that says what to do, and no file
-//! that was not there before.
+//! Bad input: an exit code, one paragraph that says what to do, and no file that was not
+//! there before.
 
-use assert_cmd::Command;
-use shisen_tests::command::{command_line, evidence, folder, shisen};
+use shisen_tests::command::{folder, line, refusal, run, shisen};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -28,237 +27,197 @@ fn contents(folder: &Path) -> Vec<(PathBuf, Option<Vec<u8>>)> {
     all
 }
 
-/// Runs a command that must fail with `code`, name each of `expected` on
-/// standard error, print nothing else and leave `folder` as it was.
-fn refused(folder: &Path, command: &mut Command, code: i32, expected: &[&str]) {
+/// Runs a command line that must fail with `code`, say each of `expected`, and leave `folder`
+/// as it was.
+fn refused(folder: &Path, words: &str, code: i32, expected: &[&str]) {
     let before = contents(folder);
-    let output = command.assert().code(code).get_output().clone();
-    let message = String::from_utf8(output.stderr).unwrap();
+    let said = refusal(&mut line(folder, words), code);
     for expected in expected {
         assert!(
-            message.contains(expected),
-            "{expected:?} is not in: {message}"
+            said.contains(expected),
+            "{words}: no {expected:?} in: {said}"
         );
     }
-    assert!(!message.contains("panicked"), "{message}");
     // A remedy is part of every message.
-    assert!(message.len() > 60, "{message}");
-    assert!(output.stdout.is_empty());
+    assert!(said.len() > 60, "{said}");
     assert_eq!(contents(folder), before);
 }
 
-/// What is wrong with arguments beside each other ends with the usage of the command
-/// that they were given to.
+/// What is wrong with arguments beside each other ends with the usage of their command.
 #[test]
 fn usage_is_that_of_the_command_asked_for() {
     let folder = folder();
-    for (arguments, name) in [
-        (&["run", "--scene", "grid"][..], "shisen run"),
-        (&["run", "--stereo", "anaglyph"], "shisen run"),
+    for (words, name) in [
+        ("run --scene grid", "shisen run"),
+        ("cave --lod off --fill capture", "shisen cave"),
         (
-            &["cave", "--lod", "off", "--fill", "capture"],
-            "shisen cave",
-        ),
-        (
-            &["bench", "latency", "--scene", "grid", "--budget", "paper"],
+            "bench latency --scene grid --budget paper",
             "shisen-evidence bench latency",
         ),
-        (
-            &["tracker", "mock", "--as", "hid", "--pty", "line"],
-            "shisen tracker mock",
-        ),
+        ("tracker mock --as hid --pty line", "shisen tracker mock"),
     ] {
-        let output = command_line(folder.path(), arguments).assert().code(2);
+        let output = line(folder.path(), words).assert().code(2);
         let message = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
-        assert!(message.starts_with("error: "), "{arguments:?}: {message}");
         let usage = format!("\n\nUsage: {name} [OPTIONS]\n\n");
-        assert!(message.contains(&usage), "{arguments:?}: {message}");
         let hint = format!("try '{name} --help'.\n");
-        assert!(message.ends_with(&hint), "{arguments:?}: {message}");
-        // Nobody is told in colours who does not see any.
-        assert!(!message.contains('\u{1b}'), "{arguments:?}: {message}");
+        assert!(
+            message.starts_with("error: ") && message.contains(&usage),
+            "{message}"
+        );
+        assert!(message.ends_with(&hint), "{words}: {message}");
+        // Colours are for terminals.
+        assert!(!message.contains('\u{1b}'), "{words}: {message}");
     }
 }
 
 #[test]
-fn what_would_do_nothing_is_usage() {
+fn arguments_out_of_range_are_usage() {
     let folder = folder();
-    for (arguments, expected) in [
+    for (words, expected) in [
         (
-            &["run", "--fill", "previous", "--lod", "off"][..],
+            "run --fill previous --lod off",
             "with --lod off no ray is skipped",
         ),
+        ("run --fill previous", "with --view none nothing is shown"),
+        ("run --look floor", "where the tracker says"),
+        ("bench latency --as hid", "does not go over a serial line"),
+        ("cave --size 0", "--size"),
+        ("cave --size 16385", "from 1 to 16384"),
+        ("cave --size -1", "from 1 to 16384"),
+        ("cave --threads 0", "--threads"),
+        ("cave --samples 0", "--samples"),
+        ("cave --depth 17", "from 0 to 16"),
+        ("cave --eyes 3", "from 1 to 2"),
+        ("cave --colour red", "--colour"),
+        ("cave --look sideways", "YAW,PITCH"),
+        ("cave --look 0,91", "pitch of 91"),
+        ("cave --look 0,0,0", "points nowhere"),
+        ("cave --look -1,nan", "-1,nan"),
+        ("cave --head 0,0", "X,Y,Z in metres"),
+        ("cave --head -1,-inf,0", "X,Y,Z in metres"),
+        ("cave --ipd -0.1", "metres from 0 to 1"),
+        ("cave --view-size 0x10", "1 to 16384"),
+        ("cave --view-fov 180", "degrees from 1 to 179"),
+        ("cave --head-report xyz", "'x' is no hexadecimal digit"),
+        ("cave --head-report 010", "3 hexadecimal digits"),
+        ("cave --head-report 0102", "2 bytes, not 16 or 32"),
         (
-            &["run", "--fill", "previous"],
-            "with --view none nothing is shown",
-        ),
-        (&["run", "--look", "floor"], "where the tracker says"),
-        (
-            &["bench", "latency", "--as", "hid"],
-            "does not go over a serial line",
-        ),
-    ] {
-        refused_by(&folder, arguments, expected);
-    }
-}
-
-#[test]
-fn what_there_is_not_is_usage() {
-    let folder = folder();
-    for (arguments, expected) in [
-        (&["cave", "--size", "0"][..], "--size"),
-        (&["cave", "--size", "16385"], "from 1 to 16384"),
-        (&["cave", "--size", "-1"], "from 1 to 16384"),
-        (&["cave", "--threads", "0"], "--threads"),
-        (&["cave", "--samples", "0"], "--samples"),
-        (&["cave", "--depth", "17"], "from 0 to 16"),
-        (&["cave", "--eyes", "3"], "from 1 to 2"),
-        (&["cave", "--colour", "red"], "--colour"),
-        (&["cave", "--look", "sideways"], "YAW,PITCH"),
-        (&["cave", "--look", "0,91"], "pitch of 91"),
-        (&["cave", "--look", "0,0,0"], "points nowhere"),
-        (&["cave", "--look", "-1,nan"], "-1,nan"),
-        (&["cave", "--head", "0,0"], "X,Y,Z in metres"),
-        (&["cave", "--head", "-1,-inf,0"], "X,Y,Z in metres"),
-        (&["cave", "--ipd", "-0.1"], "metres from 0 to 1"),
-        (&["cave", "--view-size", "0x10"], "1 to 16384"),
-        (&["cave", "--view-fov", "180"], "degrees from 1 to 179"),
-        (
-            &["cave", "--head-report", "xyz"],
-            "'x' is no hexadecimal digit",
-        ),
-        (&["cave", "--head-report", "010"], "3 hexadecimal digits"),
-        (&["cave", "--head-report", "01 02"], "2 bytes, not 16 or 32"),
-        (
-            &["cave", "--head-report", "04000000000000000040000000000000"],
+            "cave --head-report 04000000000000000040000000000000",
             "version 4",
         ),
         (
-            &["cave", "--head-report", "01000000000000000020000000000000"],
+            "cave --head-report 01000000000000000020000000000000",
             "norm 0.5",
         ),
-        (&["cave", "--normals", "wavy"], "smooth, flat"),
-        (&["cave", "--scene", "s.toml", "--mesh", "m.obj"], "--mesh"),
+        ("cave --normals wavy", "smooth, flat"),
+        ("cave --scene s.toml --mesh m.obj", "--mesh"),
         (
-            &["bake", "A", "-o", "x.shisen", "--faces", "5..4"],
-            "5, is above the most, 4",
+            "cave --wavelengths 3 --each 4",
+            "there are 3 wavelengths: give at most 3",
+        ),
+        ("bake A -o x.shisen --faces 5..4", "5, is above the most, 4"),
+        ("bake A -o x.shisen --faces 500", "500..5804"),
+        ("bake A -o x.shisen --levels 1", "from 2 to 64"),
+        ("cave --lod paper --faces 5..4", "5, is above the most, 4"),
+        ("cave --lod paper --faces 0..", "at least 1"),
+        ("cave --lod paper --faces many", "500..5804"),
+        ("cave --lod paper --levels 65", "from 2 to 64"),
+        ("cave --faces 500..", "--lod paper"),
+        ("cave --lod off --levels 4", "--lod paper"),
+        ("cave --fixate 0,0,-1", "--fixate is for --lod paper"),
+        ("cave --lod off --up 1,1,0", "--up is for --lod paper"),
+        ("cave --lod paper --up 0,0,-1", "parallel"),
+        ("cave --lod paper --up 0,0,0", "nowhere"),
+        ("cave --lod paper --fixate 0,nan,0", "no place"),
+        ("cave --lod paper --eyes 1 --fixate 0,0,0", "points nowhere"),
+        ("cave --lod full", "paper-ellipse"),
+        ("cave --lod paper --fill-size 64", "--fill capture"),
+        ("cave --lod paper --fill previous", "--previous-look"),
+        ("cave --lod paper --previous-look front", "--fill previous"),
+        (
+            "cave --lod paper --fill capture --fill-level 1.5",
+            "from 0 to 1",
         ),
         (
-            &["bake", "A", "-o", "x.shisen", "--faces", "500"],
-            "500..5804",
+            "cave --lod paper --fill capture --fill-size 0",
+            "--fill-size",
+        ),
+        ("cave --effects -shadow", "did you mean \"shadows\"?"),
+        (
+            "cave --effects +caustics",
+            "use one of: shadows, reflection",
+        ),
+        ("cave --effects shadows", "write +shadows or -shadows"),
+        ("cave --stereo both", "there is no stereo \"both\""),
+        (
+            "cave --stereo anaglyph --eyes 1",
+            "takes two eyes: leave --eyes 1 out",
         ),
         (
-            &["bake", "A", "-o", "x.shisen", "--levels", "1"],
-            "from 2 to 64",
+            "run --view png --stereo anaglyph --eyes 1",
+            "takes two eyes: leave --eyes 1 out",
         ),
+        ("run --stereo anaglyph", "is for --view png or window"),
+        ("explain A --scene B", "--scene"),
         (
-            &["cave", "--lod", "paper", "--faces", "5..4"],
-            "5, is above the most, 4",
+            "explain --lod foveated",
+            "leaves some out: take --lod paper",
         ),
-        (&["cave", "--lod", "paper", "--faces", "0.."], "at least 1"),
+        ("explain prism --dispersion fixed", "explain comb or split"),
         (
-            &["cave", "--lod", "paper", "--levels", "65"],
-            "from 2 to 64",
+            "run --scene prism --hz 60 --dispersion paper",
+            "take comb or split",
         ),
-        (&["cave", "--faces", "500.."], "--lod paper"),
-        (&["cave", "--levels", "4"], "--lod paper"),
-        (
-            &["bench", "table2", "--faces", "5..4"],
-            "5, is above the most, 4",
-        ),
-        (&["gaze", "--faces", "5..4"], "5, is above the most, 4"),
-        (&["gaze", "--faces", "500.."], "500..5804"),
-        (&["bake", "A"], "--output"),
-        (&["bake", "-o", "x.shisen"], "INPUT"),
-        (&["bake", "A", "B", "-o", "x.shisen"], "one scene at a time"),
-        (
-            &["bake", "a.obj", "--mesh", "b.obj", "-o", "x.shisen"],
-            "--mesh",
-        ),
-        (
-            &["bake", "A", "-o", "x.shisen", "--layout", "wide"],
-            "fast, compact",
-        ),
-        (&["bench", "rays", "--mesh", "m.obj"], "--rays"),
-        (
-            &[
-                "bench", "rays", "--mesh", "m.obj", "--rays", "r", "--repeat", "0",
-            ],
-            "--repeat",
-        ),
-        (&["bench", "table2", "--repeat", "0"], "--repeat"),
-        (&["bench", "table2", "--size", "0"], "--size"),
-        (&["bench", "table2", "--faces", "9..3"], "above the most, 3"),
-        (&["bench", "sweep", "--directions", "0"], "--directions"),
-        (&["bench", "sweep", "--levels", "65"], "from 2 to 64"),
-        (&["bench"], "Usage"),
-        (&["paint"], "paint"),
-        (&[], "Usage"),
+        ("gaze --faces 500..", "500..5804"),
+        ("bake A", "--output"),
+        ("bake -o x.shisen", "INPUT"),
+        ("bake A B -o x.shisen", "one scene at a time"),
+        ("bake a.obj --mesh b.obj -o x.shisen", "--mesh"),
+        ("bake A -o x.shisen --layout wide", "fast, compact"),
+        ("bench rays --mesh m.obj", "--rays"),
+        ("bench rays --mesh m.obj --rays r --repeat 0", "--repeat"),
+        ("bench table2 --size 0", "--size"),
+        ("bench table2 --faces 9..3", "above the most, 3"),
+        ("bench sweep --directions 0", "--directions"),
+        ("bench sweep --levels 65", "from 2 to 64"),
+        ("bench table2 --mesh A --repeat 0", "--repeat"),
+        ("bench", "Usage"),
+        ("completions tcsh", "zsh"),
+        ("paint", "paint"),
+        ("", "Usage"),
     ] {
-        refused(
-            folder.path(),
-            &mut command_line(folder.path(), arguments),
-            2,
-            &[expected],
-        );
-    }
-}
-
-#[test]
-fn a_gaze_that_no_detail_follows_is_usage() {
-    let folder = folder();
-    for gaze in [["--fixate", "0,0,-1"], ["--up", "1,1,0"]] {
-        for lod in [&[][..], &["--lod", "off"]] {
-            let mut command = shisen(folder.path());
-            command.arg("cave").args(lod).args(gaze);
-            let expected = [&format!("{} is for --lod paper", gaze[0]), "--lod off"];
-            refused(folder.path(), &mut command, 2, &expected);
-        }
+        refused(folder.path(), words, 2, &[expected]);
     }
 }
 
 #[test]
 fn commands_that_are_elsewhere_say_where() {
     let folder = folder();
-    for (arguments, expected) in [
+    for (words, expected) in [
         (
-            &["bench", "table2", "--size", "8"][..],
+            "bench table2 --size 8",
             "-p shisen-evidence -- bench table2 --size 8",
         ),
-        (
-            &["firmware", "run", "--frames", "1"],
-            "tests/firmware/run --frames 1",
-        ),
+        ("firmware run --frames 1", "tests/firmware/run --frames 1"),
     ] {
-        let mut command = shisen(folder.path());
-        refused(folder.path(), command.args(arguments), 2, &[expected]);
+        let said = refusal(shisen(folder.path()).args(words.split(' ')), 2);
+        assert!(said.contains(expected), "{said}");
     }
 }
 
 #[test]
 fn help_and_version_are_no_failure() {
     let folder = folder();
-    for arguments in [
-        &["--help"][..],
-        &["--version"],
-        &["cave", "--help"],
-        &["bench", "rays", "-h"],
-    ] {
-        let output = command_line(folder.path(), arguments)
-            .assert()
-            .success()
-            .get_output()
-            .clone();
-        assert!(
-            !output.stdout.is_empty() && output.stderr.is_empty(),
-            "{arguments:?}"
-        );
+    for words in ["--help", "--version", "cave --help", "bench rays -h"] {
+        let said = run(folder.path(), words);
+        assert!(!said.out.is_empty() && said.err.is_empty(), "{words}");
     }
 }
 
 #[test]
 fn broken_meshes_are_named() {
     let folder = folder();
+    let folder = folder.path();
     let header = "ply\nformat binary_little_endian 1.0\nelement vertex 178956970\n\
                   property float x\nproperty float y\nproperty float z\n\
                   element face 1\nproperty list uchar int vertex_indices\nend_header\n";
@@ -277,85 +236,76 @@ fn broken_meshes_are_named() {
         // 2 GiB of vertices, of which there are none.
         ("claim.ply", header.to_owned(), "2147483640"),
     ] {
-        fs::write(folder.path().join(name), text).unwrap();
-        let out = ["--out", "new"];
-        let mut cave = shisen(folder.path());
-        refused(
-            folder.path(),
-            cave.args(["cave", "--mesh", name]).args(out),
-            1,
-            &[name, expected],
-        );
-        let mut bake = shisen(folder.path());
-        bake.args(["bake", "A", "--mesh", name, "-o", "new.shisen"]);
-        refused(folder.path(), &mut bake, 1, &[name, expected]);
+        fs::write(folder.join(name), text).unwrap();
+        for words in ["cave --out new", "bake A -o new.shisen"] {
+            refused(
+                folder,
+                &format!("{words} --mesh {name}"),
+                1,
+                &[name, expected],
+            );
+        }
     }
-    let mut missing = shisen(folder.path());
-    refused(
-        folder.path(),
-        missing.args(["cave", "--mesh", "no.obj"]),
-        1,
-        &["no.obj", "check"],
-    );
+    refused(folder, "cave --mesh no.obj", 1, &["no.obj", "check"]);
     fs::write(
-        folder.path().join("flat.obj"),
+        folder.join("flat.obj"),
         "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n",
     )
     .unwrap();
-    let mut flat = shisen(folder.path());
-    refused(
-        folder.path(),
-        flat.args(["cave", "--mesh", "flat.obj"]),
-        1,
-        &["flat.obj", "turn it"],
-    );
+    refused(folder, "cave --mesh flat.obj", 1, &["flat.obj", "turn it"]);
 }
 
 #[test]
-fn polygon_levels_that_cannot_be_reached_are_named() {
+fn unreachable_polygon_levels_are_named() {
     // A tetrahedron whose faces have a material each, so that no edge can go.
     let folder = folder();
+    let folder = folder.path();
     let mesh = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n\
                 usemtl a\nf 1 3 2\nusemtl b\nf 1 2 4\nusemtl c\nf 1 4 3\nusemtl d\nf 2 3 4\n";
-    let materials = ["newmtl a\n", "newmtl b\n", "newmtl c\n", "newmtl d\n"].concat();
-    fs::write(folder.path().join("m.mtl"), materials).unwrap();
-    fs::write(folder.path().join("m.obj"), mesh).unwrap();
-    for arguments in [
-        &["bake", "m.obj", "-o", "m.shisen"][..],
-        &["bake", "A", "--mesh", "m.obj", "-o", "m.shisen"],
-        &["cave", "--mesh", "m.obj", "--lod", "paper"],
-        &["bench", "table2", "--mesh", "m.obj"],
+    fs::write(
+        folder.join("m.mtl"),
+        "newmtl a\nnewmtl b\nnewmtl c\nnewmtl d\n",
+    )
+    .unwrap();
+    fs::write(folder.join("m.obj"), mesh).unwrap();
+    let expected = [
+        "mesh 0",
+        "as few faces as 1 ",
+        "4 is the least that it gets to",
+        "--faces MIN..MAX",
+    ];
+    for words in [
+        "bake m.obj -o m.shisen",
+        "bake A --mesh m.obj -o m.shisen",
+        "cave --mesh m.obj --lod paper",
+        "bench table2 --mesh m.obj",
     ] {
-        let mut command = command_line(folder.path(), arguments);
-        command.args(["--faces", "1..", "--levels", "2"]);
-        let expected = [
-            "mesh 0",
-            "as few faces as 1 ",
-            "4 is the least that it gets to",
-            "--faces MIN..MAX",
-        ];
-        refused(folder.path(), &mut command, 1, &expected);
+        refused(
+            folder,
+            &format!("{words} --faces 1.. --levels 2"),
+            1,
+            &expected,
+        );
     }
 }
 
 #[test]
 fn polygon_levels_of_a_baked_scene_are_chosen_when_baking() {
     let folder = folder();
-    shisen(folder.path())
-        .args(["bake", "A", "-o", "a.shisen", "--levels", "2"])
-        .assert()
-        .success();
-    for levels in [["--faces", "600..3000"], ["--levels", "3"]] {
-        for lod in ["off", "paper", "paper-ellipse"] {
-            let mut command = shisen(folder.path());
-            command.args(["cave", "--scene", "a.shisen", "--lod", lod]);
-            let expected = [
-                levels[0],
-                "a.shisen",
-                "chosen when baking",
-                "shisen bake --faces MIN..MAX --levels N",
-            ];
-            refused(folder.path(), command.args(levels), 2, &expected);
+    let folder = folder.path();
+    fs::write(folder.join("one.obj"), format!("{TRIANGLE}f 1 2 3\n")).unwrap();
+    run(folder, "bake one.obj -o a.shisen");
+    for levels in ["--faces 600..3000", "--levels 3"] {
+        for lod in ["off", "paper-ellipse"] {
+            let words = format!("cave --scene a.shisen --lod {lod} {levels}");
+            let name = levels.split(' ').next().unwrap();
+            let remedy = "shisen bake --faces MIN..MAX --levels N";
+            refused(
+                folder,
+                &words,
+                2,
+                &[name, "a.shisen", "chosen when baking", remedy],
+            );
         }
     }
 }
@@ -363,60 +313,41 @@ fn polygon_levels_of_a_baked_scene_are_chosen_when_baking() {
 #[test]
 fn broken_scenes_are_named() {
     let folder = folder();
+    let folder = folder.path();
     let object = "[[object]]\nsphere = { radius = 1 }\n";
+    let missing = "[meshes.cow]\nfile = \"no.obj\"\n[[object]]\nmesh = \"cow\"\n";
     for (name, text, expected) in [
-        (
-            "syntax.toml",
-            "[[object]\n".to_owned(),
-            &["syntax.toml:1"][..],
-        ),
-        ("empty.toml", String::new(), &["empty.toml", "no objects"]),
-        (
-            "key.toml",
-            format!("colour = 1\n{object}"),
-            &["key.toml:1", "colour"],
-        ),
-        (
-            "radius.toml",
-            object.replace('1', "-1"),
-            &["radius.toml:2", "radius"],
-        ),
-        (
-            "mesh.toml",
-            "[meshes.cow]\nfile = \"no.obj\"\n[[object]]\nmesh = \"cow\"\n".to_owned(),
-            &["no.obj", "mesh.toml:1"],
-        ),
+        ("syntax.toml", "[[object]\n".to_owned(), "syntax.toml:1"),
+        ("empty.toml", String::new(), "no objects"),
+        ("key.toml", format!("colour = 1\n{object}"), "key.toml:1"),
+        ("radius.toml", object.replace('1', "-1"), "radius.toml:2"),
+        ("mesh.toml", missing.to_owned(), "no.obj"),
     ] {
-        fs::write(folder.path().join(name), text).unwrap();
-        let mut cave = shisen(folder.path());
+        fs::write(folder.join(name), text).unwrap();
         refused(
-            folder.path(),
-            cave.args(["cave", "--scene", name]),
+            folder,
+            &format!("cave --scene {name}"),
             1,
-            expected,
+            &[name, expected],
         );
-        let mut bake = shisen(folder.path());
         refused(
-            folder.path(),
-            bake.args(["bake", name, "-o", "new.shisen"]),
+            folder,
+            &format!("bake {name} -o new.shisen"),
             1,
-            expected,
+            &[name, expected],
         );
     }
-    let far = format!("v 1e11 0 0\n{TRIANGLE}f 1 2 3\n");
-    fs::write(folder.path().join("far.obj"), far).unwrap();
+    fs::write(
+        folder.join("far.obj"),
+        format!("v 1e11 0 0\n{TRIANGLE}f 1 2 3\n"),
+    )
+    .unwrap();
     let text = "[meshes.far]\nfile = \"far.obj\"\n[[object]]\nmesh = \"far\"\nscale = 1e3\n";
-    fs::write(folder.path().join("far.toml"), text).unwrap();
-    let mut cave = shisen(folder.path());
+    fs::write(folder.join("far.toml"), text).unwrap();
     let expected = ["far.toml cannot be baked", "object 0", "too far"];
-    refused(
-        folder.path(),
-        cave.args(["cave", "--scene", "far.toml"]),
-        1,
-        &expected,
-    );
-    fs::write(folder.path().join("bytes"), [0xFF, 0xFE, 0x00]).unwrap();
-    fs::create_dir(folder.path().join("folder")).unwrap();
+    refused(folder, "cave --scene far.toml", 1, &expected);
+    fs::write(folder.join("bytes"), [0xFF, 0xFE, 0x00]).unwrap();
+    fs::create_dir(folder.join("folder")).unwrap();
     for (name, expected) in [
         ("no.toml", "no.toml"),
         ("E", "give A, B, C, D, grid, prism or spheres"),
@@ -424,10 +355,9 @@ fn broken_scenes_are_named() {
         ("folder", "cannot read the scene in folder"),
         ("cow.obj", "--mesh FILE"),
     ] {
-        let mut cave = shisen(folder.path());
         refused(
-            folder.path(),
-            cave.args(["cave", "--scene", name]),
+            folder,
+            &format!("cave --scene {name}"),
             1,
             &[name, expected],
         );
@@ -437,19 +367,12 @@ fn broken_scenes_are_named() {
 #[test]
 fn damaged_blobs_are_named() {
     let folder = folder();
-    fs::write(
-        folder.path().join("one.obj"),
-        format!("{TRIANGLE}f 1 2 3\n"),
-    )
-    .unwrap();
-    let mut bake = shisen(folder.path());
-    bake.args(["bake", "one.obj", "-o", "whole.shisen"])
-        .assert()
-        .success();
-    let whole = fs::read(folder.path().join("whole.shisen")).unwrap();
-    let mut flipped = whole.clone();
+    let folder = folder.path();
+    fs::write(folder.join("one.obj"), format!("{TRIANGLE}f 1 2 3\n")).unwrap();
+    run(folder, "bake one.obj -o whole.shisen");
+    let whole = fs::read(folder.join("whole.shisen")).unwrap();
+    let [mut flipped, mut newer] = [whole.clone(), whole.clone()];
     flipped[whole.len() / 2] ^= 0x10;
-    let mut newer = whole.clone();
     newer[12] = 0xFF;
     for (bytes, expected) in [
         (&whole[..whole.len() - 1], "cut off"),
@@ -457,32 +380,21 @@ fn damaged_blobs_are_named() {
         (&flipped, "checksum"),
         (&newer, "version 255"),
     ] {
-        let name = "damaged.shisen";
-        fs::write(folder.path().join(name), bytes).unwrap();
-        for arguments in [&["cave", "--scene", name][..], &["inspect", name]] {
-            let mut command = shisen(folder.path());
-            refused(
-                folder.path(),
-                command.args(arguments),
-                1,
-                &[name, expected, "bake"],
-            );
+        fs::write(folder.join("damaged.shisen"), bytes).unwrap();
+        for words in ["cave --scene damaged.shisen", "inspect damaged.shisen"] {
+            refused(folder, words, 1, &["damaged.shisen", expected, "bake"]);
         }
     }
-    for (name, expected) in [("one.obj", "not a baked scene"), ("no.shisen", "no.shisen")] {
-        let mut command = shisen(folder.path());
-        refused(
-            folder.path(),
-            command.args(["inspect", name]),
-            1,
-            &[name, expected],
-        );
-    }
-    let mut again = shisen(folder.path());
-    again.args(["bake", "whole.shisen", "-o", "again.shisen"]);
     refused(
-        folder.path(),
-        &mut again,
+        folder,
+        "inspect one.obj",
+        1,
+        &["one.obj", "not a baked scene"],
+    );
+    refused(folder, "inspect no.shisen", 1, &["no.shisen"]);
+    refused(
+        folder,
+        "bake whole.shisen -o new",
         1,
         &["whole.shisen is baked already"],
     );
@@ -491,59 +403,41 @@ fn damaged_blobs_are_named() {
 #[test]
 fn unusable_walls_are_named() {
     let folder = folder();
-    let wall = |lower_right: &str, upper_left: &str| {
+    let folder = folder.path();
+    let wall = |corners: &str| {
+        let [lower_right, upper_left] = corners.split_once("] [").map(<[&str; 2]>::from).unwrap();
         format!(
             "[[wall]]\nname = \"screen\"\nlower_left = [-1, -1, -1]\n\
-             lower_right = {lower_right}\nupper_left = {upper_left}\n"
+             lower_right = {lower_right}]\nupper_left = [{upper_left}\n"
         )
     };
     for (name, text, expected) in [
-        (
-            "width.toml",
-            wall("[-1, -1, -1]", "[-1, 1, -1]"),
-            "no width",
-        ),
-        (
-            "height.toml",
-            wall("[1, -1, -1]", "[-1, -1, -1]"),
-            "no height",
-        ),
-        (
-            "line.toml",
-            wall("[1, -1, -1]", "[3, -1, -1]"),
-            "on one line",
-        ),
-        (
-            "behind.toml",
-            wall("[-1, -1, 1]", "[-1, -1, -3]"),
-            "on one line",
-        ),
+        ("width.toml", wall("[-1, -1, -1] [-1, 1, -1]"), "no width"),
+        ("height.toml", wall("[1, -1, -1] [-1, -1, -1]"), "no height"),
+        ("line.toml", wall("[1, -1, -1] [3, -1, -1]"), "on one line"),
         (
             "turned.toml",
-            wall("[-1, 1, -1]", "[1, -1, -1]"),
+            wall("[-1, 1, -1] [1, -1, -1]"),
             "behind its plane",
         ),
-        ("nan.toml", wall("[nan, -1, -1]", "[-1, 1, -1]"), "NaN"),
+        ("nan.toml", wall("[nan, -1, -1] [-1, 1, -1]"), "NaN"),
         (
             "pixels.toml",
-            wall("[1, -1, -1]", "[-1, 1, -1]") + "pixels = [0, 9]\n",
+            wall("[1, -1, -1] [-1, 1, -1]\npixels = [0, 9]"),
             "0 × 9",
         ),
         ("none.toml", String::new(), "[[wall]]"),
     ] {
-        fs::write(folder.path().join(name), &text).unwrap();
+        fs::write(folder.join(name), &text).unwrap();
         let wall = if text.is_empty() { name } else { "screen" };
-        let mut command = shisen(folder.path());
-        let command = command.args(["cave", "--walls", name, "--out", "new"]);
-        refused(folder.path(), command, 1, &[wall, expected]);
+        refused(
+            folder,
+            &format!("cave --walls {name} --out new"),
+            1,
+            &[wall, expected],
+        );
     }
-    let mut missing = shisen(folder.path());
-    refused(
-        folder.path(),
-        missing.args(["cave", "--walls", "no.toml"]),
-        1,
-        &["no.toml"],
-    );
+    refused(folder, "cave --walls no.toml", 1, &["no.toml"]);
     for (head, wall, expected) in [
         ("0,0,-1.5", "front", "in its plane"),
         ("-0.5,0,-2", "front", "behind its plane"),
@@ -551,173 +445,81 @@ fn unusable_walls_are_named() {
         ("0,-7,0", "floor", "behind its plane"),
         ("1e30,0,0", "front", "cannot be seen"),
     ] {
-        let mut command = shisen(folder.path());
-        let command = command.args(["cave", "--eyes", "1", "--head", head, "--out", "new"]);
-        refused(folder.path(), command, 1, &[wall, expected]);
+        refused(
+            folder,
+            &format!("cave --eyes 1 --head {head} --out new"),
+            1,
+            &[wall, expected],
+        );
     }
 }
 
 #[test]
-fn outputs_that_cannot_be_written_are_named_and_nothing_is_left() {
+fn unwritable_outputs_are_named_and_nothing_is_left() {
     let folder = folder();
-    fs::write(folder.path().join("file"), "kept").unwrap();
-    fs::create_dir_all(folder.path().join("out/front-left.png")).unwrap();
-    for (out, expected) in [
-        ("file", "file"),
-        ("file/below", "--out"),
-        ("out", "front-left.png"),
+    let folder = folder.path();
+    fs::write(folder.join("file"), "kept").unwrap();
+    fs::create_dir_all(folder.join("out/front-left.png")).unwrap();
+    for (words, expected) in [
+        ("cave --size 8 --scene grid --out file", "file"),
+        ("cave --size 8 --scene grid --out file/below", "--out"),
+        ("cave --size 8 --scene grid --out out", "front-left.png"),
+        ("dome curve --out file", "--out"),
+        ("dome nearfield --out file", "--out"),
+        ("bake grid -o file/below.shisen", "not a folder"),
+        ("bake grid -o no/folder.shisen", "create it first"),
+        ("bake grid -o out", "out: cannot write"),
+        // What was there stays where its successor cannot be made.
+        ("bake no.toml -o file", "no.toml"),
     ] {
-        let mut command = shisen(folder.path());
-        command.args(["cave", "--size", "8", "--out", out]);
-        refused(folder.path(), &mut command, 1, &[out, expected]);
+        refused(folder, words, 1, &[expected]);
     }
-    for (output, expected) in [
-        ("file/below.shisen", "not a folder"),
-        ("no/folder.shisen", "create it first"),
-        ("out", "out: cannot write"),
-    ] {
-        let mut command = shisen(folder.path());
-        command.args(["bake", "A", "-o", output]);
-        refused(folder.path(), &mut command, 1, &[output, expected]);
-    }
-    // What was there stays where its successor cannot be made.
-    let mut command = shisen(folder.path());
-    command.args(["bake", "no.toml", "-o", "file"]);
-    refused(folder.path(), &mut command, 1, &["no.toml"]);
 }
 
 #[test]
-fn rays_that_are_none_are_named() {
+fn unusable_files_of_rays_are_named() {
     let folder = folder();
-    fs::write(
-        folder.path().join("one.obj"),
-        format!("{TRIANGLE}f 1 2 3\n"),
-    )
-    .unwrap();
-    fs::write(folder.path().join("rays.bin"), [0; 24]).unwrap();
-    fs::write(folder.path().join("odd.bin"), [0; 25]).unwrap();
-    fs::write(folder.path().join("empty.bin"), []).unwrap();
-    for (mesh, rays, expected) in [
-        ("one.obj", "odd.bin", "25 bytes"),
-        ("one.obj", "empty.bin", "0 bytes"),
-        ("one.obj", "no.bin", "no.bin"),
-        ("no.obj", "rays.bin", "no.obj"),
+    let folder = folder.path();
+    fs::write(folder.join("one.obj"), format!("{TRIANGLE}f 1 2 3\n")).unwrap();
+    for (name, bytes) in [
+        ("rays.bin", &[0; 24][..]),
+        ("odd.bin", &[0; 25]),
+        ("empty.bin", &[]),
     ] {
-        let mut command = evidence(folder.path());
-        command.args([
-            "bench", "rays", "--mesh", mesh, "--rays", rays, "--hits", "hits.bin",
-        ]);
-        refused(folder.path(), &mut command, 1, &[expected]);
+        fs::write(folder.join(name), bytes).unwrap();
     }
-    let mut command = evidence(folder.path());
-    command.args(["bench", "rays", "--mesh", "one.obj", "--rays", "rays.bin"]);
-    refused(
-        folder.path(),
-        command.args(["--hits", "no/hits.bin"]),
-        1,
-        &["no/hits.bin"],
-    );
+    for (words, expected) in [
+        ("--mesh one.obj --rays odd.bin --hits hits.bin", "25 bytes"),
+        ("--mesh one.obj --rays empty.bin --hits hits.bin", "0 bytes"),
+        ("--mesh one.obj --rays no.bin --hits hits.bin", "no.bin"),
+        ("--mesh no.obj --rays rays.bin --hits hits.bin", "no.obj"),
+        (
+            "--mesh one.obj --rays rays.bin --hits no/hits.bin",
+            "no/hits.bin",
+        ),
+    ] {
+        refused(folder, &format!("bench rays {words}"), 1, &[expected]);
+    }
 }
 
 #[cfg(target_os = "linux")]
 #[test]
 fn a_report_that_cannot_be_printed_is_a_failure() {
     let folder = folder();
-    let program = shisen(folder.path()).get_program().to_owned();
-    let full = |arguments: &[&str]| {
+    for words in [
+        "cave --scene grid --size 8 --json",
+        "cave --help",
+        "--version",
+    ] {
         let full = fs::OpenOptions::new().write(true).open("/dev/full");
-        std::process::Command::new(&program)
+        let output = std::process::Command::new(shisen(folder.path()).get_program())
             .current_dir(folder.path())
-            .args(arguments)
+            .args(words.split(' '))
             .stdout(full.unwrap())
             .output()
-            .unwrap()
-    };
-    for arguments in [
-        &["cave", "--size", "8", "--json"][..],
-        &["cave", "--help"],
-        &["--version"],
-    ] {
-        let full = full(arguments);
-        let message = String::from_utf8(full.stderr).unwrap();
-        assert_eq!(full.status.code(), Some(1), "{arguments:?}: {message}");
+            .unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{words}: {message}");
         assert!(message.contains("standard output"), "{message}");
     }
-}
-
-/// What help says of an argument: all up to the next one.
-fn help_of(folder: &Path, command: &[&str], argument: &str) -> String {
-    let output = command_line(folder, command)
-        .arg("--help")
-        .assert()
-        .success();
-    let help = String::from_utf8(output.get_output().stdout.clone()).unwrap();
-    let (_, after) = help.split_once(&format!("      {argument} <")).unwrap();
-    let (own, _) = after.split_once("\n      --").unwrap();
-    own.to_owned()
-}
-
-/// Who gives one of them nevertheless is told why there is none.
-#[test]
-fn values_that_a_command_refuses_are_not_in_its_help() {
-    let folder = folder();
-    let (all, live) = (["comb", "split", "paper", "fixed"], &["paper", "fixed"]);
-    for (command, argument, values, refused) in [
-        (
-            &["explain"][..],
-            "--lod",
-            &["off", "paper", "foveated"][..],
-            &["foveated"][..],
-        ),
-        (&["explain"], "--dispersion", &all, live),
-        (&["run"], "--dispersion", &all, live),
-        (&["bench", "budget"], "--dispersion", &all, live),
-        (&["bench", "latency"], "--dispersion", &all, live),
-        (&["cave"], "--dispersion", &all, &[]),
-        (&["run"], "--lod", &["off", "paper", "foveated"], &[]),
-    ] {
-        let help = help_of(folder.path(), command, argument);
-        for value in values {
-            let is_there = help.contains(&format!("- {value}:"));
-            assert_ne!(is_there, refused.contains(value), "{command:?}: {help}");
-        }
-    }
-    for (arguments, expected) in [
-        (
-            &["explain", "--lod", "foveated"][..],
-            "leaves some out: take --lod paper",
-        ),
-        (
-            &["explain", "prism", "--dispersion", "fixed"],
-            "explain comb or split",
-        ),
-        (
-            &[
-                "run",
-                "--scene",
-                "prism",
-                "--hz",
-                "60",
-                "--dispersion",
-                "paper",
-            ],
-            "take comb or split",
-        ),
-        (
-            &["cave", "--wavelengths", "3", "--each", "4"],
-            "there are 3 wavelengths: give at most 3",
-        ),
-    ] {
-        refused_by(&folder, arguments, expected);
-    }
-}
-
-/// Fails as wrong usage does.
-fn refused_by(folder: &tempfile::TempDir, arguments: &[&str], expected: &str) {
-    refused(
-        folder.path(),
-        &mut command_line(folder.path(), arguments),
-        2,
-        &[expected],
-    );
 }

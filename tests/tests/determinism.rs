@@ -8,8 +8,7 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
-use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::render::{Frame, Observer, Options, cave};
+use shisen::render::{Frame, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene, prism, spheres};
 use shisen::scene::material::Material;
 use shisen::scene::mesh::TriangleMesh;
@@ -21,6 +20,7 @@ use shisen_core::frame::{
 };
 use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::{icosphere, meshes};
+use shisen_tests::scenes::{self, both_eyes, object, three_walls, tile};
 use shisen_tests::ways::{assert_same, options};
 use std::sync::Arc;
 
@@ -44,17 +44,15 @@ pub(crate) fn glass_and_mirrors() -> Scene {
         object.material = Some(number % 3 % 2);
     }
     for x in [-1.0, 0.4, 1.3] {
-        scene.objects.push(Object {
-            shape: Shape::Spheroid {
-                equatorial_radius: 0.5,
-                polar_radius: 0.8,
-            },
-            material: Some(usize::from(x > 0.0)),
-            world_from_object: DAffine3::from_rotation_x(x)
-                * DAffine3::from_translation(DVec3::new(x, -0.2, -1.8)),
-            casts_shadow: true,
-            smooth: false,
-        });
+        let spheroid = Shape::Spheroid {
+            equatorial_radius: 0.5,
+            polar_radius: 0.8,
+        };
+        let place =
+            DAffine3::from_rotation_x(x) * DAffine3::from_translation(DVec3::new(x, -0.2, -1.8));
+        scene
+            .objects
+            .push(object(spheroid, usize::from(x > 0.0), place));
     }
     scene
 }
@@ -63,10 +61,7 @@ fn frame<const W: usize>(baked: &Baked<W>, side: u32, options: &Options) -> Fram
 where
     Simd: Runs<W>,
 {
-    let room = Cave::built_in(BuiltInCave::ThreeWall, [side; 2]).expect("a room");
-    let viewer = Viewer::default();
-    let eyes = Eye::STEREO.map(|eye| Observer::new(eye, viewer.eye(eye)));
-    cave(&baked.scene(), &room, &eyes, options, &|_, _| {}).expect("a frame")
+    scenes::frame(baked, &three_walls(side), &both_eyes(), options)
 }
 
 /// Renders the scene in every way and compares; `side` pixels a wall.
@@ -145,14 +140,12 @@ fn textures_and_a_lamp() -> Scene {
         (Shape::Mesh(1), DVec3::new(-1.0, -1.4, -1.0), 0.5),
     ];
     for (number, (shape, place, scale)) in shapes.into_iter().enumerate() {
+        let place = DAffine3::from_translation(place)
+            * DAffine3::from_rotation_y(0.3)
+            * DAffine3::from_scale(DVec3::splat(scale));
         scene.objects.push(Object {
-            shape,
-            material: Some(first + number),
-            world_from_object: DAffine3::from_translation(place)
-                * DAffine3::from_rotation_y(0.3)
-                * DAffine3::from_scale(DVec3::splat(scale)),
-            casts_shadow: true,
             smooth: true,
+            ..object(shape, first + number, place)
         });
     }
     scene.lights.push(Light::Rectangle {
@@ -179,24 +172,6 @@ fn wavelengths_have_one_hash() {
     assert_one_hash("spheres", &spheres(), 48, &[13, 8, 32, 256]);
 }
 
-#[test]
-fn different_pictures_have_different_hashes() {
-    let scene = glass_and_mirrors();
-    let baked = Baked::<8>::new(&scene).expect("a scene");
-    let mut hashes: Vec<u64> = [(0, 1), (1, 1), (3, 1), (3, 2)]
-        .into_iter()
-        .map(|(depth, samples)| {
-            let mut options = options(2, 32, Mode::Tile, Simd::detect());
-            options.settings.depth = depth;
-            options.settings.samples = samples;
-            frame(&baked, 32, &options).hash()
-        })
-        .collect();
-    hashes.sort_unstable();
-    hashes.dedup();
-    assert_eq!(hashes.len(), 4);
-}
-
 pub(crate) const SIDE: u32 = 27;
 
 /// A view whose edges are no edges of blocks. The axis of its screen goes
@@ -214,10 +189,11 @@ pub(crate) fn view() -> View {
     .expect("a view")
 }
 
-/// Calls a job until it is finished; returns pixels, total statistics and
-/// the most steps of a call beyond its budget.
+/// Calls a job of a tile with so many steps a call until it is finished; returns pixels, total
+/// statistics and the most steps of a call beyond its budget.
 pub(crate) fn in_instalments<const W: usize>(
     renderer: &Renderer<'_, W>,
+    view: &View,
     tile: Tile,
     budget: u64,
 ) -> (Vec<Pixel>, Statistics, u64)
@@ -227,14 +203,12 @@ where
     let mut pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
     let mut workspace = Workspace::new();
     let mut job = TileJob::new(tile);
-    let (mut most_over, mut calls) = (0, 0u64);
+    let (mut most_over, mut calls) = (0, 0);
     loop {
-        let before = workspace.statistics;
+        let before = workspace.statistics.steps;
         let mut left = Budget::steps(budget);
-        let outcome = job
-            .render(renderer, &view(), &mut pixels, &mut left, &mut workspace)
-            .expect("a tile of the view");
-        let steps = workspace.statistics.steps - before.steps;
+        let outcome = job.render(renderer, view, &mut pixels, &mut left, &mut workspace);
+        let steps = workspace.statistics.steps - before;
         assert_eq!(
             left.left(),
             budget.saturating_sub(steps),
@@ -242,14 +216,12 @@ where
         );
         most_over = most_over.max(steps.saturating_sub(budget));
         calls += 1;
-        if outcome == Outcome::Finished {
+        if outcome.expect("a tile of the view") == Outcome::Finished {
+            assert!(job.is_finished());
             return (pixels, workspace.statistics, most_over);
         }
         assert!(left.is_spent(), "stopped with budget left");
-        assert!(
-            calls <= u64::from(tile.width * tile.height) * 3,
-            "no progress"
-        );
+        assert!(calls <= tile.width * tile.height * 3, "no progress");
     }
 }
 
@@ -257,12 +229,7 @@ where
 fn interrupted_rendering_gives_the_same_pixels_within_the_budget() {
     let scene = glass_and_mirrors();
     let baked = Baked::<8>::new(&scene).expect("a scene");
-    let tile = Tile {
-        x: 3,
-        y: 5,
-        width: 21,
-        height: 19,
-    };
+    let tile = tile([3, 5, 21, 19]);
     for (mode, samples) in MODES.into_iter().flat_map(|mode| [(mode, 1), (mode, 5)]) {
         let settings = Settings {
             mode,
@@ -270,7 +237,7 @@ fn interrupted_rendering_gives_the_same_pixels_within_the_budget() {
             ..Settings::default()
         };
         let renderer = Renderer::new(baked.scene(), Simd::detect(), settings);
-        let whole = in_instalments(&renderer, tile, u64::MAX);
+        let whole = in_instalments(&renderer, &view(), tile, u64::MAX);
         assert_eq!(whole.2, 0);
         // What one pixel costs alone, and a block with one sample of each.
         let alone = |samples: u16, side: u32| {
@@ -285,13 +252,8 @@ fn interrupted_rendering_gives_the_same_pixels_within_the_budget() {
                 .clone()
                 .flat_map(|y| places.clone().map(move |x| (x, y)))
                 .map(|(x, y)| {
-                    let part = Tile {
-                        x,
-                        y,
-                        width: side.min(SIDE - x),
-                        height: side.min(SIDE - y),
-                    };
-                    in_instalments(&alone, part, u64::MAX).1.steps
+                    let part = scenes::tile([x, y, side.min(SIDE - x), side.min(SIDE - y)]);
+                    in_instalments(&alone, &view(), part, u64::MAX).1.steps
                 })
                 .max()
                 .unwrap_or(0)
@@ -301,7 +263,7 @@ fn interrupted_rendering_gives_the_same_pixels_within_the_budget() {
             Mode::Tile => alone(samples, 1) + alone(1, 8),
         };
         for budget in [1, 7, 1000] {
-            let (pixels, statistics, most_over) = in_instalments(&renderer, tile, budget);
+            let (pixels, statistics, most_over) = in_instalments(&renderer, &view(), tile, budget);
             assert_eq!(pixels, whole.0, "{mode:?}, {budget} steps a call");
             assert!(statistics.rays() >= whole.1.rays());
             if mode == Mode::Single {
@@ -321,12 +283,7 @@ fn interrupted_rendering_gives_the_same_pixels_within_the_budget() {
 #[test]
 fn a_spent_budget_renders_nothing() {
     let baked = Baked::<8>::new(&glass_and_mirrors()).expect("a scene");
-    let tile = Tile {
-        x: 0,
-        y: 0,
-        width: 9,
-        height: 9,
-    };
+    let tile = tile([0, 0, 9, 9]);
     for mode in MODES {
         let settings = Settings {
             mode,
@@ -361,14 +318,8 @@ fn a_spent_budget_renders_nothing() {
 fn tiles_that_are_none_are_refused() {
     let baked = Baked::<8>::new(&glass_and_mirrors()).expect("a scene");
     let renderer = Renderer::new(baked.scene(), Simd::detect(), Settings::default());
-    let render = |[x, y, width, height]: [u32; 4], room: usize| {
-        let tile = Tile {
-            x,
-            y,
-            width,
-            height,
-        };
-        TileJob::new(tile).render(
+    let render = |place: [u32; 4], room: usize| {
+        TileJob::new(tile(place)).render(
             &renderer,
             &view(),
             &mut vec![Pixel::default(); room],

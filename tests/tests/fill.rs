@@ -12,6 +12,7 @@ use shisen::show::lod::OutsideDifference;
 use shisen_core::Simd;
 use shisen_core::frame::{BLEND, LevelOfDetail, Mode, Spectrum};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
+use shisen_tests::ways::options;
 
 const SIZE: u32 = 64;
 
@@ -94,6 +95,10 @@ const HOW: CaptureOptions = CaptureOptions {
 
 const CAPTURE: Filling<'static> = Filling::Capture(HOW);
 
+const fn capture(size: u32, level: f32, steps: Option<u64>) -> Filling<'static> {
+    Filling::Capture(CaptureOptions { size, level, steps })
+}
+
 #[test]
 fn only_what_the_gaze_skips_is_filled_and_its_border_blended() {
     let setting = Setting::new();
@@ -129,13 +134,7 @@ fn a_capture_is_closer_to_what_is_there_than_the_background() {
     let full = setting.full();
     let error = |filling| setting.error(&setting.frame(&options, filling), &full);
     let background = error(Filling::Background);
-    let sizes = [16, 32, 64, 128].map(|size| {
-        error(Filling::Capture(CaptureOptions {
-            size,
-            level: 1.0,
-            steps: None,
-        }))
-    });
+    let sizes = [16, 32, 64, 128].map(|size| error(capture(size, 1.0, None)));
     println!("background {background:.2}, captures {sizes:.2?} of 255 codes");
     assert!(sizes.is_sorted_by(|a, b| a > b), "{sizes:?}");
     assert!(
@@ -173,41 +172,19 @@ fn there_is_no_hole_and_no_seam_in_a_capture() {
 fn a_filled_frame_is_the_same_bits_however_it_is_made() {
     let setting = Setting::new();
     for steps in [None, Some(20_000)] {
-        let capture = Filling::Capture(CaptureOptions {
-            size: 48,
-            level: 0.5,
-            steps,
-        });
-        let options = Options {
-            threads: 1,
-            ..Options::default()
-        };
-        let first = setting.frame(&options, capture);
+        let capture = capture(48, 0.5, steps);
+        let first = setting.frame(&options(1, 32, Mode::Tile, Simd::detect()), capture);
         let mut others = vec![
-            Options {
-                threads: 3,
-                ..options
-            },
-            Options {
-                tile: 19,
-                ..options
-            },
-            Options {
-                simd: Simd::PORTABLE,
-                ..options
-            },
+            options(3, 32, Mode::Tile, Simd::detect()),
+            options(1, 19, Mode::Tile, Simd::detect()),
+            options(1, 32, Mode::Tile, Simd::PORTABLE),
         ];
         if steps.is_none() {
-            let mut single = options;
-            single.settings.mode = Mode::Single;
-            others.push(single);
+            others.push(options(1, 32, Mode::Single, Simd::detect()));
         }
         for other in others {
-            assert_eq!(
-                setting.frame(&other, capture).hash(),
-                first.hash(),
-                "{other:?}"
-            );
+            let found = setting.frame(&other, capture);
+            assert_eq!(found.hash(), first.hash(), "{other:?}");
         }
     }
 }
@@ -249,16 +226,9 @@ fn a_capture_keeps_to_its_steps_and_shows_the_background_beyond() {
     let setting = Setting::new();
     let options = Options::default();
     let steps = |steps| {
-        let capture = Filling::Capture(CaptureOptions {
-            size: 64,
-            level: 0.34,
-            steps,
-        });
-        let frame = setting.frame(&options, capture);
-        (
-            frame.capture.as_ref().expect("a capture").statistics.steps,
-            frame,
-        )
+        let frame = setting.frame(&options, capture(64, 0.34, steps));
+        let capture = frame.capture.as_ref().expect("a capture");
+        (capture.statistics.steps, frame)
     };
     let (needed, all) = steps(None);
     // What tiles leave is passed on: most of a limit is used, and little more.
@@ -310,25 +280,4 @@ fn the_frame_before_shows_where_this_one_traces_nothing() {
         },
     );
     assert!(left > 0);
-}
-
-#[test]
-fn a_frame_of_other_walls_cannot_be_the_one_before() {
-    let setting = Setting::new();
-    let options = Options::default();
-    let mut other = setting.frame(&options, Filling::Background);
-    other.pictures.pop();
-    let scene = setting.baked.scene();
-    let filling = Filling::Previous(&other);
-    let quiet = |_, _| {};
-    let refused = render::cave_filled(
-        &scene,
-        &setting.cave,
-        &setting.eyes,
-        &options,
-        filling,
-        &quiet,
-    );
-    let message = refused.unwrap_err().to_string();
-    assert!(message.contains("other walls, eyes or sizes"), "{message}");
 }

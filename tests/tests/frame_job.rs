@@ -6,12 +6,13 @@ use shisen::bake::{Baked, Layout};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen_core::Simd;
 use shisen_core::frame::{
-    Budget, FlatScreen, FrameError, FrameJob, LevelOfDetail, Mode, Outcome, Part, Pixel, Place,
-    Progress, Renderer, Settings, Tile, TileJob, Workspace,
+    Budget, FlatScreen, FrameError, FrameJob, LevelOfDetail, Mode, Part, Pixel, Place, Progress,
+    Renderer, Settings, Tile, Workspace,
 };
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 use shisen_core::scene::EffectSet;
 use shisen_tests::meshes::icosphere;
+use shisen_tests::scenes;
 
 const ALL: u32 = EffectSet::ALL.bits();
 /// Pixels a side of tiles, which cuts walls of [`SIZE`] off at their borders.
@@ -28,17 +29,14 @@ fn baked() -> Baked<4> {
     Baked::with_levels(&scene, &levels.expect("levels")).expect("a baked scene")
 }
 
-/// Front, right and floor of a 3 m cube.
+/// A side of a 3 m cube, by the signs of its corners.
+fn screen(lower_left: [f32; 3], lower_right: [f32; 3], upper_left: [f32; 3]) -> FlatScreen {
+    let [a, b, c] = [lower_left, lower_right, upper_left].map(|at| 1.5 * Vec3::from_array(at));
+    FlatScreen::from_corners(a, b, c, SIZE)
+}
+
+/// Front, right and floor.
 fn screens() -> [FlatScreen; 3] {
-    let screen = |lower_left: [f32; 3], lower_right: [f32; 3], upper_left: [f32; 3]| {
-        let corner = |at: [f32; 3]| 1.5 * Vec3::from_array(at);
-        FlatScreen::from_corners(
-            corner(lower_left),
-            corner(lower_right),
-            corner(upper_left),
-            SIZE,
-        )
-    };
     [
         screen([-1., -1., -1.], [1., -1., -1.], [-1., 1., -1.]),
         screen([1., -1., -1.], [1., -1., 1.], [1., 1., -1.]),
@@ -61,26 +59,20 @@ fn renderer(baked: &Baked<4>, forward: Option<Vec3>, mode: Mode) -> Renderer<'_,
     renderer
 }
 
+fn part<'r, 'a>(screen: &FlatScreen, renderer: &'r Renderer<'a, 4>) -> Part<'r, 'a, 4> {
+    let view = screen.view_from(EYE).expect("a view");
+    Part { view, renderer }
+}
+
 fn parts<'r, 'a>(renderer: &'r Renderer<'a, 4>) -> Vec<Part<'r, 'a, 4>> {
-    screens()
-        .iter()
-        .map(|screen| Part {
-            view: screen.view_from(EYE).expect("a view"),
-            renderer,
-        })
-        .collect()
+    let parts = screens().map(|screen| part(&screen, renderer));
+    parts.into()
 }
 
 /// Where there is next to nothing to be seen.
 fn ceiling<'r, 'a>(renderer: &'r Renderer<'a, 4>) -> Part<'r, 'a, 4> {
-    let [lower_left, lower_right, upper_left] =
-        [[-1.0, 1.0, -1.0], [1.0, 1.0, -1.0], [-1.0, 1.0, 1.0]]
-            .map(|corner| 1.5 * Vec3::from_array(corner));
-    let screen = FlatScreen::from_corners(lower_left, lower_right, upper_left, SIZE);
-    Part {
-        view: screen.view_from(EYE).expect("a view"),
-        renderer,
-    }
+    let screen = screen([-1., 1., -1.], [1., 1., -1.], [-1., 1., 1.]);
+    part(&screen, renderer)
 }
 
 /// What a frame was handed over in.
@@ -123,10 +115,8 @@ fn run(parts: &[Part<'_, '_, 4>], budget: Budget, slice: u64) -> Seen {
             }
         }
     }
-    assert_eq!(
-        (job.tiles().whole + job.tiles().given_up) as usize,
-        tiles.len()
-    );
+    let handed_over = job.tiles().whole + job.tiles().given_up;
+    assert_eq!(handed_over as usize, tiles.len());
     Seen {
         tiles,
         pictures,
@@ -137,8 +127,8 @@ fn run(parts: &[Part<'_, '_, 4>], budget: Budget, slice: u64) -> Seen {
 }
 
 fn bits(pictures: &[Vec<Pixel>]) -> Vec<[u32; 4]> {
-    let of = |p: &Pixel| [p.red, p.green, p.blue, p.alpha].map(f32::to_bits);
-    pictures.iter().flatten().map(of).collect()
+    let pictures = pictures.iter().map(|pixels| scenes::bits(pixels));
+    pictures.flatten().collect()
 }
 
 #[test]
@@ -149,26 +139,18 @@ fn a_frame_is_its_views_rendered_whole() {
             let renderer = renderer(&baked, forward, mode);
             let parts = parts(&renderer);
             let seen = run(&parts, Budget::UNLIMITED, u64::MAX);
-            let whole: Vec<Vec<Pixel>> = parts
+            let whole = parts
                 .iter()
-                .map(|Part { view, renderer }| {
-                    let mut pixels = vec![Pixel::default(); (SIZE[0] * SIZE[1]) as usize];
-                    let [width, height] = SIZE;
-                    let mut job = TileJob::new(Tile {
-                        x: 0,
-                        y: 0,
-                        width,
-                        height,
-                    });
-                    let (mut budget, mut workspace) = (Budget::UNLIMITED, Workspace::new());
-                    let outcome =
-                        job.render(renderer, view, &mut pixels, &mut budget, &mut workspace);
-                    assert_eq!(outcome, Ok(Outcome::Finished));
-                    pixels
-                })
-                .collect();
+                .map(|Part { view, renderer }| scenes::pixels(renderer, view));
+            let whole: Vec<Vec<Pixel>> = whole.collect();
             assert!(bits(&seen.pictures) == bits(&whole), "{forward:?} {mode:?}");
             assert_eq!(seen.tiles.len(), 3 * 3 * 4);
+            // Without a gaze they go in rows.
+            let order = seen
+                .tiles
+                .iter()
+                .map(|(part, tile, _)| (part, tile.y, tile.x));
+            assert_eq!(order.is_sorted(), forward.is_none());
             assert!(seen.tiles.iter().all(|&(.., whole)| whole));
         }
     }
@@ -198,20 +180,6 @@ fn tiles_go_from_the_line_of_sight_outwards() {
     let (part, tile, _) = seen.tiles[0];
     assert_eq!(part, 2);
     assert_eq!((x / SIDE * SIDE, y / SIDE * SIDE), (tile.x, tile.y));
-}
-
-#[test]
-fn without_a_gaze_tiles_go_in_rows() {
-    let baked = baked();
-    let renderer = renderer(&baked, None, Mode::Single);
-    let parts = parts(&renderer);
-    let seen = run(&parts, Budget::UNLIMITED, u64::MAX);
-    let places: Vec<_> = seen
-        .tiles
-        .iter()
-        .map(|(part, t, _)| (part, t.y, t.x))
-        .collect();
-    assert!(places.is_sorted());
 }
 
 #[test]

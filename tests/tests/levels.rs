@@ -3,7 +3,7 @@
 
 use proptest::prelude::*;
 use shisen::bake::simplify::{Ladder, LadderError, PolygonLevels, Topology};
-use shisen::bake::{BakeError, Baked, lone_mesh};
+use shisen::bake::{Baked, lone_mesh};
 use shisen::scene::material::Material;
 use shisen::scene::mesh::TriangleMesh;
 use shisen_core::Simd;
@@ -180,70 +180,6 @@ fn triangles_keep_their_materials() {
 }
 
 #[test]
-fn open_meshes_have_ladders_too() {
-    let mut sheet = gridded_cube(12);
-    sheet.triangles.truncate(2 * 12 * 12);
-    let topology = Topology::of(&sheet);
-    assert_eq!((topology.open_edges, topology.crowded_edges), (48, 0));
-    check(&sheet, (20, 288, 9));
-    // One face short of a torus.
-    let mut torn = torus(40, 20);
-    torn.triangles.remove(700);
-    assert_eq!(Topology::of(&torn).open_edges, 3);
-    check(&torn, (100, 1600, 12));
-}
-
-#[test]
-fn meshes_that_hang_together_badly() {
-    // Every face twice.
-    let mut twice = torus(24, 12);
-    twice.triangles.extend_from_within(..);
-    let topology = Topology::of(&twice);
-    assert_eq!(topology.crowded_edges, 3 * 24 * 12);
-    assert!(topology.is_closed());
-    let found = try_check(&twice, (800, 1152, 4));
-    println!("every face twice: {found:?}");
-    // Two cubes that share an edge.
-    let mut two = gridded_cube(4);
-    let count = two.positions.len() as u32;
-    let moved = two.positions.clone().into_iter();
-    two.positions
-        .extend(moved.map(|[x, y, z]| [x + 2.0, y + 2.0, z]));
-    let more: Vec<_> = two.triangles.iter().map(|t| t.map(|v| v + count)).collect();
-    two.triangles.extend(more);
-    let topology = Topology::of(&two);
-    assert_eq!((topology.open_edges, topology.crowded_edges), (0, 4));
-    check(&two, (60, 384, 7));
-    // A face without an area, and one beside it that is folded over.
-    let mut folded = torus(24, 12);
-    folded.positions.push(folded.positions[0]);
-    folded.triangles.push([0, 576 / 2, 5]);
-    folded.triangles.extend([[1, 2, 3], [3, 2, 1]]);
-    check(&folded, (100, 579, 8));
-}
-
-#[test]
-fn what_cannot_be_reached_is_said() {
-    // Sides of a material each, whose corners stay where they are.
-    let mut cube = gridded_cube(4);
-    cube.materials = vec![Material::default(); 6];
-    cube.triangle_materials = (0..192).map(|t| t / 32).collect();
-    let asked = levels(4, 192, 2);
-    let error = Ladder::new(&cube, &asked).expect_err("it has 12 at least");
-    let expected = LadderError::Unreachable {
-        asked: 4,
-        reached: 12,
-    };
-    assert_eq!(error, expected);
-    let found = Baked::<8>::with_levels(&lone_mesh(cube), &asked);
-    let expected = BakeError::Ladder {
-        mesh: 0,
-        source: expected,
-    };
-    assert_eq!(found, Err(expected));
-}
-
-#[test]
 fn rungs_are_traced_as_meshes_of_their_own() {
     let mesh = torus(40, 20);
     let levels = levels(100, 1600, 6);
@@ -272,14 +208,6 @@ fn rungs_are_traced_as_meshes_of_their_own() {
         }
     }
     assert!(hits > 5000, "{hits}");
-}
-
-#[test]
-fn the_same_mesh_gives_the_same_bytes() {
-    let scene = lone_mesh(shisen::scene::quadruped::quadruped());
-    let levels = levels(500, u32::MAX, 16);
-    let bake = || Baked::<8>::with_levels(&scene, &levels).expect("a scene");
-    assert_eq!(bake(), bake());
 }
 
 proptest! {

@@ -1,6 +1,7 @@
 //! What crosses the crates, in one program: each would else compile the tracer
 //! again, and take as long to link as to run.
 
+mod blob_errors;
 mod blob_fuzz;
 mod brute_force;
 mod capture;
@@ -30,7 +31,6 @@ mod levels;
 mod live;
 mod live_command;
 mod lod;
-mod logged;
 mod optics;
 mod overrun;
 mod paper_rays;

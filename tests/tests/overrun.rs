@@ -1,6 +1,6 @@
 //! Budgets of which not a step more is taken, whatever has been begun.
 
-use crate::determinism::glass_and_mirrors;
+use crate::determinism::{SIDE, glass_and_mirrors, view};
 use glam::{DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::scene::Light;
@@ -12,9 +12,6 @@ use shisen_core::gaze::{Acuity, Gaze, LineOfSight, VisualField};
 use shisen_core::spectrum::{Matching, Medium, SpectralSample, SpectralTable, Wavelengths};
 use shisen_core::{Runs, Simd};
 use std::f32::consts::PI;
-
-/// Pixels a side.
-const SIDE: u32 = 32;
 
 /// Mirrors, glass that disperses, soft light.
 fn scene() -> shisen::scene::Scene {
@@ -36,14 +33,13 @@ fn scene() -> shisen::scene::Scene {
 }
 
 fn views() -> [View; 2] {
-    let step = 2.0 / SIDE as f32;
-    let first = Vec3::new(-1.0 + 0.5 * step, 1.0 - 0.5 * step, -1.0);
-    let (right, down) = (Vec3::X * step, Vec3::NEG_Y * step);
-    let eye = Vec3::new(0.01, 0.02, 0.03);
-    let screen = View::new(eye, first, right, down, [SIDE; 2]).expect("a view");
     let fisheye = DomeProjection::Equidistant { field_of_view: PI };
-    let dome = View::dome(fisheye, DomePose::over_room(eye), SIDE).expect("a dome master");
-    [screen, dome]
+    let dome = View::dome(
+        fisheye,
+        DomePose::over_room(Vec3::new(0.01, 0.02, 0.03)),
+        SIDE,
+    );
+    [view(), dome.expect("a dome master")]
 }
 
 /// All ways in which pixels are made.

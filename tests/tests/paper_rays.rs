@@ -3,15 +3,15 @@
 
 use serde_json::Value;
 use shisen::bake::Baked;
-use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::render::{Observer, Options, cave};
+use shisen::render::{Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::mesh::TriangleMesh;
 use shisen_core::Simd;
-use shisen_core::frame::{Budget, Settings, Statistics, Workspace};
+use shisen_core::frame::{Budget, Statistics, Workspace};
 use shisen_core::shape::Ray;
 use shisen_core::trace::Tracer;
 use shisen_tests::meshes::{cow, meshes};
+use shisen_tests::scenes::{both_eyes, frame, three_walls};
 
 const REFERENCE: &str = include_str!("../reference/paper-rays.json");
 
@@ -31,20 +31,11 @@ fn count(which: PaperScene, mesh: TriangleMesh) -> Count {
         object.smooth = false;
     }
     let baked = Baked::<8>::new(&scene).expect("a scene");
-    let room = Cave::built_in(BuiltInCave::ThreeWall, [SIZE; 2]).expect("a room");
-    let viewer = Viewer::default();
-    let eyes = Eye::STEREO.map(|eye| Observer::new(eye, viewer.eye(eye)));
+    let (room, eyes) = (three_walls(SIZE), both_eyes());
     let frames = [0, 1, 2, 3].map(|depth| {
-        let options = Options {
-            settings: Settings {
-                depth,
-                ..Settings::default()
-            },
-            ..Options::default()
-        };
-        cave(&baked.scene(), &room, &eyes, &options, &|_, _| {})
-            .expect("a frame")
-            .statistics
+        let mut options = Options::default();
+        options.settings.depth = depth;
+        frame(&baked, &room, &eyes, &options).statistics
     });
     let tracer = Tracer::new(baked.scene(), Simd::detect(), 0);
     let mut workspace = Workspace::new();
@@ -79,16 +70,13 @@ fn counts_of_any_animal_fit_together() {
             assert!(mirror.hits > 10_000, "{name}: {}", mirror.hits);
             assert_eq!(mirror.hits, diffuse.hits, "{name}");
             for (depth, statistics) in mirror.frames.iter().enumerate() {
-                let diffuse = &diffuse.frames[depth];
+                let (seen, diffuse) = (diffuse.hits, &diffuse.frames[depth]);
                 assert_eq!(statistics.primary, 6 * u64::from(SIZE * SIZE), "{name}");
                 assert_eq!(diffuse.primary, statistics.primary, "{name}");
                 assert_eq!([diffuse.reflected, diffuse.refracted], [0, 0], "{name}");
                 assert_eq!(statistics.refracted, 0, "{name}");
                 // At most a shadow ray, for the one light, from each hit.
-                assert!(
-                    diffuse.shadow <= diffuse.primary.min(diffuse_hits(&b, &d, diffuse)),
-                    "{name}"
-                );
+                assert!(diffuse.shadow <= diffuse.primary.min(seen), "{name}");
             }
             let by_bounce = reflected(mirror);
             assert_eq!(by_bounce[0], mirror.hits, "{name}: every hit reflects once");
@@ -99,15 +87,6 @@ fn counts_of_any_animal_fit_together() {
             assert!(by_bounce[2] > 0, "{name}: reflections of reflections");
         }
         assert!(a.hits != c.hits, "{name}: other places, other pictures");
-    }
-}
-
-/// The hits of whichever of the two counts these statistics are from.
-fn diffuse_hits(b: &Count, d: &Count, statistics: &Statistics) -> u64 {
-    if b.frames.contains(statistics) {
-        b.hits
-    } else {
-        d.hits
     }
 }
 

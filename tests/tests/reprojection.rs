@@ -7,18 +7,17 @@
 //! The direct picture, traced finer, tells these; where it is smooth the two
 //! agree, and at silhouettes the error is bounded by the step across them.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use shisen::bake::Baked;
-use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
+use shisen::cave::{Eye, Viewer};
 use shisen::picture::Picture;
-use shisen::render::{Observer, Options, cave};
+use shisen::render::{Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::show::overview::viewer::{ViewerCamera, render};
 use shisen_core::Simd;
-use shisen_core::frame::{
-    Budget, Outcome, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace,
-};
+use shisen_core::frame::{Renderer, Settings, View};
 use shisen_tests::meshes::meshes;
+use shisen_tests::scenes::{frame, pixels, three_walls};
 
 /// Pixels of the viewer's picture.
 const SIZE: [u32; 2] = [160, 120];
@@ -64,22 +63,7 @@ fn direct_view(camera: &ViewerCamera, eye: DVec3, finer: u32) -> View {
 
 fn traced(baked: &Baked, view: &View) -> Vec<[f32; 3]> {
     let renderer = Renderer::new(baked.scene(), Simd::detect(), Settings::default());
-    let tile = Tile {
-        x: 0,
-        y: 0,
-        width: view.columns(),
-        height: view.rows(),
-    };
-    let mut pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
-    let mut budget = Budget::UNLIMITED;
-    let outcome = TileJob::new(tile).render(
-        &renderer,
-        view,
-        &mut pixels,
-        &mut budget,
-        &mut Workspace::new(),
-    );
-    assert_eq!(outcome, Ok(Outcome::Finished));
+    let pixels = pixels(&renderer, view);
     pixels.iter().map(|p| [p.red, p.green, p.blue]).collect()
 }
 
@@ -145,25 +129,25 @@ fn errors(
     }
 }
 
-fn compare(which: PaperScene) {
-    for (name, mesh) in meshes() {
+/// Diffuse animals and mirrors.
+#[test]
+fn animals_are_seen_where_they_stand() {
+    let animals = meshes().into_iter();
+    let both =
+        animals.flat_map(|one| [PaperScene::A, PaperScene::B].map(|which| (one.clone(), which)));
+    for ((name, mesh), which) in both {
         let baked = Baked::<8>::new(&paper_scene(which, mesh).expect("a scene")).expect("a scene");
         let eye = Viewer::default().eye(Eye::Left) + DVec3::new(0.1, 0.2, -0.15);
         let [coarse, fine] = [256, 512].map(|side| {
-            let room = Cave::built_in(BuiltInCave::ThreeWall, [side; 2]).expect("a room");
-            let options = Options::default();
+            let room = three_walls(side);
             let eyes = [Observer::new(Eye::Left, eye)];
-            let frame = cave(&baked.scene(), &room, &eyes, &options, &|_, _| {}).expect("a frame");
+            let frame = frame(&baked, &room, &eyes, &Options::default());
             let walls: Vec<_> = frame
                 .pictures
                 .iter()
                 .map(|p| (&room.walls[p.wall], &p.picture))
                 .collect();
-            LOOKS.map(|look| {
-                let errors = errors(&walls, side, &baked, eye, look);
-                println!("{name}, {}, {side}², {look:?}: {errors:?}", which.name());
-                errors
-            })
+            LOOKS.map(|look| errors(&walls, side, &baked, eye, look))
         });
         for (look, (coarse, fine)) in LOOKS.iter().zip(coarse.iter().zip(&fine)) {
             let what = format!("{name}, {}, {look:?}: {coarse:?} {fine:?}", which.name());
@@ -185,45 +169,3 @@ fn compare(which: PaperScene) {
 /// the values around them.
 const MEAN: f64 = 0.012;
 const OUTSIDE: f64 = 0.001;
-
-#[test]
-fn diffuse_animals_are_seen_where_they_stand() {
-    compare(PaperScene::B);
-}
-
-#[test]
-fn mirrors_are_seen_where_they_stand() {
-    compare(PaperScene::A);
-}
-
-/// The comparison has teeth: an eye 3 cm beside the one that the walls were
-/// rendered for sees something else.
-#[test]
-fn a_wrong_eye_is_noticed() {
-    let mesh = shisen::scene::quadruped::quadruped();
-    let scene = paper_scene(PaperScene::B, mesh).expect("a scene");
-    let baked = Baked::<8>::new(&scene).expect("a scene");
-    let room = Cave::built_in(BuiltInCave::ThreeWall, [512; 2]).expect("a room");
-    let eye = DVec3::new(0.1, 0.2, -0.15);
-    let eyes = [Observer::new(Eye::Left, eye)];
-    let frame = cave(
-        &baked.scene(),
-        &room,
-        &eyes,
-        &Options::default(),
-        &|_, _| {},
-    )
-    .expect("a frame");
-    let walls: Vec<_> = frame
-        .pictures
-        .iter()
-        .map(|p| (&room.walls[p.wall], &p.picture))
-        .collect();
-    let wrong = eye + Vec3::new(0.03, 0.0, 0.0).as_dvec3();
-    let [right, wrong] = [eye, wrong].map(|eye| errors(&walls, 512, &baked, eye, LOOKS[0]));
-    assert!(
-        right.outside < OUTSIDE && wrong.outside > 10.0 * OUTSIDE,
-        "{right:?} {wrong:?}"
-    );
-    assert!(wrong.mean > 1.5 * right.mean, "{right:?} {wrong:?}");
-}

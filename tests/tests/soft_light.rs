@@ -3,15 +3,13 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
-use shisen::scene::camera::CameraPath;
 use shisen::scene::material::Material;
 use shisen::scene::mesh::TriangleMesh;
-use shisen::scene::{Background, Light, Object, Scene, Shape};
+use shisen::scene::{Light, Object, Scene, Shape};
 use shisen_core::Simd;
-use shisen_core::frame::{
-    Budget, Outcome, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace,
-};
+use shisen_core::frame::{Renderer, Settings, View};
 use shisen_core::scene::EffectSet;
+use shisen_tests::scenes::{self, empty, object};
 use std::f64::consts::PI;
 
 /// Half the sides of the light, along x and along z: metres.
@@ -40,27 +38,24 @@ fn form_factor([x, z]: [f64; 2], [x0, x1]: [f64; 2], [z0, z1]: [f64; 2], height:
     to(x1, z1) - to(x0, z1) - to(x1, z0) + to(x0, z0)
 }
 
-fn square(material: usize, centre: DVec3, side: f64) -> Object {
+/// A square that looks up.
+fn square(centre: DVec3, side: f64) -> Object {
+    let map = DAffine3::from_translation(centre) * DAffine3::from_scale(DVec3::splat(side));
     Object {
-        shape: Shape::Mesh(0),
-        material: Some(material),
-        world_from_object: DAffine3::from_translation(centre)
-            * DAffine3::from_scale(DVec3::splat(side)),
-        casts_shadow: true,
         smooth: true,
+        ..object(Shape::Mesh(0), 0, map)
     }
 }
 
 /// A floor below a light, `samples` points of which are looked at.
 fn scene(samples: u32, two_sided: bool) -> Scene {
     Scene {
-        name: "soft light".into(),
         meshes: vec![TriangleMesh::square()],
         materials: vec![Material {
             diffuse: [REFLECTANCE as f32; 3],
             ..Material::default()
         }],
-        objects: vec![square(0, DVec3::ZERO, 40.0)],
+        objects: vec![square(DVec3::ZERO, 40.0)],
         lights: vec![Light::Rectangle {
             centre: DVec3::new(0.0, HEIGHT, 0.0),
             right: DVec3::new(-HALF[0], 0.0, 0.0),
@@ -69,9 +64,8 @@ fn scene(samples: u32, two_sided: bool) -> Scene {
             samples,
             two_sided,
         }],
-        background: Background::uniform([0.0; 3]),
         ambient: [0.0; 3],
-        camera: CameraPath::default(),
+        ..empty()
     }
 }
 
@@ -87,17 +81,7 @@ fn pixels(scene: &Scene, place: DVec3, samples: u16, without: EffectSet) -> Vec<
     let (right, down) = (Vec3::X * 1e-6, Vec3::Y * -1e-6);
     let first = (place - eye).as_vec3();
     let view = View::new(eye.as_vec3(), first, right, down, [SIDE; 2]).expect("a view");
-    let mut job = TileJob::new(Tile {
-        x: 0,
-        y: 0,
-        width: SIDE,
-        height: SIDE,
-    });
-    let mut pixels = vec![Pixel::default(); (SIDE * SIDE) as usize];
-    let mut workspace = Workspace::new();
-    let mut budget = Budget::UNLIMITED;
-    let outcome = job.render(&renderer, &view, &mut pixels, &mut budget, &mut workspace);
-    assert_eq!(outcome, Ok(Outcome::Finished));
+    let pixels = scenes::pixels(&renderer, &view);
     pixels.iter().map(|pixel| f64::from(pixel.green)).collect()
 }
 
@@ -144,7 +128,7 @@ fn a_penumbra_is_as_wide_and_as_dark_as_geometry_says() {
         // Half-way up, with an edge along z at x = 0.
         scene
             .objects
-            .push(square(0, DVec3::new(-10.0, 0.5 * HEIGHT, 0.0), 20.0));
+            .push(square(DVec3::new(-10.0, 0.5 * HEIGHT, 0.0), 20.0));
         let full = form_factor([0.0; 2], [-HALF[0], HALF[0]], [-HALF[1], HALF[1]], HEIGHT);
         let full = REFLECTANCE * RADIANCE * full;
         let mut worst = 0f64;
@@ -178,7 +162,7 @@ fn samples_of_a_pixel_look_at_further_points() {
         let mut scene = scene(samples, false);
         scene
             .objects
-            .push(square(0, DVec3::new(-10.0, 0.5 * HEIGHT, 0.0), 20.0));
+            .push(square(DVec3::new(-10.0, 0.5 * HEIGHT, 0.0), 20.0));
         scene
     };
     let place = DVec3::new(0.1, 0.0, 0.0);
@@ -201,7 +185,7 @@ fn light_goes_to_one_side_or_to_both() {
     let above = |two_sided| {
         let mut scene = scene(16, two_sided);
         // A ceiling, which sees the light's back; its front faces down.
-        let mut ceiling = square(0, DVec3::new(0.0, 2.0 * HEIGHT, 0.0), 40.0);
+        let mut ceiling = square(DVec3::new(0.0, 2.0 * HEIGHT, 0.0), 40.0);
         ceiling.world_from_object *= DAffine3::from_rotation_x(PI);
         scene.objects.push(ceiling);
         let below = mean(&pixels(&scene, DVec3::ZERO, 1, EffectSet::NONE));
@@ -244,7 +228,7 @@ fn without_soft_light_it_shines_from_its_middle() {
     }
     scene
         .objects
-        .push(square(0, DVec3::new(-10.0, 0.5 * HEIGHT, 0.0), 20.0));
+        .push(square(DVec3::new(-10.0, 0.5 * HEIGHT, 0.0), 20.0));
     let shadowed = pixels(
         &scene,
         DVec3::new(-0.01, 0.0, 0.0),

@@ -1,7 +1,7 @@
 //! Pictures for two eyes, from the command to the file.
 
-use serde_json::Value;
-use shisen_tests::command::shisen;
+use serde_json::{Value, json};
+use shisen_tests::command::{folder, report};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -46,39 +46,27 @@ impl Png {
 
 #[test]
 fn a_room_s_eyes_are_put_together_left_first() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let cave = |stereo: &str, out: &str| {
-        let mut command = shisen(folder.path());
-        let command = command.args([
-            "cave",
-            "--size",
-            "32",
-            "--view-size",
-            "40x30",
-            "--ipd",
-            "0.3",
-        ]);
-        let command = command.args(["--stereo", stereo, "--out", out, "--json"]);
-        let output = command.assert().success();
-        let report = &output.get_output().stdout;
-        serde_json::from_slice::<Value>(report).expect("an object")
+    let folder = folder();
+    let cave = |stereo: &str| {
+        let words =
+            format!("cave --size 32 --view-size 40x30 --ipd 0.3 --stereo {stereo} --out {stereo}");
+        report(folder.path(), &words)
     };
     let read = |path: &Value| Png::read(&folder.path().join(path.as_str().expect("a path")));
-    assert_eq!(cave("mono", "none")["stereo"], Value::Null);
+    assert_eq!(cave("mono")["stereo"], Value::Null);
 
-    let report = cave("sequential", "pair");
+    let report = cave("sequential");
     let stereo = &report["stereo"];
     assert_eq!(stereo["format"], "sequential");
-    assert_eq!(stereo["eye_order"], serde_json::json!(["left", "right"]));
-    let paths = stereo["images"].as_array().expect("paths");
-    assert_eq!(paths[0], "pair/stereo-cave-left.png");
-    assert_eq!(paths[3], "pair/stereo-viewer-right.png");
+    assert_eq!(stereo["eye_order"], json!(["left", "right"]));
+    let paths = &stereo["images"];
+    assert_eq!(paths[0], "sequential/stereo-cave-left.png");
+    assert_eq!(paths[3], "sequential/stereo-viewer-right.png");
     let [left, right, seen_left, seen_right] = [0, 1, 2, 3].map(|at| read(&paths[at]));
     // The left eye's net is the one that there is in any case.
     assert_eq!(left.pixels, read(&report["cave"]).pixels);
     assert_eq!(seen_left.pixels, read(&report["viewer"]).pixels);
-    assert_ne!(left.pixels, right.pixels);
-    assert_ne!(seen_left.pixels, seen_right.pixels);
+    assert!(left.pixels != right.pixels && seen_left.pixels != seen_right.pixels);
     for (png, eye) in [(&left, "left"), (&right, "right"), (&seen_right, "right")] {
         assert_eq!(png.note("Stereo-Format"), Some("sequential"));
         assert_eq!(png.note("Stereo-Eye-Order"), Some("left right"));
@@ -86,110 +74,54 @@ fn a_room_s_eyes_are_put_together_left_first() {
     }
 
     let [width, height] = left.size;
-    let report = cave("side-by-side", "beside");
-    let beside = read(&report["stereo"]["images"][0]);
+    let beside = read(&cave("side-by-side")["stereo"]["images"][0]);
     assert_eq!(beside.size, [2 * width, height]);
     assert_eq!(beside.columns(0, width), left.pixels);
     assert_eq!(beside.columns(width, 2 * width), right.pixels);
-    assert_eq!(beside.note("Stereo-Eye-Order"), Some("left right"));
-    assert_eq!(beside.note("Stereo-Eye"), None);
-
-    let report = cave("top-bottom", "above");
-    let above = read(&report["stereo"]["images"][1]);
-    assert_eq!(above.size, [40, 60]);
-    let (top, bottom) = above.pixels.split_at(above.pixels.len() / 2);
     assert_eq!(
-        (top, bottom),
-        (&seen_left.pixels[..], &seen_right.pixels[..])
+        (beside.note("Stereo-Eye-Order"), beside.note("Stereo-Eye")),
+        (Some("left right"), None)
     );
 
-    let report = cave("anaglyph", "glasses");
-    let glasses = read(&report["stereo"]["images"][0]);
-    assert_eq!(
-        (glasses.size, glasses.note("Stereo-Format")),
-        (left.size, Some("anaglyph"))
-    );
-    // Where both eyes see the same grey it stays so, to a code.
-    let mut same = 0;
-    let pairs = left.pixels.chunks(3).zip(right.pixels.chunks(3));
-    for ((left, right), both) in pairs.zip(glasses.pixels.chunks(3)) {
-        let grey = left.iter().all(|channel| *channel == left[0]);
-        if grey && left == right {
-            assert!(both.iter().all(|channel| channel.abs_diff(left[0]) <= 1));
-            same += 1;
-        }
-    }
-    assert!(same > 500, "{same}");
-    assert!(glasses.pixels != left.pixels && glasses.pixels != right.pixels);
+    let above = read(&cave("top-bottom")["stereo"]["images"][1]);
+    assert_eq!(above.pixels, [seen_left.pixels, seen_right.pixels].concat());
+    let glasses = read(&cave("anaglyph")["stereo"]["images"][0]);
+    assert_eq!(glasses.note("Stereo-Format"), Some("anaglyph"));
 }
 
 #[test]
 fn frames_are_written_for_each_eye_in_turn() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let frames = |stereo: &str| {
-        let steps = ["run", "--budget", "off", "--hz", "200", "--frames", "2"];
-        let mut command = shisen(folder.path());
-        let command = command.args(steps).args(["--size", "16", "--view", "png"]);
-        let command = command.args(["--out", stereo, "--stereo", stereo, "--json"]);
-        let output = command.assert().success();
-        let report: Value = serde_json::from_slice(&output.get_output().stdout).expect("an object");
+        let words = "run --scene grid --budget off --hz 200 --frames 2 --size 16 --view png";
+        let words = format!("{words} --out {stereo} --stereo {stereo}");
+        let report = report(folder.path(), &words);
         assert_eq!(report["stereo"]["format"], stereo);
-        let out = folder.path().join(stereo);
-        let mut names: Vec<_> = std::fs::read_dir(out)
-            .expect("a folder")
-            .map(|entry| {
-                entry
-                    .expect("a file")
-                    .file_name()
-                    .into_string()
-                    .expect("a name")
-            })
-            .collect();
+        let files = std::fs::read_dir(folder.path().join(stereo)).expect("a folder");
+        let name =
+            |file: std::io::Result<std::fs::DirEntry>| file.unwrap().file_name().into_string();
+        let mut names: Vec<String> = files.map(|file| name(file).unwrap()).collect();
         names.sort();
         (names, report)
     };
-    let (names, _) = frames("mono");
-    assert_eq!(names, ["frame-000000.png", "frame-000001.png"]);
-    let one = Png::read(&folder.path().join("mono/frame-000001.png"));
-    assert_eq!(one.note("Stereo-Format"), Some("mono"));
-    assert_eq!(one.note("Stereo-Eye"), Some("left"));
+    let png = |path: &str| Png::read(&folder.path().join(path));
+    assert_eq!(frames("mono").0, ["frame-000000.png", "frame-000001.png"]);
+    let one = png("mono/frame-000001.png");
+    assert_eq!(
+        (one.note("Stereo-Format"), one.note("Stereo-Eye")),
+        (Some("mono"), Some("left"))
+    );
     let (names, report) = frames("sequential");
-    let expected = [
-        "frame-000000-left.png",
-        "frame-000000-right.png",
-        "frame-000001-left.png",
-        "frame-000001-right.png",
-    ];
+    let expected =
+        ["0-left", "0-right", "1-left", "1-right"].map(|part| format!("frame-00000{part}.png"));
     assert_eq!(names, expected);
-    let order = serde_json::json!(["left", "right"]);
-    assert_eq!(report["stereo"]["eye_order"], order);
-    let right = Png::read(&folder.path().join("sequential/frame-000000-right.png"));
+    assert_eq!(report["stereo"]["eye_order"], json!(["left", "right"]));
+    let right = png("sequential/frame-000000-right.png");
     assert_eq!(
         (right.size, right.note("Stereo-Eye")),
         (one.size, Some("right"))
     );
     frames("side-by-side");
-    let both = Png::read(&folder.path().join("side-by-side/frame-000000.png"));
+    let both = png("side-by-side/frame-000000.png");
     assert_eq!(both.size, [2 * one.size[0], one.size[1]]);
-}
-
-#[test]
-fn one_eye_is_no_pair() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let fails = |arguments: &[&str], said: &str| {
-        let output = shisen(folder.path()).args(arguments).assert().code(2);
-        let stderr = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
-        assert!(stderr.contains(said), "{stderr}");
-    };
-    let eyes = "--stereo anaglyph takes two eyes: leave --eyes 1 out";
-    fails(&["cave", "--stereo", "anaglyph", "--eyes", "1"], eyes);
-    let run = [
-        "run", "--view", "png", "--stereo", "anaglyph", "--eyes", "1",
-    ];
-    fails(&run, eyes);
-    fails(
-        &["run", "--stereo", "anaglyph"],
-        "is for --view png or window",
-    );
-    fails(&["cave", "--stereo", "both"], "there is no stereo \"both\"");
 }

@@ -3,17 +3,17 @@
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::simplify::PolygonLevels;
 use shisen::bake::{BakeError, Baked};
-use shisen::scene::camera::CameraPath;
 use shisen::scene::material::Material;
 use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::texture::{Image, Pattern, Texture};
-use shisen::scene::{Background, Object, Scene, Shape};
+use shisen::scene::{Object, Scene, Shape};
 use shisen_core::frame::{Budget, Workspace};
 use shisen_core::scene::EffectSet;
 use shisen_core::shape::Ray;
 use shisen_core::trace::Tracer;
 use shisen_core::{Runs, Simd};
 use shisen_tests::rays::Random;
+use shisen_tests::scenes::{empty, object};
 use std::sync::Arc;
 
 const FIRST: [f32; 3] = [0.9, 0.8, 0.1];
@@ -38,8 +38,8 @@ fn image(width: u32, height: u32) -> Texture {
 
 /// One object of white times a texture, lit from everywhere alike.
 fn scene(shape: Shape, meshes: Vec<TriangleMesh>, texture: Texture, map: DAffine3) -> Scene {
+    let object = object(shape, 0, map);
     Scene {
-        name: "textures".into(),
         meshes,
         materials: vec![Material {
             diffuse: [1.0; 3],
@@ -47,16 +47,10 @@ fn scene(shape: Shape, meshes: Vec<TriangleMesh>, texture: Texture, map: DAffine
             ..Material::default()
         }],
         objects: vec![Object {
-            shape,
-            material: Some(0),
-            world_from_object: map,
-            casts_shadow: true,
             smooth: true,
+            ..object
         }],
-        lights: Vec::new(),
-        background: Background::uniform([0.0; 3]),
-        ambient: [1.0; 3],
-        camera: CameraPath::default(),
+        ..empty()
     }
 }
 
@@ -73,9 +67,15 @@ fn look<const W: usize>(
 where
     Simd: Runs<W>,
 {
+    seen(&Tracer::new(*scene, simd, 0), origin, direction)
+}
+
+fn seen<const W: usize>(tracer: &Tracer<'_, W>, origin: DVec3, direction: DVec3) -> Vec3
+where
+    Simd: Runs<W>,
+{
     let ray = Ray::new(origin.as_vec3(), direction.as_vec3()).expect("a ray");
-    let mut budget = Budget::UNLIMITED;
-    let pixel = Tracer::new(*scene, simd, 0).radiance(&ray, &mut budget, &mut Workspace::new());
+    let pixel = tracer.radiance(&ray, &mut { Budget::UNLIMITED }, &mut Workspace::new());
     Vec3::new(pixel.red, pixel.green, pixel.blue)
 }
 
@@ -194,28 +194,6 @@ fn cells_and_texels_have_their_colours_in_their_middles() {
     assert_near(seen(3.0 / 7.0, v), between, 1e-5);
 }
 
-#[test]
-fn a_globe_has_its_map_the_right_way_round() {
-    let map = image(8, 4);
-    let sphere = Shape::Sphere { radius: 2.0 };
-    let globe = scene(sphere, Vec::new(), map.clone(), DAffine3::IDENTITY);
-    let baked = Baked::<8>::new(&globe).expect("a scene");
-    for column in 0..8 {
-        for row in 0..4 {
-            let longitude = ((f64::from(column) + 0.5) / 8.0 - 0.5) * std::f64::consts::TAU;
-            let latitude = (0.5 - (f64::from(row) + 0.5) / 4.0) * std::f64::consts::PI;
-            // Longitude 0 is towards +Z, east towards +X.
-            let out = DVec3::new(
-                longitude.sin() * latitude.cos(),
-                latitude.sin(),
-                longitude.cos() * latitude.cos(),
-            );
-            let found = look(&baked.scene(), Simd::detect(), 5.0 * out, -out);
-            assert_near(found, texel(&map, column, row), 1e-5);
-        }
-    }
-}
-
 /// A square of `cells` a side, in the middle of which u jumps by one: vertices
 /// are there twice.
 fn seamed_square(cells: u32) -> TriangleMesh {
@@ -254,24 +232,19 @@ fn coarser_rungs_keep_the_texture_also_at_seams() {
     );
     let levels = PolygonLevels::new(8..=2048, 4).expect("levels");
     let baked = Baked::<8>::with_levels(&square, &levels).expect("a scene");
-    let seen = baked.scene();
-    assert_eq!(seen.rungs(), 4);
-    let coarsest = seen.meshes()[3];
-    assert!(coarsest.faces <= 16, "{}", coarsest.faces);
+    assert_eq!(baked.scene().rungs(), 4);
+    let faces = baked.scene().meshes()[3].faces;
+    assert!(faces <= 16, "{faces}");
     let mut random = Random::new(5);
-    let mut workspace = Workspace::new();
     for _ in 0..2000 {
         let [u, v] = [0, 1].map(|_| f64::from(random.below(8 * 64) as u32) / (8.0 * 64.0));
         let (u, v) = (u + 1.0 / 1024.0, v + 1.0 / 1024.0);
         let odd = ((u * 8.0).floor() + (v * 8.0).floor()) % 2.0 == 1.0;
         let expected = Vec3::from(if odd { SECOND } else { FIRST });
-        let origin = DVec3::new(u - 0.5, 1.0, 0.5 - v).as_vec3();
-        let ray = Ray::new(origin, Vec3::NEG_Y).expect("a ray");
+        let origin = DVec3::new(u - 0.5, 1.0, 0.5 - v);
         for rung in 0..4 {
-            let tracer = Tracer::new(seen, Simd::detect(), 0).at_rung(rung);
-            let mut budget = Budget::UNLIMITED;
-            let pixel = tracer.radiance(&ray, &mut budget, &mut workspace);
-            let found = Vec3::new(pixel.red, pixel.green, pixel.blue);
+            let tracer = Tracer::new(baked.scene(), Simd::detect(), 0).at_rung(rung);
+            let found = seen(&tracer, origin, DVec3::NEG_Y);
             assert_eq!(found, expected, "rung {rung} at {u}, {v}");
         }
     }
@@ -286,22 +259,17 @@ fn emission_shows_outside_and_with_its_texture() {
     let baked = Baked::<8>::new(&lamp).expect("a scene");
     let asked = EffectSet::EMISSION | EffectSet::CHECKER_TEXTURE;
     assert_eq!(baked.scene().effects(), asked);
-    let seen = |origin, direction| look(&baked.scene(), Simd::detect(), origin, direction);
+    let lit = |origin, direction| look(&baked.scene(), Simd::detect(), origin, direction);
     let first = Vec3::new(3.0, 2.0, 1.0) * Vec3::from(FIRST);
-    assert_near(seen(DVec3::new(-0.2, 1.0, 0.1), DVec3::NEG_Y), first, 1e-6);
-    assert_eq!(seen(DVec3::new(-0.2, -1.0, 0.1), DVec3::Y), Vec3::ZERO);
+    assert_near(lit(DVec3::new(-0.2, 1.0, 0.1), DVec3::NEG_Y), first, 1e-6);
+    assert_eq!(lit(DVec3::new(-0.2, -1.0, 0.1), DVec3::Y), Vec3::ZERO);
     // Without the effects a surface is plain, and dark.
     let without = |effects: EffectSet| {
-        let ray = Ray::new(Vec3::new(0.2, 1.0, 0.1), Vec3::NEG_Y).expect("a ray");
         let tracer = Tracer::new(baked.scene(), Simd::detect(), 0).without(effects);
-        let mut budget = Budget::UNLIMITED;
-        let pixel = tracer.radiance(&ray, &mut budget, &mut Workspace::new());
-        Vec3::new(pixel.red, pixel.green, pixel.blue)
+        seen(&tracer, DVec3::new(0.2, 1.0, 0.1), DVec3::NEG_Y)
     };
-    assert_eq!(
-        without(EffectSet::CHECKER_TEXTURE),
-        Vec3::new(3.0, 2.0, 1.0)
-    );
+    let plain = without(EffectSet::CHECKER_TEXTURE);
+    assert_eq!(plain, Vec3::new(3.0, 2.0, 1.0));
     assert_eq!(without(EffectSet::EMISSION), Vec3::ZERO);
 }
 

@@ -80,7 +80,7 @@ const REPORTS: [&str; 2] = ["osvr-hdk", "hid"];
 const INTACT: usize = 8;
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(cases("tracker fuzz", 200, 20_000) as u32))]
+    #![proptest_config(ProptestConfig::with_cases(cases("tracker fuzz", 200, 2_000) as u32))]
 
     #[test]
     fn damaged_streams(

@@ -3,10 +3,10 @@
 //! `tests/window/run` runs these: they need `Xvfb` and `xdotool`.
 
 use serde_json::Value;
-use shisen_tests::command::shisen;
+use shisen_tests::command::{line, refusal, shisen};
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
@@ -164,7 +164,7 @@ fn until<T>(mut is_there: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-fn read(path: &PathBuf) -> Picture {
+fn read(path: &Path) -> Picture {
     let file = BufReader::new(fs::File::open(path).expect("a picture"));
     let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
     let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
@@ -290,21 +290,18 @@ fn a_window_system_that_hangs_holds_nothing_up() {
 #[test]
 fn without_a_window_system_there_is_a_way_out() {
     let folder = tempfile::tempdir().expect("a folder");
-    let fails = |display: Option<&str>, said: &str| {
-        let mut command = shisen(folder.path());
-        command.args(["run", "--view", "window", "--size", "8", "--frames", "2"]);
+    for (display, expected) in [
+        (None, "DISPLAY is not set"),
+        (Some("nonsense"), "DISPLAY is nonsense"),
+        (Some(":47111"), "cannot be reached"),
+    ] {
+        let mut command = line(folder.path(), "run --view window --size 8 --frames 2");
         command.env_remove("DISPLAY");
-        if let Some(display) = display {
-            command.env("DISPLAY", display);
+        command.envs(display.map(|display| ("DISPLAY", display)));
+        let said = refusal(&mut command, 1);
+        for expected in ["there is no window", "--view png", expected] {
+            assert!(said.contains(expected), "{expected}: {said}");
         }
-        let output = command.assert().code(1);
-        let stderr = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
-        for wanted in ["there is no window", "--view png", said] {
-            assert!(stderr.contains(wanted), "{wanted}: {stderr}");
-        }
-        assert!(!Path::new(folder.path()).join("shisen-out").exists());
-    };
-    fails(None, "DISPLAY is not set");
-    fails(Some("nonsense"), "DISPLAY is nonsense");
-    fails(Some(":47111"), "cannot be reached");
+        assert!(!folder.path().join("shisen-out").exists());
+    }
 }

@@ -1,54 +1,22 @@
 //! QEMU as the board: three serial ports over sockets, and a clock that counts
 //! instructions.
 
-use super::image::Image;
+use super::{FirmwareError, Image};
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
-use miette::Diagnostic;
 use std::io::{self, Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
-use thiserror::Error;
 
 const PROGRAM: &str = "qemu-system-arm";
-/// Where the board has its scene.
-const SCENE_ADDRESS: &str = "0x60000000";
+/// Puts a file to where the board has its scene.
+const LOADER: &str = "loader,addr=0x60000000,force-raw=on,file=";
 /// For how long a start may take.
 const START: Duration = Duration::from_secs(20);
 /// For how long bytes are waited for.
 const WAIT: Duration = Duration::from_millis(2);
-
-/// Why there is no emulator.
-#[derive(Debug, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum EmulatorError {
-    /// It is not installed.
-    #[error("{PROGRAM} does not start: {reason}")]
-    #[diagnostic(help("install it (on Debian and Ubuntu: apt-get install qemu-system-arm)"))]
-    Missing {
-        /// What the system said.
-        reason: io::Error,
-    },
-    /// It ended.
-    #[error("{PROGRAM} ended ({status}): {output}")]
-    #[diagnostic(help("is the image one for the board mps2-an500?"))]
-    Ended {
-        /// How.
-        status: String,
-        /// What it said.
-        output: String,
-    },
-    /// Something between it and us broke.
-    #[error("the emulator's ports do not work: {0}")]
-    #[diagnostic(help("is there room for temporary files?"))]
-    Ports(#[from] io::Error),
-    /// The image's log cannot be read.
-    #[error("the image's log cannot be read: {0}")]
-    #[diagnostic(help("build firmware and command from the same sources"))]
-    Log(String),
-}
 
 /// A serial port of the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,47 +42,39 @@ pub(super) struct Emulator {
 }
 
 impl Emulator {
-    pub(super) fn start(image: &Image, scene: &[u8]) -> Result<Self, EmulatorError> {
-        let table = Table::parse(image.elf()).map_err(|e| EmulatorError::Log(e.to_string()))?;
+    pub(super) fn start(image: &Image, scene: &[u8]) -> Result<Self, FirmwareError> {
+        let table = Table::parse(image.elf()).map_err(|e| {
+            FirmwareError::other_sources(format!("the image's log cannot be read: {e}"))
+        })?;
         let folder = tempfile::tempdir()?;
         let blob = folder.path().join("scene");
         std::fs::write(&blob, scene)?;
         let names = ["tracker", "display", "log"].map(|name| folder.path().join(name));
-        let [a, b, c] = &names;
-        let listeners = [
-            UnixListener::bind(a)?,
-            UnixListener::bind(b)?,
-            UnixListener::bind(c)?,
-        ];
+        let [a, b, c] = names.each_ref().map(PathBuf::as_path);
+        let bind = UnixListener::bind::<&Path>;
+        let listeners = [bind(a)?, bind(b)?, bind(c)?];
         let mut command = Command::new(PROGRAM);
         command
-            .args([
-                "-M",
-                "mps2-an500",
-                "-cpu",
-                "cortex-m7",
-                "-icount",
-                "shift=0",
-            ])
-            .args(["-display", "none", "-monitor", "none"])
+            .args("-M mps2-an500 -cpu cortex-m7 -icount shift=0".split(' '))
+            .args("-display none -monitor none".split(' '))
             .arg("-device")
-            .arg(with_path(
-                "loader,addr=",
-                SCENE_ADDRESS,
-                ",force-raw=on,file=",
-                &blob,
-            ))
+            .arg(with_path(LOADER, &blob))
             .arg("-kernel")
             .arg(image.path());
         for name in &names {
-            command.arg("-serial").arg(with_path("unix:", "", "", name));
+            command.arg("-serial").arg(with_path("unix:", name));
         }
         let child = command
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
             .spawn()
-            .map_err(|reason| EmulatorError::Missing { reason })?;
+            .map_err(|reason| {
+                FirmwareError::new(
+                    format!("{PROGRAM} does not start: {reason}"),
+                    "install it (on Debian and Ubuntu: apt-get install qemu-system-arm)",
+                )
+            })?;
         let mut starting = Starting(Some(child));
         let mut accepted = Vec::new();
         for listener in &listeners {
@@ -140,7 +100,7 @@ impl Emulator {
     }
 
     /// Sends bytes, as fast as the board takes them.
-    pub(super) fn send(&mut self, port: Port, bytes: &[u8]) -> Result<(), EmulatorError> {
+    pub(super) fn send(&mut self, port: Port, bytes: &[u8]) -> Result<(), FirmwareError> {
         let mut left = bytes;
         let since = Instant::now();
         while !left.is_empty() {
@@ -159,7 +119,7 @@ impl Emulator {
     }
 
     /// What has come, after waiting a little where nothing has.
-    pub(super) fn receive(&mut self, port: Port) -> Result<Vec<u8>, EmulatorError> {
+    pub(super) fn receive(&mut self, port: Port) -> Result<Vec<u8>, FirmwareError> {
         let mut buffer = vec![0; 1 << 16];
         match self.port(port).read(&mut buffer) {
             Ok(0) => Err(self.ended()),
@@ -176,7 +136,7 @@ impl Emulator {
     }
 
     /// The lines that have been logged since it was last asked for.
-    pub(super) fn log(&mut self) -> Result<Vec<String>, EmulatorError> {
+    pub(super) fn log(&mut self) -> Result<Vec<String>, FirmwareError> {
         let bytes = self.receive(Port::Log)?;
         self.said.extend_from_slice(&bytes);
         let Some(table) = &self.table else {
@@ -198,7 +158,7 @@ impl Emulator {
         Ok(lines)
     }
 
-    fn ended(&mut self) -> EmulatorError {
+    fn ended(&mut self) -> FirmwareError {
         ended(&mut self.child)
     }
 }
@@ -215,7 +175,7 @@ impl Drop for Emulator {
 struct Starting(Option<Child>);
 
 impl Starting {
-    fn accept(&mut self, listener: &UnixListener) -> Result<UnixStream, EmulatorError> {
+    fn accept(&mut self, listener: &UnixListener) -> Result<UnixStream, FirmwareError> {
         listener.set_nonblocking(true)?;
         let since = Instant::now();
         loop {
@@ -244,7 +204,7 @@ impl Drop for Starting {
 }
 
 /// What one that has ended, or has to, says of it.
-fn ended(child: &mut Child) -> EmulatorError {
+fn ended(child: &mut Child) -> FirmwareError {
     let _ = child.kill();
     let status = child
         .wait()
@@ -254,14 +214,15 @@ fn ended(child: &mut Child) -> EmulatorError {
         // What cannot be read is not there.
         let _ = stderr.read_to_string(&mut output);
     }
-    EmulatorError::Ended {
-        status,
-        output: output.trim().to_owned(),
-    }
+    let output = output.trim();
+    FirmwareError::new(
+        format!("{PROGRAM} ended ({status}): {output}"),
+        "is the image one for the board mps2-an500?",
+    )
 }
 
-fn with_path(before: &str, value: &str, after: &str, path: &Path) -> std::ffi::OsString {
-    let mut argument = std::ffi::OsString::from(format!("{before}{value}{after}"));
+fn with_path(before: &str, path: &Path) -> std::ffi::OsString {
+    let mut argument = std::ffi::OsString::from(before);
     argument.push(path);
     argument
 }

@@ -1,10 +1,8 @@
 //! The firmware's image, built where none is given.
 
-use miette::Diagnostic;
-use std::io;
+use super::FirmwareError;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use thiserror::Error;
 
 /// The processor's target.
 const TARGET: &str = "thumbv7em-none-eabihf";
@@ -16,69 +14,27 @@ pub struct Image {
     elf: Vec<u8>,
 }
 
-/// Why there is no image.
-#[derive(Debug, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum ImageError {
-    /// It cannot be read.
-    #[error("the image {} cannot be read: {reason}", path.display())]
-    #[diagnostic(help("give the path of an ELF file that tests/firmware/run built"))]
-    Read {
-        /// Which.
-        path: PathBuf,
-        /// What the system said.
-        reason: io::Error,
-    },
-    /// It is no program for the board.
-    #[error("{} is no ELF file of a 32-bit Arm processor", path.display())]
-    #[diagnostic(help("give the path of an ELF file that tests/firmware/run built"))]
-    NotAnImage {
-        /// Which.
-        path: PathBuf,
-    },
-    /// The sources are not where the command was built from.
-    #[error("there are no sources of the firmware in {}", path.display())]
-    #[diagnostic(help("give a built image with --image, or run the command from its checkout"))]
-    Sources {
-        /// Where they would be.
-        path: PathBuf,
-    },
-    /// The compiler has nothing for the target.
-    #[error("the firmware cannot be built: the target {TARGET} is not installed")]
-    #[diagnostic(help("install it: rustup target add {TARGET}"))]
-    Target,
-    /// There is no cargo.
-    #[error("the firmware cannot be built: cargo does not start: {reason}")]
-    #[diagnostic(help("install Rust with rustup, or give a built image with --image"))]
-    Cargo {
-        /// What the system said.
-        reason: io::Error,
-    },
-    /// The build fails.
-    #[error("the firmware cannot be built:\n{output}")]
-    #[diagnostic(help("`tests/firmware/run` builds it, too, and says what is missing"))]
-    Build {
-        /// What cargo said.
-        output: String,
-    },
-}
+/// What helps where a file is no image.
+const AN_IMAGE: &str = "give the path of an ELF file that tests/firmware/run built";
 
 impl Image {
     /// One that has been built.
     ///
     /// # Errors
     /// A file that cannot be read, or is no image.
-    pub fn open(path: &Path) -> Result<Self, ImageError> {
-        let elf = std::fs::read(path).map_err(|reason| ImageError::Read {
-            path: path.to_owned(),
-            reason,
+    pub fn open(path: &Path) -> Result<Self, FirmwareError> {
+        let shown = path.display();
+        let elf = std::fs::read(path).map_err(|reason| {
+            FirmwareError::new(
+                format!("the image {shown} cannot be read: {reason}"),
+                AN_IMAGE,
+            )
         })?;
         // Its class, its byte order and its machine.
         let is_arm = elf.starts_with(b"\x7fELF\x01\x01") && elf.get(18..20) == Some(&[40, 0]);
         if !is_arm {
-            return Err(ImageError::NotAnImage {
-                path: path.to_owned(),
-            });
+            let what = format!("{shown} is no ELF file of a 32-bit Arm processor");
+            return Err(FirmwareError::new(what, AN_IMAGE));
         }
         Ok(Self {
             path: path.to_owned(),
@@ -90,43 +46,31 @@ impl Image {
     ///
     /// # Errors
     /// Sources or a target that are not there; what the compiler says.
-    pub fn build(dispersion: bool) -> Result<Self, ImageError> {
+    pub fn build(dispersion: bool) -> Result<Self, FirmwareError> {
         let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("firmware");
         let manifest = sources.join("Cargo.toml");
         if !manifest.is_file() {
-            return Err(ImageError::Sources { path: sources });
+            return Err(FirmwareError::new(
+                format!(
+                    "there are no sources of the firmware in {}",
+                    sources.display()
+                ),
+                "give a built image with --image, or run the command from its checkout",
+            ));
         }
-        let name = if dispersion {
-            "dispersion"
+        let (name, features) = if dispersion {
+            ("dispersion", "controller,log,fpv5,dispersion")
         } else {
-            "controller"
+            ("controller", "controller,log,fpv5")
         };
         let target = match std::env::var_os("CARGO_TARGET_DIR") {
             Some(target) => PathBuf::from(target),
             None => sources.join("../../target"),
         };
         let target = target.join("firmware").join(name);
-        let features = if dispersion {
-            "controller,log,fpv5,dispersion"
-        } else {
-            "controller,log,fpv5"
-        };
         let built = Command::new("cargo")
-            .args([
-                "build",
-                "--quiet",
-                "--locked",
-                "--release",
-                "--bin",
-                "controller",
-            ])
-            .args([
-                "--target",
-                TARGET,
-                "--features",
-                features,
-                "--manifest-path",
-            ])
+            .args("build --quiet --locked --release --bin controller --target".split(' '))
+            .args([TARGET, "--features", features, "--manifest-path"])
             .arg(&manifest)
             .arg("--target-dir")
             .arg(&target)
@@ -137,13 +81,24 @@ impl Image {
             )
             .env("DEFMT_LOG", "info")
             .output()
-            .map_err(|reason| ImageError::Cargo { reason })?;
+            .map_err(|reason| {
+                FirmwareError::new(
+                    format!("the firmware cannot be built: cargo does not start: {reason}"),
+                    "install Rust with rustup, or give a built image with --image",
+                )
+            })?;
         if !built.status.success() {
             let output = String::from_utf8_lossy(&built.stderr).into_owned();
             return Err(if output.contains("target may not be installed") {
-                ImageError::Target
+                FirmwareError::new(
+                    format!("the firmware cannot be built: the target {TARGET} is not installed"),
+                    "install it: rustup target add thumbv7em-none-eabihf",
+                )
             } else {
-                ImageError::Build { output }
+                FirmwareError::new(
+                    format!("the firmware cannot be built:\n{output}"),
+                    "`tests/firmware/run` builds it, too, and says what is missing",
+                )
             });
         }
         Self::open(&target.join(TARGET).join("release/controller"))
@@ -157,29 +112,5 @@ impl Image {
     /// Its bytes.
     pub fn elf(&self) -> &[u8] {
         &self.elf
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_no_image_is_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("image");
-        assert!(matches!(Image::open(&path), Err(ImageError::Read { .. })));
-        for bytes in [&b""[..], b"\x7fELF\x02\x01", b"#!/bin/sh\n"] {
-            std::fs::write(&path, bytes).unwrap();
-            assert!(matches!(
-                Image::open(&path),
-                Err(ImageError::NotAnImage { .. })
-            ));
-        }
-        let mut elf = b"\x7fELF\x01\x01\x01".to_vec();
-        elf.resize(18, 0);
-        elf.extend([40, 0]);
-        std::fs::write(&path, &elf).unwrap();
-        assert_eq!(Image::open(&path).unwrap().elf(), elf);
     }
 }

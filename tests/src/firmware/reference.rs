@@ -1,55 +1,29 @@
 //! The frame that a controller has shown, made once more by the host.
 
-use super::{ShownFrame, TILE};
+use super::{FirmwareError, ShownFrame, TILE};
 use glam::Vec3;
-use miette::Diagnostic;
-use shisen::picture::{Picture, PictureError};
-use shisen::render::RenderError;
+use shisen::picture::Picture;
 use shisen::render::spectrum::Method;
 use shisen_core::Simd;
 use shisen_core::frame::{
-    Budget, DomeError, DomePose, DomeProjection, FlatScreen, FrameError, FrameJob, LevelOfDetail,
-    MirrorCamera, Mode, Part, Pixel, Place, Progress, Renderer, Settings, Spectrum, TileError,
-    View, ViewError, Workspace,
+    Budget, DomePose, DomeProjection, FlatScreen, FrameJob, LevelOfDetail, MirrorCamera, Mode,
+    Part, Pixel, Place, Progress, Renderer, Settings, Spectrum, View, Workspace,
 };
-use shisen_core::gaze::{Gaze, LineOfSight, LineOfSightError, VisualField};
-use shisen_core::scene::EffectSet;
-use shisen_core::scene::Scene;
+use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
+use shisen_core::scene::{EffectSet, Scene};
 use shisen_core::spectrum::{SpectralSample, SpectralTable, Wavelengths};
 use shisen_tracker::link::display::{FrameStart, Rendering, Subject};
-use thiserror::Error;
+use std::fmt::Display;
 
 /// Phases of its table of wavelengths.
 const PHASES: u32 = 8;
 /// Radius of the mirror of its dome masters: metres.
 const MIRROR_RADIUS: f32 = 0.01;
 
-/// Why a frame cannot be made again.
-#[derive(Debug, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum ReferenceError {
-    /// A screen that the eye does not see.
-    #[error("a screen of the firmware's frame cannot be seen: {0}")]
-    View(#[from] ViewError),
-    /// A dome master that is none.
-    #[error("a dome master of the firmware's cannot be: {0}")]
-    Dome(#[from] DomeError),
-    /// A line of sight that is none.
-    #[error("the firmware's line of sight cannot be: {0}")]
-    LineOfSight(#[from] LineOfSightError),
-    /// Its tiles.
-    #[error("the firmware's frame cannot be rendered: {0}")]
-    Frame(#[from] FrameError),
-    /// One of its tiles.
-    #[error("a tile of the firmware's frame cannot be rendered: {0}")]
-    Tile(#[from] TileError),
-    /// Wavelengths at which a medium is not known.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Render(#[from] RenderError),
-    /// A picture too large.
-    #[error(transparent)]
-    Picture(#[from] PictureError),
+fn impossible(error: impl Display) -> FirmwareError {
+    FirmwareError::other_sources(format!(
+        "the firmware's frame cannot be made again: {error}"
+    ))
 }
 
 /// The pictures of a controller's frame, from the scene that it has, its
@@ -58,14 +32,14 @@ pub enum ReferenceError {
 /// `without_dispersion`.
 ///
 /// # Errors
-/// What cannot be: see [`ReferenceError`].
+/// A screen, a dome master, a gaze or wavelengths that cannot be.
 pub fn reference(
     scene: Scene<'_, 4>,
     screens: &[FlatScreen],
     rendering: &Rendering,
     shown: &ShownFrame,
     without_dispersion: bool,
-) -> Result<Vec<Picture>, ReferenceError> {
+) -> Result<Vec<Picture>, FirmwareError> {
     let start = &shown.start;
     let settings = Settings {
         depth: rendering.depth,
@@ -78,9 +52,7 @@ pub fn reference(
     }
     let mut samples = Vec::new();
     if !without_dispersion && let Some(spectrum) = spectrum(rendering.wavelengths, &mut samples) {
-        renderer = renderer
-            .with_spectrum(spectrum)
-            .map_err(RenderError::from)?;
+        renderer = renderer.with_spectrum(spectrum).map_err(impossible)?;
     }
     let [left, right] = start.eyes;
     let renderers = [
@@ -93,12 +65,12 @@ pub fn reference(
             let eyes: Vec<_> = start.eyes.iter().zip(&renderers).take(eyes).collect();
             let parts = screens.iter().flat_map(|screen| {
                 let part = |&(&eye, renderer): &(&Vec3, _)| {
-                    let view = screen.view_from(eye)?;
-                    Ok::<_, ViewError>(Part { view, renderer })
+                    let view = screen.view_from(eye).map_err(impossible)?;
+                    Ok(Part { view, renderer })
                 };
                 eyes.iter().map(part).collect::<Vec<_>>()
             });
-            parts.collect::<Result<Vec<_>, _>>()?
+            parts.collect::<Result<Vec<_>, FirmwareError>>()?
         }
         Subject::Capture { size } => vec![Part {
             view: dome(left, size)?,
@@ -115,14 +87,14 @@ fn follow<'a>(
     renderer: &Renderer<'a, 4>,
     start: &FrameStart,
     eye: Vec3,
-) -> Result<Renderer<'a, 4>, LineOfSightError> {
+) -> Result<Renderer<'a, 4>, FirmwareError> {
     let field = start
         .state
         .and_then(|_| VisualField::PAPER.wider(start.widen));
     let Some(field) = field else {
         return Ok(*renderer);
     };
-    let sight = LineOfSight::new(eye, start.forward, start.up)?;
+    let sight = LineOfSight::new(eye, start.forward, start.up).map_err(impossible)?;
     Ok(renderer.with_level_of_detail(LevelOfDetail::new(Gaze::new(sight, field))))
 }
 
@@ -140,10 +112,10 @@ fn spectrum(count: u8, samples: &mut Vec<SpectralSample>) -> Option<Spectrum<'_>
     Some(Spectrum::Comb { table, each: 1 })
 }
 
-fn dome(place: Vec3, size: u16) -> Result<View, DomeError> {
+fn dome(place: Vec3, size: u16) -> Result<View, FirmwareError> {
     let camera = MirrorCamera::best(MIRROR_RADIUS);
     let pose = DomePose::over_room(place);
-    View::dome(DomeProjection::Mirror(camera), pose, size.into())
+    View::dome(DomeProjection::Mirror(camera), pose, size.into()).map_err(impossible)
 }
 
 /// So many tiles of a frame, or all.
@@ -151,21 +123,23 @@ fn render(
     parts: &[Part<'_, '_, 4>],
     budget: Budget,
     tiles_wanted: u32,
-) -> Result<Vec<Picture>, ReferenceError> {
+) -> Result<Vec<Picture>, FirmwareError> {
     let size = |part: &Part<'_, '_, 4>| [part.view.columns(), part.view.rows()];
     let tiles = FrameJob::tiles_of(parts.iter().map(size), TILE);
     let mut places = vec![Place::default(); tiles];
     let mut pictures = parts
         .iter()
         .map(|part| Picture::new(part.view.columns(), part.view.rows()))
-        .collect::<Result<Vec<_>, _>>()?;
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(impossible)?;
     let mut pixels = [Pixel::default(); (TILE * TILE) as usize];
     let mut workspace = Workspace::new();
-    let mut job = FrameJob::new(parts, TILE, budget, &mut places)?;
+    let mut job = FrameJob::new(parts, TILE, budget, &mut places).map_err(impossible)?;
     let mut tiles_left = tiles_wanted;
     while tiles_left > 0 {
         let mut slice = Budget::UNLIMITED;
-        match job.render(parts, &mut pixels, &mut slice, &mut workspace)? {
+        let progress = job.render(parts, &mut pixels, &mut slice, &mut workspace);
+        match progress.map_err(impossible)? {
             Progress::Finished => break,
             Progress::BudgetSpent => {}
             Progress::Tile { part, tile, .. } => {
@@ -174,13 +148,8 @@ fn render(
                 let rows = pixels.chunks_exact(tile.width as usize);
                 for (y, row) in (tile.y..tile.y + tile.height).zip(rows) {
                     for (x, pixel) in (tile.x..).zip(row) {
-                        let Pixel {
-                            red,
-                            green,
-                            blue,
-                            alpha,
-                        } = *pixel;
-                        picture.set_pixel(x, y, [red, green, blue, alpha]);
+                        let pixel = [pixel.red, pixel.green, pixel.blue, pixel.alpha];
+                        picture.set_pixel(x, y, pixel);
                     }
                 }
             }

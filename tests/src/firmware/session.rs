@@ -59,7 +59,13 @@ impl Session {
         let dome = FrameJob::tiles_of(capture.into_iter(), TILE);
         for (what, tiles) in [("a frame", frame), ("a dome master", dome)] {
             if tiles > MOST_TILES {
-                return Err(FirmwareError::TooLarge { what, tiles });
+                return Err(FirmwareError::new(
+                    format!(
+                        "{what} of {tiles} tiles of {TILE}x{TILE} pixels, and the firmware has \
+                         room for {MOST_TILES}"
+                    ),
+                    "give fewer pixels, walls or eyes; MOST_TILES of tests/firmware says how many",
+                ));
             }
         }
         let mut session = Self {
@@ -214,7 +220,9 @@ impl Session {
             .map(|&[columns, rows]| Picture::new(columns, rows));
         self.current = Some(ShownFrame {
             start,
-            pictures: pictures.collect::<Result<_, _>>()?,
+            pictures: pictures
+                .collect::<Result<_, _>>()
+                .map_err(FirmwareError::nonsense)?,
             slices: Vec::new(),
             done: None,
         });

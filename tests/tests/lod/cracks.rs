@@ -7,7 +7,7 @@ use shisen::bake::{Baked, Layout, lone_mesh};
 use shisen::scene::mesh::TriangleMesh;
 use shisen_core::frame::{Budget, Workspace};
 use shisen_core::shape::Ray;
-use shisen_core::trace::{TileRays, Tracer};
+use shisen_core::trace::Tracer;
 use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::{icosphere, meshes, normalised};
 use shisen_tests::rays::Random;
@@ -112,43 +112,9 @@ fn assert_rung_is_closed<const W: usize>(
     );
 }
 
-/// Rays at vertices and edges, 64 from one point together: as alone.
-fn assert_together_as_alone<const W: usize>(
-    what: &str,
-    tracer: &Tracer<'_, W>,
-    world_from_mesh: DAffine3,
-    triangles: &Triangles,
-    rung: u8,
-) where
-    Simd: Runs<W>,
-{
-    let mut random = Random::new(0x711E);
-    let mut workspace = Workspace::new();
-    let mut hits = 0;
-    for _ in 0..20 {
-        let origin = DVec3::from(random.direction()) * 40.0;
-        let origin = world_from_mesh.transform_point3(origin).as_vec3();
-        let rays = TileRays::new(origin, |_, _| {
-            let target = world_from_mesh.transform_point3(target(triangles, &mut random));
-            (target - origin.as_dvec3()).as_vec3()
-        });
-        let rays = rays.on_rung(rung);
-        let found = tracer.nearest_of_tile(&rays, &mut Budget::UNLIMITED.clone(), &mut workspace);
-        for (column, row) in (0..8).flat_map(|column| (0..8).map(move |row| (column, row))) {
-            let ray = rays.at(column, row).expect("a ray");
-            let alone = tracer.nearest(&ray, &mut Budget::UNLIMITED.clone(), &mut workspace);
-            let together = found.at(column, row);
-            assert_eq!(together, alone, "{what}: {ray:?}");
-            hits += u32::from(together.is_some());
-        }
-    }
-    // Only what a silhouette rounds away may be missed.
-    assert!(hits > 64 * 20 * 9 / 10, "{what}: only {hits} hits");
-}
-
 #[test]
 fn every_rung_is_watertight() {
-    let count = cases("rays at the edges and vertices of a rung", 2_000, 20_000);
+    let count = cases("rays at the edges and vertices of a rung", 500, 5_000);
     for (name, mesh) in closed_meshes() {
         let mesh = normalised(mesh, 10.0);
         let ladder = Ladder::new(&mesh, &levels()).expect("a ladder");
@@ -167,7 +133,6 @@ fn every_rung_is_watertight() {
             for simd in [Simd::detect(), Simd::PORTABLE] {
                 let tracer = Tracer::new(fast.scene(), simd, 0).at_rung(number);
                 assert_rung_is_closed(&what, &tracer, map, &triangles, &inside, count);
-                assert_together_as_alone(&what, &tracer, map, &triangles, number);
                 let tracer = Tracer::new(compact.scene(), simd, 0).at_rung(number);
                 assert_rung_is_closed(&what, &tracer, map, &triangles, &inside, count);
             }

@@ -1,21 +1,19 @@
 //! A periphery that is sampled as finely as the eye sees.
 
 use super::{GAZES, bits, direction, eyes, frame, levels, lod, mixed_scene, places, room, views};
-use glam::{DAffine3, DVec3, Mat3, Vec3};
+use glam::Vec3;
 use shisen::bake::Baked;
 use shisen::live::{FOVEA, Quality, Share, with_engine};
 use shisen::picture::Picture;
 use shisen::render::{Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::material::Material;
-use shisen::scene::{Background, Object, Scene, Shape};
+use shisen::scene::{Background, Object, Scene};
 use shisen_core::Simd;
-use shisen_core::frame::{
-    Budget, LevelOfDetail, Mode, Outcome, Pixel, Renderer, Settings, Spectrum, Tile, TileJob, View,
-    Workspace,
-};
+use shisen_core::frame::{LevelOfDetail, Mode, Renderer, Settings, Spectrum};
 use shisen_core::gaze::{Acuity, Gaze, LineOfSight, VisualField};
 use shisen_tests::meshes::icosphere;
+use shisen_tests::scenes::sphere;
 use shisen_tests::ways::options;
 
 /// In pictures of a few pixels, as far apart as in large ones by what eyes see.
@@ -94,126 +92,6 @@ fn a_frame_has_one_hash() {
         4,
         "each gaze and each way has its own picture"
     );
-}
-
-#[test]
-fn several_samples_a_pixel_have_one_hash() {
-    let baked = Baked::<8>::with_levels(&mixed_scene(icosphere(2)), &levels()).expect("a scene");
-    let eyes = foveated(GAZES[2], COARSE);
-    let hash = |mode, tile| {
-        let mut options = options(2, tile, mode, Simd::detect());
-        options.settings.samples = 3;
-        frame(&baked.scene(), [70, 51], &eyes, &options).hash()
-    };
-    let reference = hash(Mode::Single, 32);
-    assert_eq!(hash(Mode::Tile, 32), reference);
-    assert_eq!(hash(Mode::Tile, 8), reference);
-}
-
-/// Renders a tile in calls of so many steps; pixels, and the most that one took
-/// above them.
-fn in_instalments(
-    renderer: &Renderer<'_>,
-    view: &View,
-    tile: Tile,
-    steps: u64,
-) -> (Vec<Pixel>, u64) {
-    let mut pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
-    let (mut job, mut workspace, mut over) = (TileJob::new(tile), Workspace::new(), 0);
-    loop {
-        let before = workspace.statistics.steps;
-        let mut budget = Budget::steps(steps);
-        let outcome = job.render(renderer, view, &mut pixels, &mut budget, &mut workspace);
-        over = over.max((workspace.statistics.steps - before).saturating_sub(steps));
-        if outcome.expect("a tile of the view") == Outcome::Finished {
-            assert!(job.is_finished());
-            return (pixels, over);
-        }
-        assert!(!job.is_finished() && budget.is_spent());
-    }
-}
-
-#[test]
-fn budgets_change_nothing_and_are_kept_to_a_square() {
-    let baked = Baked::<8>::with_levels(&mixed_scene(icosphere(3)), &levels()).expect("a scene");
-    let eyes = foveated(GAZES[2], COARSE);
-    let tile = Tile {
-        x: 3,
-        y: 5,
-        width: 91,
-        height: 77,
-    };
-    for mode in [Mode::Single, Mode::Tile] {
-        for (view, eye) in views([101, 90], &eyes) {
-            let renderer = renderer(&baked, mode, &eye);
-            let plain = Renderer::new(
-                baked.scene(),
-                Simd::detect(),
-                Settings {
-                    mode: Mode::Single,
-                    ..Settings::default()
-                },
-            );
-            let (whole, _) = in_instalments(&renderer, &view, tile, u64::MAX);
-            // Every pixel has a call of its own.
-            let (_, dearest) = in_instalments(&plain, &view, tile, 1);
-            for steps in [1, 500, 20_000] {
-                let (pixels, over) = in_instalments(&renderer, &view, tile, steps);
-                assert!(pixels == whole, "{mode:?}, {steps} steps a call");
-                assert!(
-                    over <= 17 * 17 * (dearest + 1),
-                    "{mode:?}: {over} over {steps}"
-                );
-            }
-        }
-    }
-}
-
-#[test]
-fn what_is_given_up_is_the_background_and_the_rest_stays() {
-    let baked = Baked::<8>::with_levels(&mixed_scene(icosphere(3)), &levels()).expect("a scene");
-    let eye = foveated(GAZES[0], COARSE)[0];
-    let (view, _) = views([101, 90], &[eye])[0];
-    let tile = Tile {
-        x: 0,
-        y: 0,
-        width: 101,
-        height: 90,
-    };
-    for mode in [Mode::Single, Mode::Tile] {
-        let renderer = renderer(&baked, mode, &eye);
-        let (whole, _) = in_instalments(&renderer, &view, tile, u64::MAX);
-        let nothing = {
-            let mut pixels = vec![Pixel::default(); whole.len()];
-            let mut job = TileJob::new(tile);
-            job.give_up(&renderer, &view, &mut pixels).expect("a tile");
-            assert!(job.is_finished());
-            pixels
-        };
-        let all = Renderer::new(baked.scene(), Simd::detect(), Settings::default());
-        let mut past = vec![Pixel::default(); whole.len()];
-        TileJob::new(tile)
-            .give_up(&all, &view, &mut past)
-            .expect("a tile");
-        assert!(nothing == past, "{mode:?}: what a plain renderer shows");
-        for steps in [1_000, 5_000, 20_000] {
-            let mut pixels = vec![Pixel::default(); whole.len()];
-            let (mut job, mut workspace) = (TileJob::new(tile), Workspace::new());
-            let mut budget = Budget::steps(steps);
-            let outcome = job.render(&renderer, &view, &mut pixels, &mut budget, &mut workspace);
-            assert_eq!(outcome, Ok(Outcome::BudgetSpent));
-            job.give_up(&renderer, &view, &mut pixels).expect("a tile");
-            let mut finished = 0;
-            for ((pixel, whole), nothing) in pixels.iter().zip(&whole).zip(&nothing) {
-                assert!(pixel == whole || pixel == nothing);
-                finished += u32::from(pixel == whole && pixel != nothing);
-            }
-            assert!(
-                finished > 0 && pixels != whole,
-                "{steps}: {finished} pixels"
-            );
-        }
-    }
 }
 
 #[test]
@@ -359,51 +237,6 @@ fn a_budget_of_the_live_loop_is_kept() {
     }
 }
 
-/// Where a view's plane is met by a direction from its eye: pixels.
-fn place(view: &View, towards: Vec3) -> Option<(u32, u32)> {
-    let first = direction(view, (0, 0));
-    let (column, row) = (
-        direction(view, (1, 0)) - first,
-        direction(view, (0, 1)) - first,
-    );
-    let solved = Mat3::from_cols(towards, -column, -row).inverse() * first;
-    let inside = |at: f32, count: u32| (-0.5..count as f32 - 0.5).contains(&at);
-    let there = solved.x > 0.0 && inside(solved.y, view.columns()) && inside(solved.z, view.rows());
-    there.then(|| (solved.y.round() as u32, solved.z.round() as u32))
-}
-
-#[test]
-fn both_eyes_sample_a_direction_alike() {
-    let baked = Baked::<8>::new(&mixed_scene(icosphere(0))).expect("a scene");
-    for gaze in GAZES {
-        let views = views([1024; 2], &foveated(gaze, 1.0));
-        let (mut alike, mut all) = (0, 0);
-        for pair in views.chunks(2) {
-            let [(left, of_left), (right, of_right)] = pair else {
-                panic!("two eyes");
-            };
-            let of_left = renderer(&baked, Mode::Tile, of_left);
-            let of_right = renderer(&baked, Mode::Tile, of_right);
-            for at in places(left).filter(|(x, y)| x % 7 == 0 && y % 7 == 0) {
-                let Some((x, y)) = place(right, direction(left, at)) else {
-                    continue;
-                };
-                let strides = [
-                    of_left.stride(left, at.0, at.1),
-                    of_right.stride(right, x, y),
-                ];
-                // Squares are of the walls' pixels, which the eyes see a few apart.
-                let ratio = strides[0].max(strides[1]) / strides[0].min(strides[1]);
-                assert!(ratio <= 2, "{gaze:?}: {strides:?}");
-                alike += u32::from(ratio == 1);
-                all += 1;
-            }
-        }
-        println!("{gaze:?}: {alike} of {all} alike");
-        assert!(alike * 100 > all * 88, "{gaze:?}: {alike} of {all}");
-    }
-}
-
 /// A sphere that shines, on black, to the right of one who looks ahead.
 fn lamp() -> Scene {
     let mut scene = paper_scene(PaperScene::B, icosphere(0)).expect("a scene");
@@ -413,11 +246,8 @@ fn lamp() -> Scene {
         ..Material::default()
     }];
     scene.objects = vec![Object {
-        shape: Shape::Sphere { radius: 0.7 },
-        material: Some(0),
-        world_from_object: DAffine3::from_translation(DVec3::new(3.0, 0.2, 0.1)),
         casts_shadow: false,
-        smooth: false,
+        ..sphere(0.7, 0, [3.0, 0.2, 0.1])
     }];
     scene.background = Background {
         zenith: [0.0; 3],

@@ -11,23 +11,23 @@ mod rungs;
 mod two_eyes;
 mod ways;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use shisen::bake::Layout;
 use shisen::bake::simplify::PolygonLevels;
-use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
+use shisen::cave::{BuiltInCave, Cave};
 use shisen::render::gaze_reference::{self, Limits};
 use shisen::render::{self, Frame, Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene};
-use shisen::scene::camera::CameraPath;
 use shisen::scene::material::Material;
 use shisen::scene::mesh::TriangleMesh;
-use shisen::scene::{Background, Object, Scene, Shape};
-use shisen_core::frame::{Budget, LevelOfDetail, Settings, View, Workspace};
+use shisen::scene::{Background, Object, Scene};
+use shisen_core::frame::{Budget, LevelOfDetail, View, Workspace};
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
 use shisen_core::scene::Scene as CoreScene;
 use shisen_core::trace::Tracer;
 use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::icosphere;
+use shisen_tests::scenes::{both_eyes, empty, sphere};
 
 /// Directions of sight, and what is up for the viewer: the paper's two, and
 /// oblique ones that put borders of the field across walls and corners.
@@ -55,14 +55,7 @@ fn levels_of(rungs: u32) -> PolygonLevels {
 
 /// Both eyes, at the room's centre, with one line of sight or none.
 fn eyes(lod: Option<LevelOfDetail>) -> [Observer; 2] {
-    Eye::STEREO.map(|eye| Observer {
-        lod,
-        ..Observer::new(eye, Viewer::default().eye(eye))
-    })
-}
-
-fn room(size: [u32; 2]) -> Cave {
-    Cave::built_in(BuiltInCave::ThreeWall, size).expect("a room")
+    both_eyes().map(|eye| Observer { lod, ..eye })
 }
 
 fn frame<const W: usize>(
@@ -77,14 +70,14 @@ where
     cave(scene, &room(size), eyes, options, &|_, _| {}).expect("a frame")
 }
 
+fn room(size: [u32; 2]) -> Cave {
+    Cave::built_in(BuiltInCave::ThreeWall, size).expect("a room")
+}
+
 fn samples(samples: u16) -> Options {
-    Options {
-        settings: Settings {
-            samples,
-            ..Settings::default()
-        },
-        ..Options::default()
-    }
+    let mut options = Options::default();
+    options.settings.samples = samples;
+    options
 }
 
 /// The rays of each wall for each eye, in a frame's order.
@@ -166,13 +159,7 @@ fn mixed_scene(mesh: TriangleMesh) -> Scene {
         (DVec3::new(-1.0, -6.0, 0.0), 3.0, 0),
         (DVec3::new(0.4, -0.2, -1.9), 0.3, 1),
     ] {
-        scene.objects.push(Object {
-            shape: Shape::Sphere { radius },
-            material: Some(material),
-            world_from_object: DAffine3::from_translation(place),
-            casts_shadow: true,
-            smooth: false,
-        });
+        scene.objects.push(sphere(radius, material, place));
     }
     scene
 }
@@ -193,20 +180,12 @@ fn scenes(mesh: &TriangleMesh) -> Vec<Scene> {
 /// meets.
 fn empty_scene(background: Background) -> Scene {
     Scene {
-        name: "empty".into(),
-        meshes: Vec::new(),
-        materials: Vec::new(),
         objects: vec![Object {
-            shape: Shape::Sphere { radius: 1.0e-3 },
             material: None,
-            world_from_object: DAffine3::from_translation(DVec3::new(-1.0e5, 2.0e5, 3.0e5)),
-            casts_shadow: false,
-            smooth: false,
+            ..sphere(1.0e-3, 0, [-1.0e5, 2.0e5, 3.0e5])
         }],
-        lights: Vec::new(),
         background,
-        ambient: [0.0; 3],
-        camera: CameraPath::default(),
+        ..empty()
     }
 }
 

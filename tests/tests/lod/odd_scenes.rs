@@ -87,14 +87,6 @@ fn meshes_that_are_no_closed_surface() {
 }
 
 #[test]
-fn scenes_without_a_ladder() {
-    let scene = mixed_scene(icosphere(3));
-    let baked = Baked::<8>::new(&scene).expect("a scene");
-    assert_eq!(baked.scene().rungs(), 1);
-    assert_traced_as_told("no ladder", &baked);
-}
-
-#[test]
 fn ladders_of_meshes_with_too_few_faces() {
     // One mesh of a ladder beside one that is as coarse as it may get.
     let mut scene = mixed_scene(icosphere(1));

@@ -1,14 +1,15 @@
 //! One frame, one hash, with a level of detail.
 
-use super::{GAZES, direction, eyes, frame, levels, lod, mixed_scene, scenes};
+use super::{GAZES, eyes, frame, levels, lod, mixed_scene, scenes};
 use crate::determinism::{SIDE, in_instalments, view};
 use glam::Vec3;
 use shisen::bake::Baked;
 use shisen::scene::Scene;
-use shisen_core::frame::{Mode, Pixel, Renderer, Settings, Tile};
-use shisen_core::{Runs, Simd};
+use shisen_core::Simd;
+use shisen_core::frame::{Mode, Pixel, Renderer, Settings};
 use shisen_tests::meshes::meshes;
 use shisen_tests::rays::Random;
+use shisen_tests::scenes::tile;
 use shisen_tests::sizes::cases;
 use shisen_tests::ways::{assert_same, options};
 
@@ -64,81 +65,23 @@ const THROUGH_THE_VIEW: [(Vec3, Vec3); 2] = [
     (Vec3::new(0.9, 1.0, 0.1), Vec3::new(0.1, 1.0, 0.3)),
 ];
 
-fn renderer<const W: usize>(
-    baked: &Baked<W>,
-    gaze: (Vec3, Vec3),
-    mode: Mode,
-    samples: u16,
-) -> Renderer<'_, W>
-where
-    Simd: Runs<W>,
-{
-    let settings = Settings {
-        mode,
-        samples,
-        ..Settings::default()
-    };
-    Renderer::new(baked.scene(), Simd::detect(), settings).with_level_of_detail(lod(gaze))
-}
-
-fn assert_interruptions_change_nothing<const W: usize>()
-where
-    Simd: Runs<W>,
-{
-    let scene = mixed_scene(shisen::scene::quadruped::quadruped());
-    let baked = Baked::<W>::with_levels(&scene, &levels()).expect("a scene");
-    let tile = Tile {
-        x: 3,
-        y: 5,
-        width: 21,
-        height: 19,
-    };
-    for (gaze, samples) in THROUGH_THE_VIEW
-        .into_iter()
-        .flat_map(|gaze| [(gaze, 1), (gaze, 3)])
-    {
-        let single = renderer(&baked, gaze, Mode::Single, samples);
-        let (reference, statistics, _) = in_instalments(&single, tile, u64::MAX);
-        for mode in MODES {
-            let renderer = renderer(&baked, gaze, mode, samples);
-            for budget in [1, 9, 100, 1000, u64::MAX] {
-                let way = format!("{gaze:?}, {samples} samples, {mode:?}, {budget} a call");
-                let (pixels, found, _) = in_instalments(&renderer, tile, budget);
-                assert_eq!(pixels, reference, "{W} wide, {way}");
-                if mode == Mode::Single {
-                    assert_eq!(found, statistics, "{W} wide, {way}");
-                }
-            }
-        }
-    }
-}
-
-#[test]
-fn interruptions_and_mixed_signs_change_nothing() {
-    let middle = direction(&view(), (13, 13));
-    let [left, right] = [8, 15].map(|x| direction(&view(), (x, 13)));
-    assert!(left.x < 0.0 && right.x > 0.0 && middle.z < 0.0);
-    assert_interruptions_change_nothing::<8>();
-    assert_interruptions_change_nothing::<4>();
-}
-
 #[test]
 fn neither_tiles_nor_their_order_change_a_pixel() {
     let scene = mixed_scene(shisen::scene::quadruped::quadruped());
     let baked = Baked::<8>::with_levels(&scene, &levels()).expect("a scene");
-    let whole = Tile {
-        x: 0,
-        y: 0,
-        width: SIDE,
-        height: SIDE,
-    };
+    let whole = tile([0, 0, SIDE, SIDE]);
     let mut random = Random::new(0x0_0DE5);
     for (gaze, mode) in THROUGH_THE_VIEW
         .into_iter()
         .flat_map(|gaze| MODES.map(|mode| (gaze, mode)))
     {
-        let renderer = renderer(&baked, gaze, mode, 1);
-        let (expected, ..) = in_instalments(&renderer, whole, u64::MAX);
+        let settings = Settings {
+            mode,
+            ..Settings::default()
+        };
+        let renderer = Renderer::new(baked.scene(), Simd::detect(), settings);
+        let renderer = renderer.with_level_of_detail(lod(gaze));
+        let (expected, ..) = in_instalments(&renderer, &view(), whole, u64::MAX);
         for side in [1, 5, 8, 11, 16] {
             // Tiles need not be of one size, nor at multiples of it.
             let edges: Vec<u32> = [0].into_iter().chain((2..SIDE).step_by(side)).collect();
@@ -146,12 +89,7 @@ fn neither_tiles_nor_their_order_change_a_pixel() {
             for (row, &y) in edges.iter().enumerate() {
                 for (column, &x) in edges.iter().enumerate() {
                     let end = |number: usize| edges.get(number + 1).copied().unwrap_or(SIDE);
-                    tiles.push(Tile {
-                        x,
-                        y,
-                        width: end(column) - x,
-                        height: end(row) - y,
-                    });
+                    tiles.push(tile([x, y, end(column) - x, end(row) - y]));
                 }
             }
             for _ in 0..3 {
@@ -160,7 +98,7 @@ fn neither_tiles_nor_their_order_change_a_pixel() {
                 }
                 let mut found = vec![Pixel::default(); expected.len()];
                 for &tile in &tiles {
-                    let (pixels, ..) = in_instalments(&renderer, tile, u64::MAX);
+                    let (pixels, ..) = in_instalments(&renderer, &view(), tile, u64::MAX);
                     let rows = pixels.chunks_exact(tile.width as usize);
                     for (y, row) in (tile.y..).zip(rows) {
                         let first = (y * SIDE + tile.x) as usize;

@@ -18,9 +18,9 @@ use shisen::picture::Picture;
 use shisen::render::frame_hash;
 use shisen::tracker::{Recording, Spec, SpecError, simulated};
 use shisen_core::frame::{FlatScreen, MAX_DEPTH};
-use shisen_core::scene::{EffectSet, Scene};
+use shisen_core::scene::EffectSet;
 use shisen_tests::firmware::{
-    Image, MOST_SCREENS, Run, ShownFrame, TrackerBytes, Watched, reference, watch,
+    FirmwareError, Image, MOST_SCREENS, Run, ShownFrame, TrackerBytes, Watched, reference, watch,
 };
 use shisen_tracker::link::display::{Rendering, Subject};
 use shisen_tracker::mock::Wire;
@@ -235,14 +235,19 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     })?;
     let linked = EffectSet::from_bits_truncate(watched.ready.linked);
     if dispersion && !linked.contains(EffectSet::DISPERSION) {
-        return Err(Failure::from_error(OneWavelength));
+        return Err(Failure::from_error(FirmwareError::new(
+            "the firmware has no code for wavelengths",
+            "build it with the feature dispersion, leave out --image, or give --wavelengths 1",
+        )));
     }
-    let compared = Compared {
-        scene: scene.scene(),
-        screens: &screens,
-        rendering,
+    let without = !linked.contains(EffectSet::DISPERSION);
+    let again = |frame: &ShownFrame| {
+        let pictures = reference(scene.scene(), &screens, &rendering, frame, without)?;
+        let hash = frame_hash(pictures.iter().map(Picture::hash));
+        Ok(FrameReport::new(frame, hash))
     };
-    let frames = compared.frames(&watched)?;
+    let frames = watched.frames.iter().map(again);
+    let frames = frames.collect::<Result<Vec<_>, Failure>>()?;
     let equal = frames.iter().all(FrameReport::is_equal);
     let images = write(&arguments.out, &watched, &cave, arguments.eyes)?;
     let report = Report::new(&image, source.name, &watched, frames, images);
@@ -250,36 +255,13 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     if equal {
         Ok(())
     } else {
-        Err(Failure::from_error(Different))
+        let what = "the firmware's frames are not the host's";
+        Err(Failure::from_error(FirmwareError::other_sources(what)))
     }
 }
 
 /// Seconds of silence.
 const PATIENCE: f64 = 60.0;
-
-/// Wavelengths for a firmware that tells none apart.
-#[derive(Debug, thiserror::Error)]
-#[error("the firmware has no code for wavelengths")]
-struct OneWavelength;
-
-impl miette::Diagnostic for OneWavelength {
-    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
-        Some(Box::new(
-            "build it with the feature dispersion, leave out --image, or give --wavelengths 1",
-        ))
-    }
-}
-
-/// Frames that are not the host's.
-#[derive(Debug, thiserror::Error)]
-#[error("the firmware's frames are not the host's")]
-struct Different;
-
-impl miette::Diagnostic for Different {
-    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
-        Some(Box::new("build firmware and command from the same sources"))
-    }
-}
 
 /// The walls of a room, as the board has them.
 fn screens(cave: &Cave) -> Result<Vec<FlatScreen>, Failure> {
@@ -303,27 +285,6 @@ fn compact(scene: Loaded, name: &str, levels: &LevelArguments) -> Result<BakedSc
             let levels = levels.polygon_levels(Layout::Compact)?;
             Ok(bake(&scene, name, Layout::Compact, Some(&levels))?)
         }
-    }
-}
-
-/// What the host needs to make a frame again.
-struct Compared<'r> {
-    scene: Scene<'r, 4>,
-    screens: &'r [FlatScreen],
-    rendering: Rendering,
-}
-
-impl Compared<'_> {
-    fn frames(&self, watched: &Watched) -> Result<Vec<FrameReport>, Failure> {
-        let linked = watched.ready.linked;
-        let without = !EffectSet::from_bits_truncate(linked).contains(EffectSet::DISPERSION);
-        let again = |frame: &ShownFrame| {
-            let pictures = reference(self.scene, self.screens, &self.rendering, frame, without);
-            let pictures = pictures?;
-            let hash = frame_hash(pictures.iter().map(Picture::hash));
-            Ok(FrameReport::new(frame, hash))
-        };
-        watched.frames.iter().map(again).collect()
     }
 }
 

@@ -184,40 +184,45 @@ fn restarted(frames: &[FrameReport]) -> impl Iterator<Item = u32> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            scene,
+            scene_bytes,
+            flash_bytes,
+            ram_bytes,
+            picture_bytes,
+            ..
+        } = self;
         writeln!(
             f,
-            "scene {}, {} bytes; {} bytes of flash, {} of static memory and {} for pictures, {} of stack",
-            self.scene,
-            self.scene_bytes,
-            self.flash_bytes,
-            self.ram_bytes,
-            self.picture_bytes,
-            self.stack_bytes
-                .map_or("?".to_owned(), |bytes| bytes.to_string()),
+            "scene {scene}, {scene_bytes} bytes; {flash_bytes} bytes of flash, {ram_bytes} of \
+             static memory and {picture_bytes} for pictures, {} of stack",
+            self.stack_bytes.unwrap_or(0)
         )?;
         writeln!(
             f,
-            "frame  what         gaze            tiles  given up      steps    primary       rays  instructions  hash"
+            "frame  what         gaze            tiles  given up      steps  instructions  hash"
         )?;
         for frame in &self.frames {
+            let FrameReport {
+                number,
+                kind,
+                tiles_whole,
+                tiles_given_up,
+                steps,
+                instructions,
+                hash,
+                ..
+            } = frame;
+            let gaze = frame.state.unwrap_or("not followed");
+            let verdict = match (frame.is_equal(), frame.cut_short) {
+                (true, false) => "as the host's",
+                (true, true) => "as the host's, cut short: the viewer looks elsewhere",
+                (false, _) => "NOT THE HOST'S",
+            };
             writeln!(
                 f,
-                "{:>5}  {:<11}  {:<14}  {:>5}  {:>8}  {:>9}  {:>9}  {:>9}  {:>12}  {} {}",
-                frame.number,
-                frame.kind,
-                frame.state.unwrap_or("not followed"),
-                frame.tiles_whole,
-                frame.tiles_given_up,
-                frame.steps,
-                frame.primary_rays,
-                frame.rays,
-                frame.instructions,
-                frame.hash,
-                match (frame.is_equal(), frame.cut_short) {
-                    (true, false) => "as the host's",
-                    (true, true) => "as the host's, cut short: the viewer looks elsewhere",
-                    (false, _) => "NOT THE HOST'S",
-                },
+                "{number:>5}  {kind:<11}  {gaze:<14}  {tiles_whole:>5}  {tiles_given_up:>8}  \
+                 {steps:>9}  {instructions:>12}  {hash} {verdict}"
             )?;
         }
         if let Some(instructions) = self.instructions_per_primary_ray {
@@ -227,44 +232,51 @@ impl fmt::Display for Report {
             )?;
         }
         if let Some(tracker) = &self.tracker {
+            let TrackerReport {
+                records,
+                dropped_bytes,
+                overrun_bytes,
+            } = tracker;
+            let each = self.instructions_per_record.unwrap_or(0.0);
             writeln!(
                 f,
-                "tracker: {} records, {} bytes dropped, {} overrun{}",
-                tracker.records,
-                tracker.dropped_bytes,
-                tracker.overrun_bytes,
-                self.instructions_per_record
-                    .map_or(String::new(), |instructions| format!(
-                        "; {instructions:.0} instructions a record"
-                    )),
+                "tracker: {records} records of {each:.0} instructions, {dropped_bytes} bytes \
+                 dropped, {overrun_bytes} overrun"
             )?;
         }
-        if let (Some(latency), Some(tile)) =
-            (self.latency_instructions, self.gaze_to_tile_instructions)
-        {
-            writeln!(
-                f,
-                "from the last byte of a new gaze to the first tile: {latency} instructions at most, \
-                 {:.2} ms at 400 MHz; of these {tile}, {:.2} ms, once the frame before was over",
-                f64::from(latency) / 400e3,
-                f64::from(tile) / 400e3
-            )?;
-        }
-        if let Some(latency) = self.restart_latency_instructions {
-            writeln!(
-                f,
-                "the same where a frame was cut short for it: {latency} at most, {:.2} ms",
-                f64::from(latency) / 400e3
-            )?;
+        for (what, instructions) in [
+            (
+                "from the last byte of a new gaze to the first tile",
+                self.latency_instructions,
+            ),
+            (
+                "of these once the frame before was over",
+                self.gaze_to_tile_instructions,
+            ),
+            (
+                "where a frame was cut short for it",
+                self.restart_latency_instructions,
+            ),
+        ] {
+            if let Some(instructions) = instructions {
+                let milliseconds = f64::from(instructions) / 400e3;
+                writeln!(
+                    f,
+                    "{what}: {instructions} instructions at most, {milliseconds:.2} ms at 400 MHz"
+                )?;
+            }
         }
         let slowest = self.slices.iter().max_by_key(|slice| slice.instructions);
-        if let Some(slowest) = slowest {
+        if let Some(SliceReport {
+            instructions,
+            steps,
+            ..
+        }) = slowest
+        {
+            let count = self.slices.len();
             writeln!(
                 f,
-                "{} slices, the longest of {} instructions for {} steps",
-                self.slices.len(),
-                slowest.instructions,
-                slowest.steps
+                "{count} slices, the longest of {instructions} instructions for {steps} steps"
             )?;
         }
         for line in &self.log {

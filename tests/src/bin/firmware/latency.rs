@@ -1,13 +1,11 @@
 //! From the last byte of a new gaze to the first tile that follows it.
 
-use crate::{Bench, PaperScene, Wrong, check, paper};
+use crate::{Bench, PaperScene, Wrong, mock, paper, record, sent};
 use glam::Vec3;
+use shisen_tests::firmware::TrackerBytes;
 use shisen_tracker::link::Encoder;
 use shisen_tracker::link::display::FrameDone;
-use shisen_tracker::mock::{Chunk, Source, Wire};
-use shisen_tracker::protocol::Protocol;
-use shisen_tracker::sample::{Reading, Sample};
-use shisen_tracker::time::{DeviceTime, Micros};
+use shisen_tracker::time::Micros;
 
 /// Instructions of a millisecond of a processor of 400 MHz that takes one a cycle.
 const MILLISECOND: f64 = 400e3;
@@ -18,23 +16,15 @@ impl Bench {
         let scene = paper(PaperScene::A);
         let mut said = Vec::new();
         for (rate, row) in [("120", "latency_at_120_hz"), ("1000", "latency_at_1000_hz")] {
-            let spec = format!("mock:seed=5&rate={rate}").parse();
-            let spec = spec.map_err(|error: shisen::tracker::SpecError| error.to_string())?;
-            let shisen::tracker::Spec::Mock(spec) = spec else {
-                return Err("no mock".to_owned());
-            };
-            let tracker = shisen::tracker::simulated(&spec).map_err(|error| error.to_string())?;
-            let mut run = self.run(
-                scene.as_bytes(),
-                Some(Box::new(Wire::new(tracker, Protocol::Link))),
-            );
+            let tracker = mock(&format!("mock:seed=5&rate={rate}"))?;
+            let mut run = self.run(scene.as_bytes(), Some(tracker));
             run.frames = 6;
             // The line is looked at often, as a board with a fast tracker would.
             run.rendering.slice = 500;
             let watched = self.same(&scene, run)?;
             let done = watched.frames.iter().filter_map(|frame| frame.done);
             let done: Vec<_> = done.filter(|done| done.latency > 0).collect();
-            check(done.len() >= 3, "hardly a frame had a new gaze")?;
+            ensure!(done.len() >= 3, "hardly a frame had a new gaze");
             let most =
                 |of: fn(&FrameDone) -> u32| u64::from(done.iter().map(of).max().unwrap_or(0));
             let waited = most(|done| done.age);
@@ -43,10 +33,10 @@ impl Bench {
             let all = most(|done| done.latency);
             let least = u64::from(done.iter().map(|done| done.latency).min().unwrap_or(0));
             let limit = self.limits.gaze_to_tile;
-            check(
+            ensure!(
                 to_tile <= limit,
-                &format!("{to_tile} instructions from gaze to tile, more than {limit}"),
-            )?;
+                "{to_tile} instructions from gaze to tile, more than {limit}"
+            );
             let ms = |instructions: u64| instructions as f64 / MILLISECOND;
             said.push(format!(
                 "at {rate} Hz {all} instructions ({:.2} ms) at most and {least} at least: up to {waited} \
@@ -70,43 +60,40 @@ impl Bench {
     pub(crate) fn restarts(&self) -> Result<String, Wrong> {
         let scene = paper(PaperScene::A);
         let run = |frames, restart_angle: f32| {
-            let mut run = self.run(scene.as_bytes(), Some(Box::new(Leaps::new())));
+            let mut run = self.run(scene.as_bytes(), Some(leaps()));
             run.frames = frames;
             (run.rendering.slice, run.rendering.restart_angle) = (500, restart_angle);
             let watched = self.same(&scene, run)?;
             let done = watched.frames.iter().map(|frame| frame.done);
             let done: Vec<FrameDone> = done.collect::<Option<_>>().ok_or("no end")?;
-            check(
+            ensure!(
                 done.iter().all(|one| one.cut_short || one.whole == TILES),
-                "a frame has not the tiles that it says",
-            )?;
+                "a frame has not the tiles that it says"
+            );
             Ok::<_, Wrong>(done)
         };
         let never = run(6, 0.0)?;
-        check(
+        ensure!(
             never.iter().all(|done| !done.cut_short),
-            "a frame was cut short, and none should be",
-        )?;
+            "a frame was cut short, and none should be"
+        );
         // Frames begin anew a few times.
         let done = run(24, 5f32.to_radians())?;
         let after_a_cut = done.windows(2).filter(|pair| pair[0].cut_short);
         let latencies: Vec<u64> = after_a_cut.map(|pair| pair[1].latency.into()).collect();
-        check(latencies.len() >= 3, "hardly a frame was cut short")?;
-        check(!latencies.contains(&0), "a frame was cut short for nothing")?;
+        ensure!(latencies.len() >= 3, "hardly a frame was cut short");
+        ensure!(!latencies.contains(&0), "a frame was cut short for nothing");
         let most = latencies.iter().copied().max().unwrap_or(0);
         let limit = self.limits.restart;
-        check(
+        ensure!(
             most <= limit,
-            &format!("{most} instructions from a leap's last byte to its tile, more than {limit}"),
-        )?;
+            "{most} instructions from a leap's last byte to its tile, more than {limit}"
+        );
         // Eyes that are elsewhere in each record: no more than three in a row.
         let restless = run(12, 1e-6)?;
         let in_a_row = restless.split(|done| !done.cut_short).map(<[_]>::len);
         let in_a_row = in_a_row.max().unwrap_or(0);
-        check(
-            in_a_row == 3,
-            &format!("{in_a_row} were cut short in a row"),
-        )?;
+        ensure!(in_a_row == 3, "{in_a_row} were cut short in a row");
         self.measured.add(&[("restart", most)])?;
         Ok(format!(
             "of {} frames {} were cut short; {most} instructions ({:.2} ms) at most from the last \
@@ -122,47 +109,14 @@ impl Bench {
 const TILES: u32 = 48;
 
 /// A viewer at rest whose eyes leap from one side to the other, and a tracker at 120 Hz.
-struct Leaps {
-    number: u64,
-    encoder: Encoder,
-}
-
-impl Leaps {
-    /// Microseconds between records.
-    const STEP: u64 = 8_333;
+fn leaps() -> TrackerBytes {
     /// Records from leap to leap.
     const STAY: u64 = 11;
-
-    fn new() -> Self {
-        Self {
-            number: 0,
-            encoder: Encoder::new(),
-        }
-    }
-}
-
-impl Source for Leaps {
-    type Item = Chunk;
-
-    fn poll(&mut self, until: Micros) -> Option<Chunk> {
-        let time = Micros(self.number * Self::STEP);
-        if time > until {
-            return None;
-        }
-        let mut sample = Sample::arrived(time);
-        sample.device_time = Some(DeviceTime::unwrapped(time.0));
-        sample.head.position = Some(Reading::tracked(Vec3::ZERO));
-        sample.head.orientation = Some(Reading::tracked(glam::Quat::IDENTITY));
-        let side = if (self.number / Self::STAY).is_multiple_of(2) {
-            -0.3
-        } else {
-            0.3
-        };
-        // A gaze that never changes by a bit counts as stuck.
-        let sway = 1e-4 * ((self.number % 7) as f32 - 3.0);
-        let gaze = Vec3::new(side + sway, 0.0, -1.0).normalize();
-        sample.combined.direction = Some(Reading::tracked(gaze));
-        self.number += 1;
-        Some(Chunk::new(time, &self.encoder.sample(&sample)))
-    }
+    let step = Micros(8_333);
+    let mut encoder = Encoder::new();
+    sent(step, move |time| {
+        let is_left = (time.0 / step.0 / STAY).is_multiple_of(2);
+        let gaze = Vec3::new(if is_left { -0.3 } else { 0.3 }, 0.0, -1.0);
+        record(&mut encoder, time, Vec3::ZERO, glam::Quat::IDENTITY, gaze)
+    })
 }

@@ -1,7 +1,8 @@
 //! What the firmware may take at most, from the file of limits, and what it took.
 
 use crate::Wrong;
-use std::fmt::Write as _;
+use shisen_tests::limits::limits;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Limits of a slice and of a gaze, in instructions.
@@ -19,16 +20,10 @@ pub(crate) struct Limits {
 impl Limits {
     /// # Errors
     /// A file that cannot be read, or a number that is not there.
-    pub(crate) fn read(path: &Path) -> Result<Self, Wrong> {
-        let name = path.display();
-        let text = std::fs::read_to_string(path);
-        let text = text.map_err(|error| format!("{name} cannot be read: {error}"))?;
-        let all: toml::Table = text.parse().map_err(|error| format!("{name}: {error}"))?;
+    pub(crate) fn read(path: &str) -> Result<Self, Wrong> {
         let number = |table: &str, key: &str| {
-            let number = all.get(table).and_then(|table| table.get(key));
-            let number = number.and_then(toml::Value::as_integer);
-            let number = number.and_then(|number| u64::try_from(number).ok());
-            number.ok_or_else(|| format!("{name} has no number {table}.{key}"))
+            let number = limits(path, table)?.get(key).copied();
+            number.ok_or_else(|| Wrong::from(format!("{path} has no number {table}.{key}")))
         };
         Ok(Self {
             per_step: number("time", "instructions_a_step")?,
@@ -52,16 +47,15 @@ impl Measured {
     /// # Errors
     /// A file that cannot be written.
     pub(crate) fn add(&self, lines: &[(&str, u64)]) -> Result<(), Wrong> {
-        let mut text = String::new();
-        for (name, number) in lines {
-            // Writing to a string cannot fail.
-            let _ = writeln!(text, "{name} {number}");
-        }
+        let lines = lines.iter();
+        let text: String = lines
+            .map(|(name, number)| format!("{name} {number}\n"))
+            .collect();
         let file = std::fs::OpenOptions::new()
             .append(true)
             .create(true)
             .open(&self.0);
-        file.and_then(|mut file| std::io::Write::write_all(&mut file, text.as_bytes()))
-            .map_err(|error| format!("{} cannot be written: {error}", self.0.display()))
+        let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
+        written.map_err(|error| format!("{} cannot be written: {error}", self.0.display()).into())
     }
 }

@@ -12,6 +12,16 @@
 //! the file MEASURED, a name and a number a line. With WORDs only the checks run
 //! whose names have one of them.
 
+/// Returns what is wrong where a condition does not hold.
+macro_rules! ensure {
+    ($holds:expr, $($what:tt)+) => {
+        if $holds {
+        } else {
+            return Err(format!($($what)+).into());
+        }
+    };
+}
+
 mod latency;
 mod limits;
 mod time;
@@ -26,6 +36,7 @@ use shisen::render::frame_hash;
 use shisen::scene::Scene;
 use shisen::scene::builtin::{PaperScene, paper_scene, prism};
 use shisen::scene::quadruped::quadruped;
+use shisen::tracker::{Spec, simulated};
 use shisen_core::frame::FlatScreen;
 use shisen_tests::firmware::{Image, Run, TrackerBytes, Watched, reference, watch};
 use shisen_tests::meshes::cow;
@@ -46,41 +57,23 @@ const SIDE: u32 = 64;
 const STEP: Micros = Micros(2_000);
 
 /// What is wrong, in words.
-type Wrong = String;
+type Wrong = Box<dyn std::error::Error>;
 
 /// Says what it found.
 type Check = fn(&Bench) -> Result<String, Wrong>;
 
 fn main() -> ExitCode {
-    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [limits, measured, plain, dispersive, words @ ..] = arguments.as_slice() else {
         eprintln!("give: LIMITS MEASURED and two images, without dispersion and with");
         return ExitCode::from(2);
     };
-    let limits = match Limits::read(Path::new(limits)) {
-        Ok(limits) => limits,
+    let bench = match Bench::new(limits, measured, [plain, dispersive]) {
+        Ok(bench) => bench,
         Err(wrong) => {
             eprintln!("{wrong}");
             return ExitCode::FAILURE;
         }
-    };
-    let open = |path: &std::ffi::OsString| Image::open(Path::new(path));
-    let (plain, dispersive) = match (open(plain), open(dispersive)) {
-        (Ok(plain), Ok(dispersive)) => (plain, dispersive),
-        (Err(error), _) | (_, Err(error)) => {
-            eprintln!("{error}");
-            return ExitCode::FAILURE;
-        }
-    };
-    let bench = Bench {
-        plain,
-        dispersive,
-        screens: three_walls(),
-        limits,
-        measured: Measured::new(Path::new(measured)),
-        slices: Slices::default(),
-        ram: Cell::default(),
-        stack: Cell::default(),
     };
     let checks: [(&str, Check); 15] = [
         ("scenes A to D, both gazes", Bench::paper_scenes),
@@ -102,8 +95,8 @@ fn main() -> ExitCode {
         ("time of all slices", |bench| Ok(bench.slices())),
         ("memory", Bench::note_memory),
     ];
-    let words: Vec<_> = words.iter().filter_map(|word| word.to_str()).collect();
-    let wanted = |what: &str| words.is_empty() || words.iter().any(|word| what.contains(word));
+    let wanted =
+        |what: &str| words.is_empty() || words.iter().any(|word| what.contains(word.as_str()));
     let (mut passed, mut failed) = (0, 0);
     for (what, check) in checks.into_iter().filter(|(what, _)| wanted(what)) {
         match check(&bench) {
@@ -155,72 +148,68 @@ const RENDERING: Rendering = Rendering {
 };
 
 /// A viewer who looks one way, from one place.
-struct Still {
-    place: Vec3,
-    turn: Quat,
-    gaze: Vec3,
+fn looking(place: Vec3, turn: Quat, gaze: Vec3) -> TrackerBytes {
+    let mut encoder = Encoder::new();
+    sent(STEP, move |time| {
+        record(&mut encoder, time, place, turn, gaze)
+    })
+}
+
+/// A record of a viewer.
+fn record(encoder: &mut Encoder, time: Micros, place: Vec3, turn: Quat, gaze: Vec3) -> Vec<u8> {
+    let mut sample = Sample::arrived(time);
+    sample.device_time = Some(DeviceTime::unwrapped(time.0));
+    sample.head.position = Some(Reading::tracked(place));
+    sample.head.orientation = Some(Reading::tracked(turn));
+    // A gaze that never changes by a bit counts as stuck.
+    let sway = 1e-4 * ((time.0 / STEP.0 % 7) as f32 - 3.0);
+    let gaze = (gaze + Vec3::X * sway).normalize();
+    sample.combined.direction = Some(Reading::tracked(gaze));
+    encoder.sample(&sample).to_vec()
+}
+
+fn ahead() -> TrackerBytes {
+    looking(Vec3::ZERO, Quat::IDENTITY, Vec3::NEG_Z)
+}
+
+/// The paper's other viewer: the head bowed, and the eyes lower still.
+fn down() -> TrackerBytes {
+    let bow = 70f32.to_radians();
+    let rest = 20f32.to_radians();
+    let gaze = Vec3::new(0.0, -rest.sin(), -rest.cos());
+    looking(Vec3::ZERO, Quat::from_rotation_x(-bow), gaze)
+}
+
+/// A simulated viewer.
+fn mock(spec: &str) -> Result<TrackerBytes, Wrong> {
+    let Spec::Mock(spec) = spec.parse()? else {
+        return Err("no mock".into());
+    };
+    Ok(Box::new(Wire::new(simulated(&spec)?, Protocol::Link)))
+}
+
+/// Bytes at their times, a step apart.
+struct Bytes<F> {
     next: Micros,
-    encoder: Encoder,
+    step: Micros,
+    bytes: F,
 }
 
-impl Still {
-    fn looking(place: Vec3, turn: Quat, gaze: Vec3) -> TrackerBytes {
-        Box::new(Self {
-            place,
-            turn,
-            gaze,
-            next: Micros(0),
-            encoder: Encoder::new(),
-        })
-    }
-
-    fn ahead() -> TrackerBytes {
-        Self::looking(Vec3::ZERO, Quat::IDENTITY, Vec3::NEG_Z)
-    }
-
-    /// The paper's other one: the head bowed, and the eyes lower still.
-    fn down() -> TrackerBytes {
-        let bow = 70f32.to_radians();
-        let rest = 20f32.to_radians();
-        let gaze = Vec3::new(0.0, -rest.sin(), -rest.cos());
-        Self::looking(Vec3::ZERO, Quat::from_rotation_x(-bow), gaze)
-    }
+fn sent(step: Micros, bytes: impl FnMut(Micros) -> Vec<u8> + 'static) -> TrackerBytes {
+    let next = Micros(0);
+    Box::new(Bytes { next, step, bytes })
 }
 
-impl Source for Still {
+impl<F: FnMut(Micros) -> Vec<u8>> Source for Bytes<F> {
     type Item = Chunk;
 
     fn poll(&mut self, until: Micros) -> Option<Chunk> {
         if self.next > until {
             return None;
         }
-        let mut sample = Sample::arrived(self.next);
-        sample.device_time = Some(DeviceTime::unwrapped(self.next.0));
-        sample.head.position = Some(Reading::tracked(self.place));
-        sample.head.orientation = Some(Reading::tracked(self.turn));
-        // A gaze that never changes by a bit counts as stuck.
-        let sway = 1e-4 * ((self.next.0 / STEP.0 % 7) as f32 - 3.0);
-        let gaze = (self.gaze + Vec3::X * sway).normalize();
-        sample.combined.direction = Some(Reading::tracked(gaze));
-        self.next = self.next.after(STEP);
-        Some(Chunk::new(sample.arrival, &self.encoder.sample(&sample)))
-    }
-}
-
-/// Bytes at their times.
-struct Bytes<F>(Micros, F);
-
-impl<F: FnMut(Micros) -> Vec<u8>> Source for Bytes<F> {
-    type Item = Chunk;
-
-    fn poll(&mut self, until: Micros) -> Option<Chunk> {
-        if self.0 > until {
-            return None;
-        }
-        let at = self.0;
-        self.0 = at.after(STEP);
-        let bytes = self.1(at);
-        Some(Chunk::new(at, &bytes))
+        let at = self.next;
+        self.next = at.after(self.step);
+        Some(Chunk::new(at, &(self.bytes)(at)))
     }
 }
 
@@ -238,6 +227,20 @@ struct Bench {
 }
 
 impl Bench {
+    fn new(limits: &str, measured: &str, images: [&String; 2]) -> Result<Self, Wrong> {
+        let [plain, dispersive] = images.map(Path::new);
+        Ok(Self {
+            plain: Image::open(plain)?,
+            dispersive: Image::open(dispersive)?,
+            screens: three_walls(),
+            limits: Limits::read(limits)?,
+            measured: Measured::new(Path::new(measured)),
+            slices: Slices::default(),
+            ram: Cell::default(),
+            stack: Cell::default(),
+        })
+    }
+
     fn run<'a>(&'a self, scene: &'a [u8], tracker: Option<TrackerBytes>) -> Run<'a> {
         Run {
             image: &self.plain,
@@ -255,20 +258,20 @@ impl Bench {
     fn same(&self, scene: &Baked<4>, run: Run<'_>) -> Result<Watched, Wrong> {
         let (rendering, screens) = (run.rendering, run.screens);
         let plain = run.image == &self.plain;
-        let watched = watch(run).map_err(|error| error.to_string())?;
-        check(watched.ready.fault == 0, "the scene is refused")?;
+        let watched = watch(run)?;
+        ensure!(watched.ready.fault == 0, "the scene is refused");
         if plain {
             self.memory(&watched);
         }
-        check(watched.damaged == 0, "pixels were damaged")?;
+        ensure!(watched.damaged == 0, "pixels were damaged");
         for frame in &watched.frames {
             self.in_time(frame, rendering.slice)?;
-            let host = reference(scene.scene(), screens, &rendering, frame, plain);
-            let host = host.map_err(|error| error.to_string())?;
-            check(
+            let host = reference(scene.scene(), screens, &rendering, frame, plain)?;
+            ensure!(
                 frame.hash() == frame_hash(host.iter().map(Picture::hash)),
-                &format!("frame {} is not the host's", frame.start.number),
-            )?;
+                "frame {} is not the host's",
+                frame.start.number
+            );
             let varied = host.iter().any(|picture| {
                 let first = picture.core_pixels().first().copied();
                 picture
@@ -277,7 +280,7 @@ impl Bench {
                     .any(|&pixel| Some(pixel) != first)
             });
             let cut_short = frame.done.is_some_and(|done| done.cut_short);
-            check(varied || cut_short, "a frame of one colour")?;
+            ensure!(varied || cut_short, "a frame of one colour");
         }
         Ok(watched)
     }
@@ -293,7 +296,7 @@ impl Bench {
 
     fn note_memory(&self) -> Result<String, Wrong> {
         let (ram, stack) = (self.ram.get(), self.stack.get());
-        check(ram > 0 && stack > 0, "nothing was said of memory")?;
+        ensure!(ram > 0 && stack > 0, "nothing was said of memory");
         self.measured
             .add(&[("ram", ram), ("stack_painted", stack)])?;
         Ok(format!(
@@ -305,21 +308,18 @@ impl Bench {
         let mut said = Vec::new();
         for which in [PaperScene::A, PaperScene::B, PaperScene::C, PaperScene::D] {
             let scene = paper(which);
-            for (gaze, tracker) in [("1", Still::ahead()), ("2", Still::down())] {
+            for (gaze, tracker) in [("1", ahead()), ("2", down())] {
                 let run = self.run(scene.as_bytes(), Some(tracker));
                 let watched = self.same(&scene, run)?;
                 let last = watched.frames.last().ok_or("no frame")?;
-                check(last.start.state == Some(0), "the gaze is not fresh")?;
+                ensure!(last.start.state == Some(0), "the gaze is not fresh");
                 let looked = if gaze == "1" {
                     Vec3::NEG_Z
                 } else {
                     Vec3::NEG_Y
                 };
                 let along = last.start.forward.dot(looked);
-                check(
-                    along > 0.999,
-                    &format!("looked along {}", last.start.forward),
-                )?;
+                ensure!(along > 0.999, "looked along {}", last.start.forward);
                 let done = last.done.ok_or("a frame without an end")?;
                 let rays = done.instructions / done.primary.max(1);
                 said.push(format!("{}{gaze} {rays}", which.name()));
@@ -333,12 +333,12 @@ impl Bench {
 
     fn dome_master(&self) -> Result<String, Wrong> {
         let scene = paper(PaperScene::A);
-        let mut run = self.run(scene.as_bytes(), Some(Still::ahead()));
+        let mut run = self.run(scene.as_bytes(), Some(ahead()));
         run.capture = Some((96, Vec3::new(0.1, 0.2, 0.0)));
         let watched = self.same(&scene, run)?;
         let last = watched.frames.last().ok_or("no frame")?;
-        check(last.pictures.len() == 1, "no dome master came")?;
-        check(last.pictures[0].core_pixels().len() == 96 * 96, "its size")?;
+        ensure!(last.pictures.len() == 1, "no dome master came");
+        ensure!(last.pictures[0].core_pixels().len() == 96 * 96, "its size");
         Ok("the host's".to_owned())
     }
 
@@ -352,54 +352,45 @@ impl Bench {
         // The same scene by an image without: another picture, and the host's.
         let plain = self.run(scene.as_bytes(), None);
         let plain = self.same(&scene, plain)?;
-        check(
+        ensure!(
             plain.frames[0].hash() != watched.frames[0].hash(),
-            "wavelengths change nothing",
-        )?;
+            "wavelengths change nothing"
+        );
         Ok("the host's".to_owned())
     }
 
     fn budgets(&self) -> Result<String, Wrong> {
         let scene = paper(PaperScene::A);
         for (budget, slice) in [(u64::MAX, 900), (15_000, 1), (1, 100), (0, 10_000)] {
-            let mut run = self.run(scene.as_bytes(), Some(Still::ahead()));
+            let mut run = self.run(scene.as_bytes(), Some(ahead()));
             (run.rendering.budget, run.rendering.slice) = (budget, slice);
             run.frames = 1;
             let rendering = run.rendering;
-            let watched = watch(run).map_err(|error| error.to_string())?;
+            let watched = watch(run)?;
             let frame = watched.frames.first().ok_or("no frame")?;
             self.in_time(frame, slice)?;
-            let host = reference(scene.scene(), &self.screens, &rendering, frame, true);
-            let host = host.map_err(|error| error.to_string())?;
-            check(
+            let host = reference(scene.scene(), &self.screens, &rendering, frame, true)?;
+            ensure!(
                 frame.hash() == frame_hash(host.iter().map(Picture::hash)),
-                &format!("budget {budget}, slice {slice}"),
-            )?;
+                "budget {budget}, slice {slice}"
+            );
             let done = frame.done.ok_or("a frame without an end")?;
             if budget == 0 {
                 logged(&watched, "no steps for a frame")?;
             }
             let ran_out = done.given_up > 0;
-            check(ran_out == (budget < 20_000), "tiles given up")?;
-            check(
+            ensure!(ran_out == (budget < 20_000), "tiles given up");
+            ensure!(
                 done.steps < budget.saturating_add(5_000),
-                "more steps than given",
-            )?;
+                "more steps than given"
+            );
         }
         Ok("the host's, from 0 steps to all, in slices from 1 on".to_owned())
     }
 
     fn moving_viewer(&self) -> Result<String, Wrong> {
         let scene = paper(PaperScene::B);
-        let spec = "mock:seed=5&rate=250"
-            .parse()
-            .map_err(|error| format!("{error}"))?;
-        let shisen::tracker::Spec::Mock(spec) = spec else {
-            return Err("no mock".to_owned());
-        };
-        let tracker = shisen::tracker::simulated(&spec).map_err(|error| error.to_string())?;
-        let wire = Wire::new(tracker, Protocol::Link);
-        let mut run = self.run(scene.as_bytes(), Some(Box::new(wire)));
+        let mut run = self.run(scene.as_bytes(), Some(mock("mock:seed=5&rate=250")?));
         run.rendering.eye_distance = 0.064;
         run.frames = 4;
         let watched = self.same(&scene, run)?;
@@ -408,10 +399,10 @@ impl Bench {
             .iter()
             .map(|frame| frame.start.forward)
             .collect();
-        check(ways[0] != ways[3], "nothing moved")?;
-        check(watched.frames[0].pictures.len() == 6, "two eyes")?;
+        ensure!(ways[0] != ways[3], "nothing moved");
+        ensure!(watched.frames[0].pictures.len() == 6, "two eyes");
         let tracker = watched.tracker.ok_or("nothing said of the tracker")?;
-        check(tracker.records > 10 && tracker.dropped == 0, "records")?;
+        ensure!(tracker.records > 10 && tracker.dropped == 0, "records");
         let each = tracker.instructions / u64::from(tracker.records);
         self.measured.add(&[("record", each)])?;
         Ok(format!("the host's; {each} instructions a record"))
@@ -431,23 +422,21 @@ impl Bench {
             damaged.push(flipped);
         }
         for (number, bytes) in damaged.iter().enumerate() {
-            let watched = watch(self.run(bytes, Some(Still::ahead())));
+            let watched = watch(self.run(bytes, Some(ahead())));
             let watched = watched.map_err(|error| format!("scene {number}: {error}"))?;
-            check(
-                watched.ready.fault != 0,
-                &format!("scene {number} is not refused"),
-            )?;
-            check(watched.frames.len() == 2, "frames go on")?;
+            ensure!(watched.ready.fault != 0, "scene {number} is not refused");
+            ensure!(watched.frames.len() == 2, "frames go on");
             let said = watched.log.iter().any(|line| line.contains("no scene"));
-            check(
+            ensure!(
                 said,
-                &format!("scene {number}: nothing in the log: {:?}", watched.log),
-            )?;
+                "scene {number}: nothing in the log: {:?}",
+                watched.log
+            );
             let picture = &watched.frames[0].pictures[0];
-            check(
+            ensure!(
                 picture.pixel(0, 0) == Some([1.0, 0.0, 1.0, 1.0]),
-                "what shows without a scene",
-            )?;
+                "what shows without a scene"
+            );
         }
         Ok(format!(
             "{} refused and logged, frames go on",
@@ -458,20 +447,20 @@ impl Bench {
     fn noise(&self) -> Result<String, Wrong> {
         let scene = paper(PaperScene::A);
         let mut random = shisen_tests::rays::Random::new(7);
-        let bytes = Bytes(Micros(0), move |_| {
+        let bytes = sent(STEP, move |_| {
             (0..20).map(|_| random.bits() as u8).collect()
         });
-        let watched = self.same(&scene, self.run(scene.as_bytes(), Some(Box::new(bytes))))?;
+        let watched = self.same(&scene, self.run(scene.as_bytes(), Some(bytes)))?;
         let last = watched.frames.last().ok_or("no frame")?;
-        check(
+        ensure!(
             last.start.widen >= core::f32::consts::PI,
-            "full quality everywhere",
-        )?;
+            "full quality everywhere"
+        );
         let tracker = watched.tracker.ok_or("nothing said of the tracker")?;
-        check(
+        ensure!(
             tracker.records == 0 && tracker.dropped > 0,
-            "noise is dropped",
-        )?;
+            "noise is dropped"
+        );
         logged(&watched, "tracker: ")?;
         logged(&watched, "no record of the tracker yet")?;
         Ok(format!(
@@ -482,23 +471,20 @@ impl Bench {
 
     fn flood(&self) -> Result<String, Wrong> {
         let scene = paper(PaperScene::A);
-        let mut still = Still::ahead();
-        let bytes = Bytes(Micros(0), move |at| {
-            let mut all = Vec::new();
-            while let Some(chunk) = still.poll(at) {
-                all.extend_from_slice(chunk.bytes());
-            }
-            // A burst, then what the tracker says.
+        let mut still = ahead();
+        let bytes = sent(STEP, move |at| {
             let mut burst = vec![0x55; 200];
-            burst.extend(all);
+            while let Some(chunk) = still.poll(at) {
+                burst.extend_from_slice(chunk.bytes());
+            }
             burst
         });
-        let mut run = self.run(scene.as_bytes(), Some(Box::new(bytes)));
+        let mut run = self.run(scene.as_bytes(), Some(bytes));
         // Slices so long that the line is not listened to.
         run.rendering.slice = 1_000_000;
         let watched = self.same(&scene, run)?;
         let tracker = watched.tracker.ok_or("nothing said of the tracker")?;
-        check(tracker.overrun > 0, "nothing was lost")?;
+        ensure!(tracker.overrun > 0, "nothing was lost");
         logged(&watched, "bytes of the tracker found no room")?;
         Ok(format!("{} bytes lost and counted", tracker.overrun))
     }
@@ -506,19 +492,19 @@ impl Bench {
     fn behind_a_wall(&self) -> Result<String, Wrong> {
         let scene = paper(PaperScene::A);
         let place = Vec3::new(0.0, 0.0, -4.0);
-        let tracker = Still::looking(place, Quat::IDENTITY, Vec3::NEG_Z);
+        let tracker = looking(place, Quat::IDENTITY, Vec3::NEG_Z);
         let watched = self.same(&scene, self.run(scene.as_bytes(), Some(tracker)))?;
-        check(
+        ensure!(
             watched
                 .frames
                 .iter()
                 .all(|frame| frame.start.eyes[0] == Vec3::ZERO),
-            "eyes",
-        )?;
-        check(
+            "eyes"
+        );
+        ensure!(
             watched.log.iter().any(|line| line.contains("not seen")),
-            "the log",
-        )?;
+            "the log"
+        );
         Ok("the eyes stay where they were".to_owned())
     }
 
@@ -526,18 +512,18 @@ impl Bench {
         let scene = paper(PaperScene::A);
         for gaze in [Vec3::splat(f32::NAN), Vec3::ZERO, Vec3::Z, Vec3::X * 1e30] {
             let mut encoder = Encoder::new();
-            let bytes = Bytes(Micros(0), move |at| {
+            let bytes = sent(STEP, move |at| {
                 let mut sample = Sample::arrived(at);
                 sample.device_time = Some(DeviceTime::unwrapped(at.0));
                 sample.combined.direction = Some(Reading::tracked(gaze));
                 encoder.sample(&sample).to_vec()
             });
-            let watched = self.same(&scene, self.run(scene.as_bytes(), Some(Box::new(bytes))))?;
+            let watched = self.same(&scene, self.run(scene.as_bytes(), Some(bytes)))?;
             let last = watched.frames.last().ok_or("no frame")?;
-            check(
+            ensure!(
                 last.start.widen >= core::f32::consts::PI,
-                &format!("{gaze} is taken for a gaze"),
-            )?;
+                "{gaze} is taken for a gaze"
+            );
         }
         Ok("full quality everywhere".to_owned())
     }
@@ -546,9 +532,6 @@ impl Bench {
 /// Whether the controller has said so.
 fn logged(watched: &Watched, words: &str) -> Result<(), Wrong> {
     let said = watched.log.iter().any(|line| line.contains(words));
-    check(said, &format!("its log has no \"{words}\""))
-}
-
-fn check(holds: bool, what: &str) -> Result<(), Wrong> {
-    if holds { Ok(()) } else { Err(what.to_owned()) }
+    ensure!(said, "its log has no \"{words}\"");
+    Ok(())
 }

@@ -2,7 +2,7 @@
 //! with scenes made to take long; and the steps of a slice are its budget and
 //! those of one pixel at most.
 
-use crate::{Bench, Wrong, bake, check};
+use crate::{Bench, Wrong, bake};
 use glam::{DAffine3, DQuat, DVec3};
 use shisen::scene::material::Material;
 use shisen::scene::mesh::TriangleMesh;
@@ -40,13 +40,11 @@ impl Bench {
             if steps >= 1_000 {
                 seen.a_step.set(seen.a_step.get().max(taken / steps));
             }
-            check(
+            ensure!(
                 taken <= steps * per_step + per_slice,
-                &format!(
-                    "a slice of {budget} steps took {steps} and {taken} instructions, \
+                "a slice of {budget} steps took {steps} and {taken} instructions, \
                      more than {per_step} a step and {per_slice}"
-                ),
-            )?;
+            );
         }
         Ok(())
     }
@@ -93,10 +91,10 @@ impl Bench {
                     // Each pixel is a slice of its own.
                     dearest = most;
                 }
-                check(
+                ensure!(
                     most < slice + dearest,
-                    &format!("{name}: a slice of {slice} took {most} steps, and a pixel {dearest}"),
-                )?;
+                    "{name}: a slice of {slice} took {most} steps, and a pixel {dearest}"
+                );
             }
             said.push(format!("{name} {dearest}"));
         }

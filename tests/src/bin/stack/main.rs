@@ -29,6 +29,7 @@ mod graph;
 
 use code::{Program, Wrong};
 use graph::{Deepest, Graph};
+use shisen_tests::limits::limits;
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
@@ -76,29 +77,11 @@ fn open(elf: &str) -> Result<Program, Wrong> {
     Program::read(&bytes).map_err(|wrong| format!("{elf}: {wrong}"))
 }
 
-/// Bytes at most, by the names of what takes them.
-fn limits(path: &str, table: &str) -> Result<BTreeMap<String, u32>, Wrong> {
-    let text = std::fs::read_to_string(path);
-    let text = text.map_err(|error| format!("{path} cannot be read: {error}"))?;
-    let all: toml::Table = text.parse().map_err(|error| format!("{path}: {error}"))?;
-    let stack = all.get("stack").and_then(|stack| stack.get(table));
-    let stack = stack.and_then(toml::Value::as_table);
-    let stack = stack.ok_or_else(|| format!("{path} has no table stack.{table}"))?;
-    let limit = |(name, bytes): (&String, &toml::Value)| {
-        let bytes = bytes
-            .as_integer()
-            .and_then(|bytes| u32::try_from(bytes).ok());
-        let bytes = bytes.ok_or_else(|| format!("{path}: {name} is no number of bytes"))?;
-        Ok((name.clone(), bytes))
-    };
-    stack.iter().map(limit).collect()
-}
-
 /// Prints what was found beside its limits, and says what is beyond.
 fn compare(
     program: &Program,
     found: &[(String, Deepest)],
-    limits: &BTreeMap<String, u32>,
+    limits: &BTreeMap<String, u64>,
 ) -> Result<(), Wrong> {
     let mut wrong = Vec::new();
     println!(
@@ -120,7 +103,7 @@ fn compare(
         );
         match limit {
             None => wrong.push(format!("{name} has no limit")),
-            Some(limit) if deepest.bytes > limit => {
+            Some(limit) if u64::from(deepest.bytes) > limit => {
                 wrong.push(format!(
                     "{name} may take {} bytes, more than {limit}",
                     deepest.bytes
@@ -161,7 +144,7 @@ fn summary(graph: &Graph<'_>) -> Result<String, Wrong> {
 }
 
 fn library(path: &str, table: &str, elf: &str, names: &[&str]) -> Result<(), Wrong> {
-    let limits = limits(path, table)?;
+    let limits = limits(path, &format!("stack.{table}"))?;
     let program = open(elf)?;
     let mut graph = Graph::new(&program);
     let mut found = Vec::new();
@@ -175,7 +158,7 @@ fn library(path: &str, table: &str, elf: &str, names: &[&str]) -> Result<(), Wro
 }
 
 fn image(path: &str, table: &str, elf: &str, painted: Option<&str>) -> Result<(), Wrong> {
-    let limits = limits(path, table)?;
+    let limits = limits(path, &format!("stack.{table}"))?;
     let program = open(elf)?;
     let mut graph = Graph::new(&program);
     let vectors = program.symbols.get("__vector_table");
