@@ -7,6 +7,7 @@
 //! [`Settings`] and its place in the view only: not of tiles, their order, or
 //! how often rendering was interrupted.
 
+mod begun;
 mod block;
 mod detail;
 mod dome;
@@ -18,6 +19,8 @@ mod job;
 mod lattice;
 mod ledger;
 mod past;
+#[cfg(test)]
+mod slices;
 mod tile;
 mod view;
 
@@ -26,6 +29,7 @@ pub use crate::trace::dispersion::{Spectrum, SpectrumError};
 pub use crate::trace::ledger::{Entry, Ledger};
 pub use crate::trace::shading::LEAST_WEIGHT;
 pub use crate::trace::workspace::{MAX_DEPTH, Pixel, RayDetail, Workspace};
+use begun::Begun;
 use block::Rendering;
 pub use detail::{BLEND, FACE_TOLERANCE, LevelOfDetail};
 use detail::{BlockDetail, BlockLevels, Ladder, PATCH, region_of};
@@ -135,7 +139,7 @@ struct Together<const W: usize> {
 }
 
 type RenderBlock<const W: usize, S> =
-    fn(&Block, &Rendering<'_, '_, W, S>, &mut Budget, &mut Workspace, &mut Target<'_>) -> u32;
+    fn(&Block, &Rendering<'_, '_, W, S>, &mut Begun, &mut Budget, &mut Workspace, &mut Target<'_>);
 
 type FindRow<const W: usize> = fn(
     &Tracer<'_, W>,
@@ -361,17 +365,23 @@ where
 }
 
 /// A tile on its way to being finished.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TileJob {
     tile: Tile,
-    /// Pixels finished, in the order of blocks and rows within them.
+    /// Pixels of finished blocks and squares, in their order.
     finished: u32,
+    /// What there is of the next.
+    begun: Begun,
 }
 
 impl TileJob {
     /// A job that has not begun.
     pub const fn new(tile: Tile) -> Self {
-        Self { tile, finished: 0 }
+        Self {
+            tile,
+            finished: 0,
+            begun: Begun::NOTHING,
+        }
     }
 
     /// The rectangle.
@@ -387,15 +397,18 @@ impl TileJob {
     /// Renders pixels into `pixels` (rows of the tile, from the top) until
     /// the tile is finished or the budget spent.
     ///
-    /// The budget is looked at before each pixel, in tile mode before each
-    /// block of 8×8 and each ray tree in it. A call does at most its budget
-    /// and all samples of one pixel more; in tile mode, besides, one sample's
-    /// primary rays of a block, or of a row of eight pixels of a dome master. With
-    /// [foveation](Renderer::with_foveation) it is a square whose samples are apart,
-    /// of at most 17² samples. A budget that is spent already does nothing.
+    /// The budget is looked at before each sample of a pixel, in tile mode before each
+    /// sample of a block of 8×8 and each ray tree in it. With S the budget's steps and P the
+    /// most that a sample takes, a call takes at most S + P − 1, whatever
+    /// [`Settings::samples`] is: the next call goes on with the next sample. P is one ray
+    /// tree and at most 16 steps of a test for its block; in tile mode, besides, one sample's
+    /// primary rays of the block, or eight of a dome master. With
+    /// [foveation](Renderer::with_foveation) a call takes at most S + 17² · P: squares whose
+    /// samples are apart have at most 17² of them. A budget that is spent already does
+    /// nothing.
     ///
     /// With a budget [that has an overrun](Budget::with_overrun) it does no more than that
-    /// either: what is broken off then is not finished, and begun anew by the next call.
+    /// either: a sample that is broken off is begun anew by the next call.
     ///
     /// # Errors
     /// A tile that is not inside the view; `pixels` of another length than
@@ -443,39 +456,45 @@ impl TileJob {
                 width: columns,
                 height: rows,
             } = part;
-            let area = rows * columns;
-            if self.finished < before + area {
-                if budget.is_spent() {
-                    return Ok(Outcome::BudgetSpent);
-                }
-                let place = (x / PATCH, y / PATCH);
-                let (_, patch) = match patch {
-                    Some(known @ (at, _)) if at == place => known,
-                    _ => *patch.insert((place, renderer.patch_region(view, x, y))),
-                };
-                let block = Block {
-                    x,
-                    y,
-                    columns,
-                    rows,
-                    patch,
-                };
-                let first = self.finished - before;
-                let mut target = Target {
-                    pixels: &mut *pixels,
-                    width: tile.width as usize,
-                    x: (x - tile.x) as usize,
-                    y: (y - tile.y) as usize,
-                };
-                let done = block.render(renderer, view, first, budget, workspace, &mut target);
-                self.finished += done;
-                if self.finished < before + area {
-                    return Ok(Outcome::BudgetSpent);
-                }
+            before += rows * columns;
+            if self.finished >= before {
+                continue;
             }
-            before += area;
+            if budget.is_spent() {
+                return Ok(Outcome::BudgetSpent);
+            }
+            let place = (x / PATCH, y / PATCH);
+            let (_, patch) = match patch {
+                Some(known @ (at, _)) if at == place => known,
+                _ => *patch.insert((place, renderer.patch_region(view, x, y))),
+            };
+            let block = Block {
+                x,
+                y,
+                columns,
+                rows,
+                patch,
+            };
+            let mut target = Target {
+                pixels: &mut *pixels,
+                width: tile.width as usize,
+                x: (x - tile.x) as usize,
+                y: (y - tile.y) as usize,
+            };
+            let begun = &mut self.begun;
+            block.render(renderer, view, begun, budget, workspace, &mut target);
+            if begun.pixels < rows * columns {
+                return Ok(Outcome::BudgetSpent);
+            }
+            self.end_part(before);
         }
         Ok(Outcome::Finished)
+    }
+
+    /// Ends a block or square: so many pixels of the tile are finished.
+    const fn end_part(&mut self, finished: u32) {
+        self.finished = finished;
+        self.begun = Begun::NOTHING;
     }
 
     /// Gives the pixels that are not finished what a ray sees that meets
@@ -512,19 +531,19 @@ impl TileJob {
             (foveation.give_up)(self, renderer, view, pixels);
             return Ok(());
         }
-        let mut number = 0;
+        let (mut number, finished) = (0, self.finished + self.begun.pixels);
         for part in tile.blocks() {
             for y in part.y..part.y + part.height {
                 for x in part.x..part.x + part.width {
                     let index = tile.index(x, y);
-                    if let (true, Some(pixel)) = (number >= self.finished, pixels.get_mut(index)) {
+                    if let (true, Some(pixel)) = (number >= finished, pixels.get_mut(index)) {
                         *pixel = renderer.past(view, x as f32, y as f32);
                     }
                     number += 1;
                 }
             }
         }
-        self.finished = number;
+        self.end_part(number);
         Ok(())
     }
 }

@@ -221,7 +221,7 @@ where
             return (pixels, workspace.statistics, most_over);
         }
         assert!(left.is_spent(), "stopped with budget left");
-        assert!(calls <= tile.width * tile.height * 3, "no progress");
+        assert!(calls <= tile.width * tile.height * 15, "no progress");
     }
 }
 

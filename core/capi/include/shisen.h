@@ -147,12 +147,12 @@
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a frame's handle, without its pictures and tiles.
-#define SHISEN_FRAME_SIZE 2496
+#define SHISEN_FRAME_SIZE 2632
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for a frame's handle, without its pictures and tiles.
-#define SHISEN_FRAME_SIZE 2672
+#define SHISEN_FRAME_SIZE 2808
 #endif
 
 #if defined(SHISEN_POINTERS_32)
@@ -914,7 +914,7 @@ shisen_status shisen_frame_begin_dome(void *memory,
 // the frame is (SHISEN_STATUS_FINISHED), or this call's budget is spent
 // (SHISEN_STATUS_BUDGET_SPENT: call again to go on). Tiles that the frame's
 // budget did not finish are handed over all the same. A call takes at most its
-// budget and what one pixel takes more. What is in a tile does not depend on
+// budget and what one sample takes more. What is in a tile does not depend on
 // how the frame was cut into calls.
 //
 // `slice_budget`: steps that this call may take; 0 traces nothing.

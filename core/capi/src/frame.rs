@@ -19,10 +19,10 @@ use shisen_core::gaze::{LineOfSight, VisualField};
 
 /// Bytes of memory for a frame's handle, without its pictures and tiles.
 #[cfg(target_pointer_width = "32")]
-pub const SHISEN_FRAME_SIZE: usize = 2496;
+pub const SHISEN_FRAME_SIZE: usize = 2632;
 /// Bytes of memory for a frame's handle, without its pictures and tiles.
 #[cfg(target_pointer_width = "64")]
-pub const SHISEN_FRAME_SIZE: usize = 2672;
+pub const SHISEN_FRAME_SIZE: usize = 2808;
 /// Bytes of memory for each picture of a frame's handle.
 #[cfg(target_pointer_width = "32")]
 pub const SHISEN_PICTURE_SIZE: usize = 128;
@@ -399,7 +399,7 @@ unsafe fn begin(
 /// the frame is (SHISEN_STATUS_FINISHED), or this call's budget is spent
 /// (SHISEN_STATUS_BUDGET_SPENT: call again to go on). Tiles that the frame's
 /// budget did not finish are handed over all the same. A call takes at most its
-/// budget and what one pixel takes more. What is in a tile does not depend on
+/// budget and what one sample takes more. What is in a tile does not depend on
 /// how the frame was cut into calls.
 ///
 /// `slice_budget`: steps that this call may take; 0 traces nothing.

@@ -1,5 +1,6 @@
 //! A block of pixels that go through the scene together.
 
+use super::begun::{Begun, Sum};
 use super::detail::BlockDetail;
 use super::past::{CopyPast, SeePast};
 use super::tile::{BLOCK, Block, Target};
@@ -7,7 +8,7 @@ use super::view::{Dome, Kind, OnePoint, Screen, View};
 use super::{Renderer, Together};
 use crate::gaze::Region;
 use crate::simd::{Kernel, Lanes, Runs, Simd};
-use crate::trace::{Balance, Budget, NOT_TRACED, Pixel, RayDetail, Sample, TileRays, Workspace};
+use crate::trace::{Budget, NOT_TRACED, Pixel, RayDetail, Sample, TileRays, Workspace};
 use core::num::NonZeroU32;
 use glam::Vec3;
 
@@ -20,32 +21,31 @@ pub(super) struct Rendering<'r, 'a, const W: usize, S> {
 }
 
 impl Block {
-    /// Renders the pixels from number `first` on, in rows, and says how many
-    /// it finished.
+    /// Renders the samples that are not begun, row by row, until the budget is spent.
     pub(super) fn render<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
         view: &View,
-        first: u32,
+        begun: &mut Begun,
         budget: &mut Budget,
         workspace: &mut Workspace,
         target: &mut Target<'_>,
-    ) -> u32
-    where
+    ) where
         Simd: Runs<W>,
     {
+        let fresh = begun.is_nothing();
         match (view.kind(), renderer.together) {
-            (Kind::Dome(dome), _) if first == 0 && self.is_outside(dome, target) => {
-                self.columns * self.rows
+            (Kind::Dome(dome), _) if fresh && self.is_outside(dome, target) => {
+                begun.pixels = self.area();
             }
             // An interrupted block is finished ray by ray.
-            (Kind::Screen(screen), Some(together)) if first == 0 => {
+            (Kind::Screen(screen), Some(together)) if fresh => {
                 let rendering = Rendering {
                     renderer,
                     view,
                     sight: screen,
                 };
-                (together.block)(self, &rendering, budget, workspace, target)
+                (together.block)(self, &rendering, begun, budget, workspace, target);
             }
             // A dome seen from one point goes as a screen does. Targets without vectors have
             // no code for it, which saves stack.
@@ -55,13 +55,13 @@ impl Block {
                     dome_block: Some(render),
                     ..
                 }),
-            ) if Simd::HAS_VECTORS && first == 0 && dome.sees_all_from(self.x, self.y) => {
+            ) if Simd::HAS_VECTORS && fresh && dome.sees_all_from(self.x, self.y) => {
                 let rendering = Rendering {
                     renderer,
                     view,
                     sight: dome,
                 };
-                render(self, &rendering, budget, workspace, target)
+                render(self, &rendering, begun, budget, workspace, target);
             }
             // Eight rays at once on targets with vectors.
             (Kind::Dome(dome), _) if Simd::HAS_VECTORS => {
@@ -70,9 +70,9 @@ impl Block {
                     view,
                     sight: dome,
                 };
-                self.render_dome(&rendering, first, budget, workspace, target)
+                self.render_dome(&rendering, begun, budget, workspace, target);
             }
-            _ => self.render_singly(renderer, view, first, budget, workspace, target),
+            _ => self.render_singly(renderer, view, begun, budget, workspace, target),
         }
     }
 
@@ -95,38 +95,33 @@ impl Block {
         &self,
         renderer: &Renderer<'_, W>,
         view: &View,
-        first: u32,
+        begun: &mut Begun,
         budget: &mut Budget,
         workspace: &mut Workspace,
         target: &mut Target<'_>,
-    ) -> u32
-    where
+    ) where
         Simd: Runs<W>,
     {
-        // Every call finishes at least one pixel.
-        let mut has_budget = !budget.is_spent();
-        if let (Kind::Screen(screen), 0, true) = (view.kind(), first, has_budget)
+        if let (Kind::Screen(screen), true) = (view.kind(), begun.is_nothing())
             && !self.any_sample_reaches(renderer, screen, budget, workspace)
         {
-            self.show_background_only(renderer, view, budget, workspace, target);
-            return self.columns * self.rows;
+            self.show_background_only(renderer, view, begun, budget, workspace, target);
+            return;
         }
         let detail = renderer.block_detail(self.patch, view, self.x, self.y);
-        let mut done = 0;
-        for at in self.places_from(first) {
-            if !has_budget {
-                break;
+        while begun.pixels < self.area() {
+            let (column, row) = self.place(begun.pixels);
+            let own = detail.at(self.x % BLOCK + column, self.y % BLOCK + row);
+            let Some(pixel) = self.pixel(renderer, view.kind(), own, begun, budget, workspace)
+            else {
+                return;
+            };
+            target.write(column, row, pixel);
+            // Every call traces at least one sample.
+            if budget.is_spent() {
+                return;
             }
-            let own = detail.at(self.x % BLOCK + at.0, self.y % BLOCK + at.1);
-            let pixel = self.pixel(renderer, view.kind(), at, own, budget, workspace);
-            if budget.is_exhausted() {
-                break;
-            }
-            target.write(at.0, at.1, pixel);
-            done += 1;
-            has_budget = !budget.is_spent();
         }
-        done
     }
 
     /// Whether any sample of any pixel is traced and may hit anything: one test for all.
@@ -157,26 +152,36 @@ impl Block {
         &self,
         renderer: &Renderer<'_, W>,
         view: &View,
+        begun: &mut Begun,
         budget: &mut Budget,
         workspace: &mut Workspace,
         target: &mut Target<'_>,
     ) where
         Simd: Runs<W>,
     {
-        for at in self.places_from(0) {
-            let pixel = self.pixel(renderer, view.kind(), at, None, budget, workspace);
-            target.write(at.0, at.1, pixel);
+        for (column, row) in self.places_from(0) {
+            let pixel = self.pixel(renderer, view.kind(), None, begun, budget, workspace);
+            target.write(column, row, pixel.unwrap_or_default());
         }
         let traced = renderer.block_traced(self.patch, view, self.x, self.y);
         let samples = u64::from(renderer.settings.samples);
         workspace.statistics.primary += samples * self.count(traced);
     }
 
-    /// Columns and rows of its pixels from number `first` on, row by row.
-    pub(super) fn places_from(&self, first: u32) -> impl Iterator<Item = (u32, u32)> + use<> {
+    /// Its number of pixels.
+    const fn area(&self) -> u32 {
+        self.columns * self.rows
+    }
+
+    /// Column and row of a pixel's number, row by row.
+    fn place(&self, number: u32) -> (u32, u32) {
         let columns = NonZeroU32::new(self.columns).unwrap_or(NonZeroU32::MIN);
-        let all = columns.get() * self.rows;
-        (first..all).map(move |number| (number % columns, number / columns))
+        (number % columns, number / columns)
+    }
+
+    /// Columns and rows of its pixels from number `first` on, row by row.
+    pub(super) fn places_from(&self, first: u32) -> impl Iterator<Item = (u32, u32)> {
+        (first..self.area()).map(|number| self.place(number))
     }
 
     /// Detail of its pixels, by its own columns and rows.
@@ -193,55 +198,62 @@ impl Block {
             .part((self.x % BLOCK, self.y % BLOCK), (self.columns, self.rows))
     }
 
-    /// Renders a pixel, one ray after the other. Incomplete if the budget is exhausted.
+    /// Renders the next pixel's samples that are not there, one ray after the other. `None`
+    /// where the budget ends before the last.
     fn pixel<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
         kind: &Kind,
-        (column, row): (u32, u32),
         detail: Option<RayDetail>,
+        begun: &mut Begun,
         budget: &mut Budget,
         workspace: &mut Workspace,
-    ) -> Pixel
+    ) -> Option<Pixel>
     where
         Simd: Runs<W>,
     {
         let samples = renderer.settings.samples;
         let tracer = &renderer.tracer;
-        let mut sum = Sum::NONE;
-        for sample in 0..samples {
-            let (x, y) = self.at(column, row, offset(sample, samples));
+        let (column, row) = self.place(begun.pixels);
+        while begun.samples < samples {
+            let (x, y) = self.at(column, row, offset(begun.samples, samples));
             let ray = match kind {
                 Kind::Screen(screen) => screen.ray(x, y),
                 Kind::Dome(dome) => dome.ray(x, y),
             };
             let seen = match (detail, ray, kind) {
                 (Some(detail), Some(ray), _) => {
-                    let own = self.sample((column, row), sample, samples);
-                    tracer.radiance_with(&ray, detail, own, budget, workspace)
+                    // Here, as samples that are not traced take no steps.
+                    if begun.is_interrupted(budget) {
+                        return None;
+                    }
+                    let own = self.sample((column, row), begun.samples, samples);
+                    let seen = tracer.radiance_with(&ray, detail, own, budget, workspace);
+                    if budget.is_exhausted() {
+                        return None;
+                    }
+                    seen
                 }
                 (_, _, Kind::Screen(screen)) => tracer.missed(screen.direction(x, y)),
                 (None, Some(ray), Kind::Dome(_)) => tracer.missed(ray.direction()),
                 // Outside the rim.
                 (_, None, Kind::Dome(_)) => Pixel::default(),
             };
-            sum.add(seen, workspace);
-            if budget.is_exhausted() {
-                break;
-            }
+            begun.add(seen, workspace);
         }
-        sum.mean(samples)
+        begun.pixels += 1;
+        Some(begun.take_pixel(samples))
     }
 
     /// Renders all of its pixels with rays that go through the scene together.
     pub(super) fn render_together<const W: usize, S: OnePoint>(
         &self,
         rendering: &Rendering<'_, '_, W, S>,
+        begun: &mut Begun,
         budget: &mut Budget,
         workspace: &mut Workspace,
         target: &mut Target<'_>,
-    ) -> u32
-    where
+    ) where
         Simd: Runs<W>,
     {
         let Rendering {
@@ -260,10 +272,11 @@ impl Block {
             if copied.is_some() {
                 let traced = renderer.block_traced(self.patch, view, self.x, self.y);
                 workspace.statistics.primary += self.count(traced);
-                return self.columns * self.rows;
+                begun.pixels = self.area();
+                return;
             }
         }
-        self.render_samples(rendering, reaches, budget, workspace, target)
+        self.render_samples(rendering, reaches, begun, budget, workspace, target);
     }
 
     /// Whether a sample of any pixel is traced and may hit anything, where directions
@@ -285,16 +298,17 @@ impl Block {
         }
     }
 
-    /// Renders sample by sample; `reaches` says whether the first may hit anything.
+    /// Renders sample by sample; `reaches` says whether the first may hit anything. Where the
+    /// budget ends before the last sample, only what the first pixel has is kept.
     fn render_samples<const W: usize, S: OnePoint>(
         &self,
         rendering: &Rendering<'_, '_, W, S>,
         mut reaches: bool,
+        begun: &mut Begun,
         budget: &mut Budget,
         workspace: &mut Workspace,
         target: &mut Target<'_>,
-    ) -> u32
-    where
+    ) where
         Simd: Runs<W>,
     {
         let Rendering {
@@ -312,6 +326,9 @@ impl Block {
             let offset = offset(sample, samples);
             let last = sample + 1 == samples;
             if sample > 0 {
+                if budget.is_spent() {
+                    return;
+                }
                 let corners = || self.corners(tracer.simd(), sight, offset);
                 reaches = self.reaches(renderer, sight.eye(), corners, budget, workspace);
             }
@@ -322,25 +339,13 @@ impl Block {
                 (detail, rays, hits)
             });
             if budget.is_exhausted() {
-                return 0;
+                return;
             }
             let past = self.past(renderer, sight, offset);
             let past = <Simd as Runs<8>>::run(tracer.simd(), past);
             for (row, sums) in (0..self.rows).zip(&mut sums) {
                 for (column, sum) in (0..self.columns).zip(sums) {
-                    let first = (column, row) == (0, 0);
-                    if budget.is_spent() && !last {
-                        // No pixel is complete, and starting over would not complete one:
-                        // finish one alone. The block is then interrupted.
-                        let own = self.detail(renderer, view).at(0, 0);
-                        let pixel =
-                            self.pixel(renderer, view.kind(), (0, 0), own, budget, workspace);
-                        if budget.is_exhausted() {
-                            return 0;
-                        }
-                        target.write(0, 0, pixel);
-                        return 1;
-                    }
+                    let number = row * self.columns + column;
                     let mut traced = false;
                     let hit = found.as_ref().and_then(|(detail, rays, hits)| {
                         let own = detail.at(column, row)?;
@@ -349,15 +354,19 @@ impl Block {
                         Some((own, rays.at(column, row)?, hits.at(column, row)?))
                     });
                     if let Some((own, ray, hit)) = hit {
-                        if budget.is_spent() && !first {
-                            return row * self.columns + column;
+                        let mut seen = None;
+                        if number == 0 || !budget.is_spent() {
+                            let of = self.sample((column, row), sample, samples);
+                            let hit = Some(hit);
+                            let light = tracer.radiance_from(&ray, hit, own, of, budget, workspace);
+                            seen = Some(light).filter(|_| !budget.is_exhausted());
                         }
-                        let of = self.sample((column, row), sample, samples);
-                        let hit = Some(hit);
-                        let seen = tracer.radiance_from(&ray, hit, own, of, budget, workspace);
-                        if budget.is_exhausted() {
-                            return if last { row * self.columns + column } else { 0 };
-                        }
+                        let Some(seen) = seen else {
+                            if last {
+                                begun.keep(number, sample, sum);
+                            }
+                            return;
+                        };
                         sum.add(seen, workspace);
                     } else {
                         workspace.statistics.primary += u64::from(traced);
@@ -371,6 +380,8 @@ impl Block {
                     }
                     if last {
                         target.write(column, row, sum.mean(samples));
+                    } else if number == 0 {
+                        begun.keep(0, sample + 1, sum);
                     }
                 }
             }
@@ -379,7 +390,7 @@ impl Block {
                 workspace.statistics.primary += self.count(traced);
             }
         }
-        self.columns * self.rows
+        begun.finish(self.area());
     }
 
     /// Counts its pixels in a set for the whole grid block: a bit for each pixel, by row,
@@ -476,46 +487,6 @@ impl<S: OnePoint> Kernel<8> for RaysOf<'_, S> {
             rays.set_row(row, &[l.store(x), l.store(y), l.store(z)]);
         }
         rays
-    }
-}
-
-/// Samples of a pixel, in their order.
-#[derive(Clone, Copy)]
-pub(super) struct Sum {
-    pixel: Pixel,
-    balance: Balance,
-}
-
-impl Sum {
-    /// The sum of no samples.
-    pub(super) const NONE: Self = Self {
-        pixel: Pixel {
-            red: 0.0,
-            green: 0.0,
-            blue: 0.0,
-            alpha: 0.0,
-        },
-        balance: Balance::NONE,
-    };
-
-    /// Adds a sample and the colour balance that tracing it left in the workspace.
-    pub(super) fn add(&mut self, sample: Pixel, workspace: &mut Workspace) {
-        self.pixel.red += sample.red;
-        self.pixel.green += sample.green;
-        self.pixel.blue += sample.blue;
-        self.pixel.alpha += sample.alpha;
-        self.balance.take(&mut workspace.balance);
-    }
-
-    pub(super) fn mean(self, samples: u16) -> Pixel {
-        let share = 1.0 / f32::from(samples);
-        let made_up = self.balance.light();
-        Pixel {
-            red: (self.pixel.red + made_up.x) * share,
-            green: (self.pixel.green + made_up.y) * share,
-            blue: (self.pixel.blue + made_up.z) * share,
-            alpha: self.pixel.alpha * share,
-        }
     }
 }
 

@@ -1,7 +1,8 @@
 //! A block of a dome master, eight rays at a time.
 
 use super::Renderer;
-use super::block::{Rendering, Sum, offset};
+use super::begun::Begun;
+use super::block::{Rendering, offset};
 use super::past::RowPast;
 use super::tile::{Block, Target};
 use super::view::{Dome, RayRow};
@@ -12,17 +13,15 @@ use crate::trace::{Budget, Pixel, RayDetail, RowHits, Sample, Tracer, Workspace}
 use core::num::NonZeroU32;
 
 impl Block {
-    /// Renders the pixels from number `first` on, in rows, and says how many
-    /// it finished.
+    /// Renders the samples that are not begun, row by row, until the budget is spent.
     pub(super) fn render_dome<const W: usize>(
         &self,
         rendering: &Rendering<'_, '_, W, Dome>,
-        first: u32,
+        begun: &mut Begun,
         budget: &mut Budget,
         workspace: &mut Workspace,
         target: &mut Target<'_>,
-    ) -> u32
-    where
+    ) where
         Simd: Runs<W>,
     {
         let Rendering {
@@ -33,12 +32,11 @@ impl Block {
         let (simd, samples) = (renderer.tracer.simd(), renderer.settings.samples);
         let mut detail = None;
         let mut traced = Traced::NONE;
-        let mut done = 0;
         let columns = NonZeroU32::new(self.columns).unwrap_or(NonZeroU32::MIN);
-        let (begun, mut from) = (first / columns, first % columns);
-        for row in begun..self.rows {
+        let (first, mut from) = (begun.pixels / columns, begun.pixels % columns);
+        for row in first..self.rows {
             if budget.is_spent() {
-                return done;
+                return;
             }
             let mut own = |column: u32| {
                 let detail = detail.get_or_insert_with(|| self.detail(renderer, view));
@@ -56,39 +54,42 @@ impl Block {
                 if from == 0 && !budget.is_spent() {
                     let pixels = target.row(row, self.columns);
                     if traced.write_past(renderer, workspace, pixels) {
-                        done += self.columns;
+                        begun.pixels += self.columns;
                         continue;
                     }
                 }
             }
             for column in from..self.columns {
                 if column > from && budget.is_spent() {
-                    return done;
+                    return;
                 }
-                let mut sum = Sum::NONE;
-                for sample in 0..samples {
+                let first = begun.samples;
+                while begun.samples < samples {
+                    let sample = begun.samples;
                     let lane = if samples == 1 {
                         column
                     } else {
-                        u32::from(sample % 8)
+                        u32::from((sample - first) % 8)
                     };
                     if samples > 1 && lane == 0 {
                         let rays = self.rays_of_pixel(simd, dome, (column, row), sample, samples);
                         traced = Traced::new(renderer, rays, |_| own(column), budget, workspace);
                     }
-                    let own = self.sample((column, row), sample, samples);
-                    let seen = traced.pixel(renderer, lane, own, budget, workspace);
-                    sum.add(seen, workspace);
+                    let of = self.sample((column, row), sample, samples);
+                    let seen = traced.pixel(renderer, lane, of, budget, workspace);
                     if budget.is_exhausted() {
-                        return done;
+                        return;
+                    }
+                    begun.add(seen, workspace);
+                    if begun.samples < samples && budget.is_spent() {
+                        return;
                     }
                 }
-                target.write(column, row, sum.mean(samples));
-                done += 1;
+                target.write(column, row, begun.take_pixel(samples));
+                begun.pixels += 1;
             }
             from = 0;
         }
-        done
     }
 
     /// Through the centres of its pixels in a row.

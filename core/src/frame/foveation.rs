@@ -284,24 +284,27 @@ where
     let tile = job.tile;
     let mut before = 0;
     let finished = renderer.pieces(view, tile, |piece| {
-        let area = piece.area();
-        if job.finished < before + area {
-            if budget.is_spent() {
-                return false;
-            }
-            let mut target = piece.target(tile, pixels);
-            let first = job.finished - before;
-            job.finished += if piece.stride == 1 {
-                let patch = renderer.patch_region(view, piece.x, piece.y);
-                let block = piece.block(patch);
-                block.render(renderer, view, first, budget, workspace, &mut target)
-            } else {
-                let seen = Lattice::render(piece, (renderer, view), budget, workspace, &mut target);
-                if seen { area } else { 0 }
-            };
+        before += piece.area();
+        if job.finished >= before {
+            return true;
         }
-        before += area;
-        job.finished >= before
+        if budget.is_spent() {
+            return false;
+        }
+        let mut target = piece.target(tile, pixels);
+        let begun = &mut job.begun;
+        let is_finished = if piece.stride == 1 {
+            let patch = renderer.patch_region(view, piece.x, piece.y);
+            let block = piece.block(patch);
+            block.render(renderer, view, begun, budget, workspace, &mut target);
+            begun.pixels == piece.area()
+        } else {
+            Lattice::render(piece, renderer, view, begun, budget, workspace, &mut target)
+        };
+        if is_finished {
+            job.end_part(before);
+        }
+        is_finished
     });
     if finished {
         Outcome::Finished
@@ -324,7 +327,7 @@ fn give_up_tile<const W: usize>(
     renderer.pieces(view, tile, |piece| {
         let area = piece.area();
         if job.finished < before + area {
-            let first = job.finished - before;
+            let first = job.begun.pixels;
             let target = &mut piece.target(tile, pixels);
             if piece.stride == 1 {
                 piece
@@ -333,7 +336,7 @@ fn give_up_tile<const W: usize>(
             } else {
                 piece.show_background(renderer, view, target);
             }
-            job.finished = before + area;
+            job.end_part(before + area);
         }
         before += area;
         true

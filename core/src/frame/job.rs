@@ -128,7 +128,9 @@ pub enum Progress {
 /// Tiles go from the line of sight outwards, so that a frame whose budget runs
 /// out lacks its rim. What is in a frame is decided by the scene, the views, the
 /// [`Settings`](super::Settings), the gaze, the size of tiles and the frame's
-/// budget: in [`Mode::Single`](super::Mode) not by how it was cut into calls.
+/// budget, not by how it was cut into calls. Of a frame whose budget runs out that holds in
+/// [`Mode::Single`](super::Mode), but for foveation of several samples a pixel: elsewhere an
+/// interrupted block or square takes more steps.
 #[derive(Debug)]
 pub struct FrameJob<'p> {
     places: &'p [Place],
@@ -165,8 +167,8 @@ impl<'p> FrameJob<'p> {
     }
 
     /// A frame of some pictures, in tiles of `side`² pixels, that begins nothing
-    /// more when `budget` is spent. What it has begun then is finished: with P as in
-    /// [`render`](Self::render), a frame that may take N steps and no more is given
+    /// more when `budget` is spent. The sample that it has begun then is finished: with P as
+    /// in [`render`](Self::render), a frame that may take N steps and no more is given
     /// N − (P − 1). `places` is where it keeps their order. It is put in
     /// order here, which takes time for each tile, whatever the budget.
     ///
@@ -242,19 +244,19 @@ impl<'p> FrameJob<'p> {
     /// frame's budget did not finish are handed over all the same.
     ///
     /// `pictures` are those that the frame was begun with. A call does at most
-    /// `slice` and what [`TileJob::render`] says of one pixel more, and at most
+    /// `slice` and what [`TileJob::render`] says of one sample more, and at most
     /// one tile. Of both budgets an [overrun](Budget::with_overrun) holds; a slice whose
-    /// pixel it does not suffice for has done nothing of it.
+    /// sample it does not suffice for has done nothing of it.
     ///
-    /// In time: with S the steps of `slice` and P those of the dearest pixel of the
-    /// scene, a call takes at most (S + P) · C1 + C0. P is the scene's: a pixel is
+    /// In time: with S the steps of `slice` and P those of the dearest sample of the
+    /// scene, a call takes at most (S + P) · C1 + C0. P is the scene's: a sample is
     /// traced to its end, with all rays that it leaves behind and all primitives and
     /// nodes that these meet. It is found by a frame of slices of one step, in which
-    /// each pixel that is traced has a call of its own. Shading is a part of C1, as
+    /// each sample that is traced has a call of its own. Shading is a part of C1, as
     /// a hit is never without steps. C0 is a tile's fixed costs, which take no
-    /// steps: levels of detail for its pixels, the background of those that nothing
-    /// is traced for, and above all the ways of a dome master's rays over its
-    /// mirror. C1 = 600 and C0 = 400,000 instructions for
+    /// steps and grow with the samples of a pixel: levels of detail for its pixels, the
+    /// background of those that nothing is traced for, and above all the ways of a dome
+    /// master's rays over its mirror. C1 = 600 and C0 = 400,000 instructions for
     /// tiles of 16² pixels, one ray a pixel, on a Cortex-M7 in [`Mode::Single`];
     /// larger tiles have more fixed costs in proportion.
     ///
@@ -281,11 +283,8 @@ impl<'p> FrameJob<'p> {
             return Err(TileError::Outside);
         };
         let view = &view;
-        let mut job = match self.job {
-            Some(job) => job,
-            None => TileJob::new(self.tile(place, view).ok_or(TileError::Outside)?),
-        };
-        let tile = job.tile();
+        let tile = self.tile(place, view).ok_or(TileError::Outside)?;
+        let job = self.job.get_or_insert(TileJob::new(tile));
         let needed = tile.width as usize * tile.height as usize;
         let given = pixels.len();
         let pixels = pixels.get_mut(..needed);
@@ -294,14 +293,13 @@ impl<'p> FrameJob<'p> {
         let mut budget = slice.within(self.budget);
         let before = workspace.statistics.steps;
         let outcome = job.render(renderer, view, pixels, &mut budget, workspace)?;
-        // What a pixel took above the call's budget counts for the frame's, so
-        // that it runs out at the same pixel however the frame is cut.
+        // What a sample took above the call's budget counts for the frame's, so
+        // that it runs out at the same sample however the frame is cut.
         let spent = workspace.statistics.steps.wrapping_sub(before);
         self.budget.spend(spent);
         slice.spend(spent);
         let whole = outcome == Outcome::Finished;
         if !whole && !self.budget.is_spent() {
-            self.job = Some(job);
             return Ok(Progress::BudgetSpent);
         }
         if whole {

@@ -1,10 +1,11 @@
 //! Samples of a square of pixels, and what lies between them.
 
 mod batch;
+mod cell;
 mod grid;
 mod piece;
 
-use super::block::offset;
+use super::begun::Begun;
 use super::tile::{BLOCK, Target};
 use super::view::{Kind, Screen, View};
 use super::{LevelOfDetail, Renderer};
@@ -13,6 +14,8 @@ use crate::numeric::{max, min};
 use crate::simd::{Runs, Simd};
 use crate::trace::{Budget, Hit, Pixel, RayDetail, Workspace};
 use batch::{Batch, TOGETHER};
+pub(super) use cell::Cell;
+use cell::render_cells;
 use grid::Grid;
 pub(super) use piece::Piece;
 
@@ -28,7 +31,7 @@ const CONTRAST: f32 = 0.15;
 const UNSEEN: f32 = 0.01;
 
 /// What a sample sees.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Node {
     pixel: Pixel,
     /// The instance, [`MISSED`] or [`SKIPPED`].
@@ -83,12 +86,16 @@ impl Node {
 }
 
 impl Lattice {
-    /// Renders a piece whose samples are apart. False where that exhausts the budget.
+    /// Renders a piece whose samples are apart. False where the budget ends before it is
+    /// finished: several samples a pixel then go on where they ended, cell by cell; one sample
+    /// a pixel begins anew.
     // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
     pub(super) fn render<const W: usize>(
         piece: Piece,
-        (renderer, view): (&Renderer<'_, W>, &View),
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        begun: &mut Begun,
         budget: &mut Budget,
         workspace: &mut Workspace,
         target: &mut Target<'_>,
@@ -96,7 +103,9 @@ impl Lattice {
     where
         Simd: Runs<W>,
     {
-        piece.show_background(renderer, view, target);
+        if begun.cell.is_none() {
+            piece.show_background(renderer, view, target);
+        }
         let Some(lod) = &renderer.lod else {
             return true;
         };
@@ -116,8 +125,10 @@ impl Lattice {
             return true;
         }
         let mut grid = Grid::new(piece);
-        let steps = (piece.side / grid.unit) as usize;
-        let mut step = (piece.stride / grid.unit) as usize;
+        if !begun.cell.is_none() {
+            return render_cells(&seeing, &grid, begun, budget, workspace, target);
+        }
+        let (steps, mut step) = (grid.steps(), grid.coarsest());
         let mut blocks = [0u16; STEPS];
         for row in (0..steps).step_by(step) {
             for column in (0..steps).step_by(step) {
@@ -136,9 +147,13 @@ impl Lattice {
         };
         let field = seeing.field(&piece);
         loop {
-            lattice.trace(&seeing, budget, workspace);
-            if budget.is_exhausted() {
-                return false;
+            if !lattice.trace(&seeing, budget, workspace) {
+                if renderer.settings.samples == 1 {
+                    return false;
+                }
+                begun.cell = Cell::first(&lattice.grid);
+                return !budget.is_exhausted()
+                    && render_cells(&seeing, &lattice.grid, begun, budget, workspace, target);
             }
             let half = step / 2;
             let mut parts = [0u16; STEPS];
@@ -147,13 +162,14 @@ impl Lattice {
                     if blocks[row % STEPS] >> column & 1 == 0 {
                         continue;
                     }
-                    if half > 0 && lattice.differs((column, row), step) {
+                    let corners = lattice.corners((column, row), step);
+                    if half > 0 && differs(&corners) {
                         for (right, below) in [(0, 0), (half, 0), (0, half), (half, half)] {
                             let part = (column + right, row + below);
                             lattice.grid.request(part, half, &mut parts);
                         }
                     } else {
-                        lattice.fill((column, row), step, &field, target);
+                        fill(&lattice.grid, &corners, (column, row), step, &field, target);
                     }
                 }
             }
@@ -179,29 +195,36 @@ impl Lattice {
         ]
     }
 
-    /// Traces the requested samples.
+    /// Traces the requested samples. False where the budget ends before.
     fn trace<const W: usize>(
         &mut self,
         seeing: &Seeing<'_, '_, W>,
         budget: &mut Budget,
         workspace: &mut Workspace,
-    ) where
+    ) -> bool
+    where
         Simd: Runs<W>,
     {
         let mut batch = Batch::NONE;
         let mut from = 0;
-        while let Some((column, row)) = self.grid.next(&mut from) {
-            let place = self.grid.place(column, row);
-            if let Some(detail) = seeing.detail(place) {
-                batch.push((column as u8, row as u8), place, detail);
+        loop {
+            let next = self.grid.next(&mut from);
+            if let Some((column, row)) = next {
+                let place = self.grid.place(column, row);
+                if let Some(detail) = seeing.detail(place) {
+                    batch.push((column as u8, row as u8), place, detail);
+                }
             }
-            if batch.count == TOGETHER {
-                batch.trace(seeing, budget, workspace);
+            if next.is_none() || batch.count == TOGETHER {
+                if !batch.trace(seeing, budget, workspace) {
+                    return false;
+                }
                 self.take(&mut batch);
             }
+            if next.is_none() {
+                return true;
+            }
         }
-        batch.trace(seeing, budget, workspace);
-        self.take(&mut batch);
     }
 
     /// Stores what a batch has seen.
@@ -212,76 +235,75 @@ impl Lattice {
         }
         batch.count = 0;
     }
+}
 
-    /// Whether the corners of a block see different things, or light that is far
-    /// apart.
-    fn differs(&self, at: (usize, usize), step: usize) -> bool {
-        let corners = self.corners(at, step);
-        let mut traced = corners.iter().filter(|node| node.class != SKIPPED);
-        let Some(first) = traced.next() else {
-            return false;
-        };
-        let of = |node: &Node| [node.pixel.red, node.pixel.green, node.pixel.blue];
-        let (mut least, mut most) = (of(first), of(first));
-        for node in traced {
-            if node.class != first.class {
-                return true;
-            }
-            for (channel, light) in of(node).into_iter().enumerate() {
-                least[channel] = min(least[channel], light);
-                most[channel] = max(most[channel], light);
-            }
+/// Whether the corners of a block see different things, or light that is far
+/// apart.
+fn differs(corners: &[&Node; 4]) -> bool {
+    let mut traced = corners.iter().filter(|node| node.class != SKIPPED);
+    let Some(first) = traced.next() else {
+        return false;
+    };
+    let of = |node: &Node| [node.pixel.red, node.pixel.green, node.pixel.blue];
+    let (mut least, mut most) = (of(first), of(first));
+    for node in traced {
+        if node.class != first.class {
+            return true;
         }
-        first.class != MISSED
-            && least
-                .iter()
-                .zip(&most)
-                .any(|(least, most)| most - least > CONTRAST * (most + least) + UNSEEN)
+        for (channel, light) in of(node).into_iter().enumerate() {
+            least[channel] = min(least[channel], light);
+            most[channel] = max(most[channel], light);
+        }
     }
+    first.class != MISSED
+        && least
+            .iter()
+            .zip(&most)
+            .any(|(least, most)| most - least > CONTRAST * (most + least) + UNSEEN)
+}
 
-    /// Fills the piece's part of a block with what its corners see.
-    fn fill(
-        &self,
-        (column, row): (usize, usize),
-        step: usize,
-        field: &Field,
-        target: &mut Target<'_>,
-    ) {
-        let corners = self.corners((column, row), step);
-        if corners.iter().all(|node| node.class >= SKIPPED) {
-            return;
+/// Fills the piece's part of a block with what its corners see.
+fn fill(
+    grid: &Grid,
+    corners: &[&Node; 4],
+    (column, row): (usize, usize),
+    step: usize,
+    field: &Field,
+    target: &mut Target<'_>,
+) {
+    if corners.iter().all(|node| node.class >= SKIPPED) {
+        return;
+    }
+    let alike = corners.iter().all(|node| node.class == corners[0].class);
+    let Grid { piece, unit, .. } = grid;
+    let side = step as u32 * unit;
+    let (x, y) = grid.place(column, row);
+    let (left, right) = (x.max(piece.x), (x + side).min(piece.x + piece.columns));
+    let (top, bottom) = (y.max(piece.y), (y + side).min(piece.y + piece.rows));
+    let share = 1.0 / side as f32;
+    for row in top..bottom {
+        let down = (row - y) as f32 * share;
+        let start = (target.y + (row - piece.y) as usize) * target.width + target.x;
+        let start = start + (left - piece.x) as usize;
+        let pixels = target
+            .pixels
+            .get_mut(start..start + (right - left) as usize);
+        let pixels = (left..right).zip(pixels.unwrap_or_default());
+        if alike && matches!(field, Field::All) {
+            let [a, b, c, d] = corners.map(|node| &node.pixel);
+            let (first, last) = (between(a, c, down), between(b, d, down));
+            for (column, pixel) in pixels {
+                *pixel = between(&first, &last, (column - x) as f32 * share);
+            }
+            continue;
         }
-        let alike = corners.iter().all(|node| node.class == corners[0].class);
-        let Grid { piece, unit, .. } = &self.grid;
-        let side = step as u32 * unit;
-        let (x, y) = self.grid.place(column, row);
-        let (left, right) = (x.max(piece.x), (x + side).min(piece.x + piece.columns));
-        let (top, bottom) = (y.max(piece.y), (y + side).min(piece.y + piece.rows));
-        let share = 1.0 / side as f32;
-        for row in top..bottom {
-            let down = (row - y) as f32 * share;
-            let start = (target.y + (row - piece.y) as usize) * target.width + target.x;
-            let start = start + (left - piece.x) as usize;
-            let pixels = target
-                .pixels
-                .get_mut(start..start + (right - left) as usize);
-            let pixels = (left..right).zip(pixels.unwrap_or_default());
-            if alike && matches!(field, Field::All) {
-                let [a, b, c, d] = corners.map(|node| &node.pixel);
-                let (first, last) = (between(a, c, down), between(b, d, down));
-                for (column, pixel) in pixels {
-                    *pixel = between(&first, &last, (column - x) as f32 * share);
-                }
+        for (column, pixel) in pixels {
+            let right = (column - x) as f32 * share;
+            if !field.has(piece, (column, row)) {
                 continue;
             }
-            for (column, pixel) in pixels {
-                let right = (column - x) as f32 * share;
-                if !field.has(piece, (column, row)) {
-                    continue;
-                }
-                if let Some(seen) = seen_between(&corners, right, down) {
-                    *pixel = seen;
-                }
+            if let Some(seen) = seen_between(corners, right, down) {
+                *pixel = seen;
             }
         }
     }
@@ -357,14 +379,20 @@ impl Piece {
     where
         Simd: Runs<W>,
     {
-        let tracer = &renderer.tracer;
-        (0..renderer.settings.samples).any(|sample| {
-            let (dx, dy) = offset(sample, renderer.settings.samples);
-            let corners = self
-                .corners()
-                .map(|(x, y)| screen.direction(x as f32 + dx, y as f32 + dy));
-            tracer.may_hit(screen.eye(), &corners, budget, workspace)
-        })
+        // A single sample lies in the middle of its pixel, several are spread over it.
+        let around = if renderer.settings.samples == 1 {
+            0.0
+        } else {
+            0.5
+        };
+        let ((x, y), side) = (self.corner, self.side);
+        let [left, top] = [x, y].map(|first| first as f32 - around);
+        let [right, below] = [x + side, y + side].map(|last| last as f32 + around);
+        let corners = [(left, top), (right, top), (left, below), (right, below)];
+        let corners = corners.map(|(x, y)| screen.direction(x, y));
+        renderer
+            .tracer
+            .may_hit(screen.eye(), &corners, budget, workspace)
     }
 
     /// Where the samples of its square lie in the field.
@@ -394,6 +422,11 @@ impl<const W: usize> Seeing<'_, '_, W>
 where
     Simd: Runs<W>,
 {
+    /// Whether the budget ends here. One sample a pixel is finished once it is begun.
+    fn ends(&self, budget: &Budget) -> bool {
+        budget.is_exhausted() || self.renderer.settings.samples > 1 && budget.is_spent()
+    }
+
     /// Detail of the pixel at a place, which may be past the view's borders.
     fn detail(&self, (x, y): (u32, u32)) -> Option<RayDetail> {
         let Self {

@@ -1,6 +1,7 @@
 //! A tile that is gone through to see what each effect does.
 
-use super::block::{Sum, offset};
+use super::begun::Sum;
+use super::block::offset;
 use super::tile::BLOCK;
 use super::{Renderer, Tile, TileError, View};
 use crate::simd::{Runs, Simd};

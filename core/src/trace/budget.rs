@@ -1,8 +1,8 @@
 /// Limit of the work to do, in steps: one per node visited or primitive tested. The caller
 /// translates steps to time.
 ///
-/// No pixel is begun on a spent budget. A pixel or square of pixels that was begun before is
-/// finished, with as many steps as that takes, or at most the
+/// No sample of a pixel is begun on a spent budget. A sample, or a square of samples that are
+/// apart, that was begun before is finished, with as many steps as that takes, or at most the
 /// [overrun](Self::with_overrun). A search that was broken off returns what it had found so
 /// far: callers must check whether the budget [is exhausted](Self::is_exhausted).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,7 +23,7 @@ impl Budget {
         most: ENDLESS,
     };
 
-    /// A budget of this many steps, and as many more as it takes to finish the last pixel.
+    /// A budget of this many steps, and as many more as it takes to finish the last sample.
     pub const fn steps(steps: u64) -> Self {
         Self {
             left: steps,
@@ -31,7 +31,7 @@ impl Budget {
         }
     }
 
-    /// The same budget with at most `overrun` steps above it. A pixel that needs more is
+    /// The same budget with at most `overrun` steps above it. A sample that needs more is
     /// broken off and its steps are lost; to finish it, give a budget of at least one step
     /// more than it takes.
     #[must_use]
@@ -61,7 +61,7 @@ impl Budget {
         self.left == 0
     }
 
-    /// Whether the overrun is used up too: the current pixel may be incomplete.
+    /// Whether the overrun is used up too: the current sample may be incomplete.
     pub const fn is_exhausted(&self) -> bool {
         self.most == 0
     }
@@ -71,7 +71,7 @@ impl Budget {
         self.most == ENDLESS
     }
 
-    /// Steps left for the current pixel, overrun included.
+    /// Steps left for the current sample, overrun included.
     pub(crate) const fn most(&self) -> u64 {
         self.most
     }

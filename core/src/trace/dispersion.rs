@@ -220,7 +220,7 @@ impl Part<'_> {
 /// some do, whose wavelengths may be of one colour; what these lack is made up
 /// by the mean of what they see as if it had no colour of its own. So white stays white,
 /// and what has no dispersion its colour.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Balance {
     /// Sum over samples of what their wavelengths lack to be white.
     missing: Vec3,

@@ -82,7 +82,7 @@ impl<const W: usize> Kernel<EIGHT> for RowSearch<'_, '_, W> {
         let header = self.scene.header;
         let node = self.scene.nodes.get(header.root as usize)?;
         let used = |lane: usize| !node.is_empty_lane(lane);
-        if (0..W).any(|lane| used(lane) && node.child[lane] & LEAF == 0) {
+        if (0..W).any(|lane| used(lane) && node.child[lane % W] & LEAF == 0) {
             return None;
         }
         let [ox, oy, oz] = self.rays.origins;
@@ -101,7 +101,7 @@ impl<const W: usize> Kernel<EIGHT> for RowSearch<'_, '_, W> {
             let near = slabs.near(l, node, lane);
             let far = l.min(slabs.far(l, node, lane), best);
             let entering = l.bits(l.le(near, far)) & self.rays.active;
-            let number = leaf_index(node.child[lane]);
+            let number = leaf_index(node.child[lane % W]);
             let Some(instance) = self.scene.instances.get(number as usize) else {
                 continue;
             };
@@ -392,7 +392,8 @@ fn from_far<L: Lanes<EIGHT>>(
     ];
     for (lane, clearance) in all.iter_mut().enumerate() {
         if unsure >> lane & 1 != 0 {
-            let of = |v: &[[f32; EIGHT]; 3]| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);
+            let lane = lane % EIGHT;
+            let of = |[x, y, z]: &[[f32; EIGHT]; 3]| Vec3::new(x[lane], y[lane], z[lane]);
             *clearance = spheroid.clearance_from_far(of(&o), of(&d));
         }
     }

@@ -137,7 +137,7 @@ where
         gathered.record.ray(next.cause, steps);
     }
     if EFFECTS & effect::DISPERSION != 0
-        && let Some(missing) = gathered.missing
+        && let Some(missing) = gathered.missing.filter(|_| !budget.is_exhausted())
     {
         workspace.balance = Balance::one(missing, gathered.through);
     }

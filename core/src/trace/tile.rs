@@ -15,7 +15,7 @@ mod slabs;
 mod walk;
 
 use super::hit::{Hit, MeshHit};
-use crate::numeric::max;
+use crate::numeric::{map3, max};
 use crate::shape::Ray;
 use glam::Vec3;
 use heapless::Vec;
@@ -27,6 +27,18 @@ const EIGHT: usize = 8;
 
 /// One number for each ray: by group, then lane.
 type PerRay = [[f32; EIGHT]; EIGHT];
+
+/// The three numbers of one ray.
+#[inline(always)]
+fn of_ray([x, y, z]: &[PerRay; 3], group: usize, lane: usize) -> [f32; 3] {
+    map3([x, y, z], |numbers| numbers[group % EIGHT][lane % EIGHT])
+}
+
+/// The three numbers of each ray of a group.
+#[inline(always)]
+fn of_group([x, y, z]: &[PerRay; 3], group: usize) -> [&[f32; EIGHT]; 3] {
+    map3([x, y, z], |numbers| &numbers[group % EIGHT])
+}
 
 /// 8×8 rays from one point, by column and row.
 #[derive(Debug, Clone)]
@@ -190,9 +202,8 @@ impl TileRays {
 
     #[inline(always)]
     pub(super) fn ray(&self, group: usize, lane: usize) -> Option<Ray> {
-        let [x, y, z] = &self.direction;
-        let (g, l) = (group % EIGHT, lane % EIGHT);
-        Ray::new(self.origin, Vec3::new(x[g][l], y[g][l], z[g][l]))
+        let direction = Vec3::from_array(of_ray(&self.direction, group, lane));
+        Ray::new(self.origin, direction)
     }
 }
 

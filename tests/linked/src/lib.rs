@@ -1,53 +1,76 @@
-//! One call of the core, as a firmware makes it.
+//! Calls of the core in each mode, as a firmware makes them.
 #![no_std]
 
 use core::slice;
 use shisen_core::Simd;
 use shisen_core::frame::{Budget, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace};
-#[cfg(not(feature = "all-effects"))]
-use shisen_core::scene::EffectSet;
-use shisen_core::scene::Scene;
+use shisen_core::scene::{EffectSet, Scene};
+
+const EFFECTS: u32 = if cfg!(feature = "all-effects") {
+    EffectSet::ALL.bits()
+} else {
+    EffectSet::SHADOWS.bits()
+};
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     loop {}
 }
 
-/// Renders 8 × 8 pixels.
+/// 8 × 8 pixels of a view.
+#[repr(C)]
+pub struct Order<'a> {
+    scene: *const u8,
+    length: usize,
+    view: &'a View,
+    pixels: *mut Pixel,
+    workspace: &'a mut Workspace,
+}
+
+/// Renders rays in blocks, `Mode::Tile`.
 ///
 /// # Safety
 /// `scene` points to `length` bytes and `pixels` to 64 pixels.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn render(
-    scene: *const u8,
-    length: usize,
-    view: &View,
-    pixels: *mut Pixel,
-    workspace: &mut Workspace,
+pub unsafe extern "C" fn render_together(order: &mut Order<'_>) -> u32 {
+    // SAFETY: the caller's.
+    unsafe { render(order, Renderer::for_effects::<EFFECTS>) }
+}
+
+/// Renders ray by ray, `Mode::Single`.
+///
+/// # Safety
+/// As [`render_together`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn render_singly(order: &mut Order<'_>) -> u32 {
+    // SAFETY: the caller's.
+    unsafe { render(order, Renderer::single::<EFFECTS>) }
+}
+
+/// # Safety
+/// As [`render_together`].
+unsafe fn render<'a>(
+    order: &mut Order<'a>,
+    renderer: fn(Scene<'a, 4>, Simd, Settings) -> Renderer<'a, 4>,
 ) -> u32 {
     // SAFETY: the caller's.
     let (scene, pixels) = unsafe {
         (
-            slice::from_raw_parts(scene, length),
-            slice::from_raw_parts_mut(pixels, 64),
+            slice::from_raw_parts(order.scene, order.length),
+            slice::from_raw_parts_mut(order.pixels, 64),
         )
     };
-    let Ok(scene) = Scene::<4>::from_bytes(scene) else {
+    let Ok(scene) = Scene::from_bytes(scene) else {
         return 1;
     };
-    let settings = Settings::default();
-    #[cfg(feature = "all-effects")]
-    let renderer = Renderer::new(scene, Simd::PORTABLE, settings);
-    #[cfg(not(feature = "all-effects"))]
-    let renderer =
-        Renderer::for_effects::<{ EffectSet::SHADOWS.bits() }>(scene, Simd::PORTABLE, settings);
+    let renderer = renderer(scene, Simd::PORTABLE, Settings::default());
     let tile = Tile {
         x: 0,
         y: 0,
         width: 8,
         height: 8,
     };
-    let job =
-        TileJob::new(tile).render(&renderer, view, pixels, &mut Budget::steps(1000), workspace);
+    let (budget, workspace) = (&mut Budget::steps(1000), &mut *order.workspace);
+    let job = TileJob::new(tile).render(&renderer, order.view, pixels, budget, workspace);
     if job.is_ok() { 0 } else { 2 }
 }

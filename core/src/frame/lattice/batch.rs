@@ -1,8 +1,8 @@
 //! Samples that are traced together.
 
 use super::{Node, Seeing};
-use crate::frame::Renderer;
-use crate::frame::block::{Sum, offset};
+use crate::frame::begun::Sum;
+use crate::frame::block::offset;
 use crate::frame::tile::BLOCK;
 use crate::frame::view::{Kind, Screen};
 use crate::simd::{Runs, Simd};
@@ -44,20 +44,21 @@ impl Batch {
         self.count = at + 1;
     }
 
-    /// Traces all samples; incomplete if the budget is exhausted.
+    /// Traces all samples. False where the budget ends before.
     pub(super) fn trace<const W: usize>(
         &mut self,
         seeing: &Seeing<'_, '_, W>,
         budget: &mut Budget,
         workspace: &mut Workspace,
-    ) where
+    ) -> bool
+    where
         Simd: Runs<W>,
     {
-        let renderer = seeing.renderer;
-        match (seeing.view.kind(), renderer.together) {
-            _ if self.count == 0 => {}
+        match (seeing.view.kind(), seeing.renderer.together) {
+            _ if self.count == 0 => true,
+            _ if seeing.ends(budget) => false,
             (Kind::Screen(screen), Some(_)) => {
-                self.trace_together(renderer, screen, budget, workspace);
+                self.trace_together(seeing, screen, budget, workspace)
             }
             _ => self.trace_singly(seeing, budget, workspace),
         }
@@ -68,32 +69,29 @@ impl Batch {
         seeing: &Seeing<'_, '_, W>,
         budget: &mut Budget,
         workspace: &mut Workspace,
-    ) where
+    ) -> bool
+    where
         Simd: Runs<W>,
     {
-        let tracer = &seeing.renderer.tracer;
         let samples = seeing.renderer.settings.samples;
         for at in 0..self.count.min(TOGETHER) {
-            let ((x, y), detail) = (self.places[at], self.details[at]);
             let mut sum = Sum::NONE;
             for sample in 0..samples {
-                let (dx, dy) = offset(sample, samples);
-                let Some(ray) = seeing.view.ray(x as f32 + dx, y as f32 + dy) else {
+                if seeing.ends(budget) {
+                    return false;
+                }
+                let (place, detail) = (self.places[at], self.details[at]);
+                let Some(seen) = see(seeing, place, detail, sample, budget, workspace) else {
                     continue;
                 };
-                let hit = tracer.nearest_on(detail.rung, &ray, budget, workspace);
                 if sample == 0 {
-                    self.seen[at].class = Node::class_of(hit.as_ref());
+                    self.seen[at].class = seen.class;
                 }
-                let of = Sample::new(x, y, sample, samples);
-                let seen = tracer.radiance_from(&ray, hit, detail, of, budget, workspace);
-                if budget.is_exhausted() {
-                    return;
-                }
-                sum.add(seen, workspace);
+                sum.add(seen.pixel, workspace);
             }
             self.seen[at].pixel = sum.mean(samples);
         }
+        !budget.is_exhausted()
     }
 
     /// Its rays go through the scene together.
@@ -101,15 +99,16 @@ impl Batch {
     #[inline(never)]
     fn trace_together<const W: usize>(
         &mut self,
-        renderer: &Renderer<'_, W>,
+        seeing: &Seeing<'_, '_, W>,
         screen: &Screen,
         budget: &mut Budget,
         workspace: &mut Workspace,
-    ) where
+    ) -> bool
+    where
         Simd: Runs<W>,
     {
-        let tracer = &renderer.tracer;
-        let samples = renderer.settings.samples;
+        let tracer = &seeing.renderer.tracer;
+        let samples = seeing.renderer.settings.samples;
         let count = self.count.min(TOGETHER);
         let mut rungs = [[NOT_TRACED; BLOCK as usize]; BLOCK as usize];
         for (rung, detail) in rungs
@@ -122,6 +121,9 @@ impl Batch {
         }
         let mut sums = [Sum::NONE; TOGETHER];
         for sample in 0..samples {
+            if seeing.ends(budget) {
+                return false;
+            }
             let (dx, dy) = offset(sample, samples);
             let rays = TileRays::new(screen.eye(), |column, row| {
                 // Unused places repeat the first ray.
@@ -132,9 +134,12 @@ impl Batch {
             let rays = rays.on_rungs(&rungs);
             let hits = tracer.nearest_of_tile(&rays, budget, workspace);
             if budget.is_exhausted() {
-                return;
+                return false;
             }
             for (at, sum) in sums.iter_mut().enumerate().take(count) {
+                if at > 0 && seeing.ends(budget) {
+                    return false;
+                }
                 let (column, row) = (at % BLOCK as usize, at / BLOCK as usize);
                 let hit = hits.at(column, row);
                 let Some(ray) = rays.at(column, row) else {
@@ -147,14 +152,37 @@ impl Batch {
                 let of = Sample::new(x, y, sample, samples);
                 let detail = self.details[at];
                 let seen = tracer.radiance_from(&ray, hit, detail, of, budget, workspace);
-                if budget.is_exhausted() {
-                    return;
-                }
                 sum.add(seen, workspace);
             }
         }
         for (seen, sum) in self.seen.iter_mut().zip(sums).take(count) {
             seen.pixel = sum.mean(samples);
         }
+        !budget.is_exhausted()
     }
+}
+
+/// What one sample of a pixel sees: incomplete if the budget is exhausted, `None` outside a
+/// dome master's rim.
+pub(super) fn see<const W: usize>(
+    seeing: &Seeing<'_, '_, W>,
+    (x, y): (u32, u32),
+    detail: RayDetail,
+    sample: u16,
+    budget: &mut Budget,
+    workspace: &mut Workspace,
+) -> Option<Node>
+where
+    Simd: Runs<W>,
+{
+    let tracer = &seeing.renderer.tracer;
+    let samples = seeing.renderer.settings.samples;
+    let (dx, dy) = offset(sample, samples);
+    let ray = seeing.view.ray(x as f32 + dx, y as f32 + dy)?;
+    let hit = tracer.nearest_on(detail.rung, &ray, budget, workspace);
+    let of = Sample::new(x, y, sample, samples);
+    Some(Node {
+        class: Node::class_of(hit.as_ref()),
+        pixel: tracer.radiance_from(&ray, hit, detail, of, budget, workspace),
+    })
 }

@@ -35,12 +35,7 @@ impl Grid {
         step: usize,
         blocks: &mut [u16; STEPS],
     ) {
-        let side = step as u32 * self.unit;
-        let meets =
-            |start: u32, first: u32, count: u32| start < first + count && first < start + side;
-        let (x, y) = self.place(column, row);
-        let piece = &self.piece;
-        if !meets(x, piece.x, piece.columns) || !meets(y, piece.y, piece.rows) {
+        if !self.meets((column, row), step) {
             return;
         }
         blocks[row % STEPS] |= 1 << column;
@@ -48,6 +43,26 @@ impl Grid {
         for row in [row, row + step] {
             self.wanted[row % (STEPS + 1)] |= both;
         }
+    }
+
+    /// Whether the piece contains a part of a block of `step` steps a side.
+    pub(super) fn meets(&self, (column, row): (usize, usize), step: usize) -> bool {
+        let side = step as u32 * self.unit;
+        let meets =
+            |start: u32, first: u32, count: u32| start < first + count && first < start + side;
+        let (x, y) = self.place(column, row);
+        let piece = &self.piece;
+        meets(x, piece.x, piece.columns) && meets(y, piece.y, piece.rows)
+    }
+
+    /// Steps along a side of the square.
+    pub(super) const fn steps(&self) -> usize {
+        (self.piece.side / self.unit) as usize
+    }
+
+    /// Steps between the samples that every square has.
+    pub(super) const fn coarsest(&self) -> usize {
+        (self.piece.stride / self.unit) as usize
     }
 
     /// The pixel of a node: it may be past the view's borders.

@@ -1,6 +1,6 @@
 use super::slabs::TileSlabs;
 use super::walk::{TileVisitor, walk_tile};
-use super::{EIGHT, PerRay, Rungs, TileHits, TileRays};
+use super::{EIGHT, PerRay, Rungs, TileHits, TileRays, of_group, of_ray};
 use crate::numeric::{map3, max};
 use crate::scene::Scene;
 use crate::scene::format::{COUNT_SHIFT, Instance, Mesh, kind};
@@ -42,17 +42,15 @@ impl<const W: usize> TileInMesh<'_, '_, W> {
             let Some(t) = triangle.exact_distance(&shear) else {
                 continue;
             };
-            let at =
-                |rows: &[PerRay; 3]| map3([0, 1, 2], |axis: usize| rows[axis][group % EIGHT][lane]);
             let slabs = Slabs::from_parts(
-                at(&self.slabs.reciprocal),
-                at(&self.slabs.near),
-                at(&self.slabs.far),
+                of_ray(&self.slabs.reciprocal, group, lane),
+                of_ray(&self.slabs.near, group, lane),
+                of_ray(&self.slabs.far, group, lane),
                 self.slabs.span.negative,
             );
             if let Some(t) = triangle.clamp_to_box(t, &slabs) {
                 let mut hit = hit;
-                hit.on.t = max(t, self.start[group % EIGHT][lane]);
+                hit.on.t = max(t, self.start[group % EIGHT][lane % EIGHT]);
                 self.hits.take_nearer(group, lane, hit);
             }
         }
@@ -315,9 +313,7 @@ fn mapped<L: Lanes<EIGHT>>(
         if groups >> group & 1 == 0 {
             continue;
         }
-        let d = map3([0, 1, 2], |axis: usize| {
-            l.load(&rays.direction[axis][group])
-        });
+        let d = map3(of_group(&rays.direction, group), |d| l.load(d));
         let d = [
             map_component(l, map, 0, d),
             map_component(l, map, 1, d),
@@ -332,8 +328,8 @@ fn mapped<L: Lanes<EIGHT>>(
         if l.bits(usable) != 0xff {
             return None;
         }
-        for axis in 0..3 {
-            inside.direction[axis][group] = l.store(d[axis]);
+        for (inside, d) in inside.direction.iter_mut().zip(d) {
+            inside[group] = l.store(d);
         }
     }
     Some(inside)

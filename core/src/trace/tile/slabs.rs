@@ -1,4 +1,4 @@
-use super::{EIGHT, PerRay, TileRays};
+use super::{EIGHT, PerRay, TileRays, of_group};
 use crate::numeric::{UNIT_ROUNDOFF, largest_number, map3, max, min};
 use crate::shape::{Ray, Slabs};
 use crate::simd::Lanes;
@@ -131,9 +131,7 @@ impl TileSlabs {
             if groups >> group & 1 == 0 {
                 continue;
             }
-            let d = map3([0, 1, 2], |axis: usize| {
-                l.load(&rays.direction[axis][group])
-            });
+            let d = map3(of_group(&rays.direction, group), |d| l.load(d));
             let m = map3([0, 1, 2], |axis: usize| magnitude(axis, d[axis]));
             let largest = l.max(m[0], l.max(m[1], m[2]));
             let least = l.max(

@@ -1,0 +1,184 @@
+//! The rest of an interrupted square, cell by cell: a cell lies between four samples.
+
+use super::batch::see;
+use super::{Node, Seeing, differs, fill};
+use crate::frame::begun::Begun;
+use crate::frame::lattice::grid::Grid;
+use crate::frame::tile::Target;
+use crate::simd::{Runs, Simd};
+use crate::trace::{Budget, Workspace};
+
+/// The cell at which an interrupted square goes on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::frame) struct Cell {
+    column: u8,
+    row: u8,
+    /// Steps a side, a power of two; 0 where no square is interrupted.
+    step: u8,
+    /// A bit for each corner that is there.
+    known: u8,
+    corners: [Node; 4],
+}
+
+impl Cell {
+    pub(in crate::frame) const NONE: Self = Self {
+        column: 0,
+        row: 0,
+        step: 0,
+        known: 0,
+        corners: [Node::SKIPPED; 4],
+    };
+
+    pub(super) const fn is_none(&self) -> bool {
+        self.step == 0
+    }
+
+    /// The first cell of a square.
+    pub(super) fn first(grid: &Grid) -> Self {
+        Self::NONE.with_shared(0, 0, grid.coarsest() as u8)
+    }
+
+    /// Another cell, with the corners that it shares with this one.
+    fn with_shared(&self, column: u8, row: u8, step: u8) -> Self {
+        let mut other = Self {
+            column,
+            row,
+            step,
+            ..Self::NONE
+        };
+        for number in 0..4 {
+            let is_shared =
+                |own: &usize| self.has(*own) && self.corner(*own) == other.corner(number);
+            if let Some(node) = (0..4).find(is_shared).and_then(|own| self.corners.get(own)) {
+                other.set(number, *node);
+            }
+        }
+        other
+    }
+
+    /// The cell after this one and all of its parts; `None` after a square's last.
+    fn next(&self, grid: &Grid) -> Option<Self> {
+        let (coarsest, steps) = (grid.coarsest() as u8, grid.steps() as u8);
+        let (mut column, mut row, mut step) = (self.column, self.row, self.step);
+        // The quarters of a larger cell, row by row.
+        while step < coarsest {
+            if column & step == 0 {
+                return Some(self.with_shared(column + step, row, step));
+            }
+            column -= step;
+            if row & step == 0 {
+                return Some(self.with_shared(column, row + step, step));
+            }
+            row -= step;
+            step *= 2;
+        }
+        if column + step < steps {
+            Some(self.with_shared(column + step, row, step))
+        } else if row + step < steps {
+            Some(self.with_shared(0, row + step, step))
+        } else {
+            None
+        }
+    }
+
+    /// Column and row of a corner.
+    fn corner(&self, number: usize) -> (usize, usize) {
+        let right = usize::from(self.step) * (number & 1);
+        let below = usize::from(self.step) * (number >> 1);
+        (
+            usize::from(self.column) + right,
+            usize::from(self.row) + below,
+        )
+    }
+
+    fn has(&self, corner: usize) -> bool {
+        self.known >> corner & 1 != 0
+    }
+
+    fn set(&mut self, corner: usize, node: Node) {
+        self.corners[corner % 4] = node;
+        self.known |= 1 << corner;
+    }
+}
+
+/// Renders the cells of a square from the one begun on. False where the budget ends before.
+pub(super) fn render_cells<const W: usize>(
+    seeing: &Seeing<'_, '_, W>,
+    grid: &Grid,
+    begun: &mut Begun,
+    budget: &mut Budget,
+    workspace: &mut Workspace,
+    target: &mut Target<'_>,
+) -> bool
+where
+    Simd: Runs<W>,
+{
+    let field = seeing.field(&grid.piece);
+    loop {
+        let Cell {
+            column, row, step, ..
+        } = begun.cell;
+        let (at, side) = ((column.into(), row.into()), step.into());
+        if grid.meets(at, side) {
+            if !trace_corners(seeing, grid, begun, budget, workspace) {
+                return false;
+            }
+            let corners = begun.cell.corners.each_ref();
+            if step > 1 && differs(&corners) {
+                begun.cell = begun.cell.with_shared(column, row, step / 2);
+                continue;
+            }
+            fill(grid, &corners, at, side, &field, target);
+        }
+        match begun.cell.next(grid) {
+            Some(next) => begun.cell = next,
+            None => return true,
+        }
+    }
+}
+
+/// Traces the corners that are missing, sample by sample. False where the budget ends
+/// before the last.
+fn trace_corners<const W: usize>(
+    seeing: &Seeing<'_, '_, W>,
+    grid: &Grid,
+    begun: &mut Begun,
+    budget: &mut Budget,
+    workspace: &mut Workspace,
+) -> bool
+where
+    Simd: Runs<W>,
+{
+    let samples = seeing.renderer.settings.samples;
+    for corner in 0..4 {
+        if begun.cell.has(corner) {
+            continue;
+        }
+        let (column, row) = begun.cell.corner(corner);
+        let place = grid.place(column, row);
+        let mut node = begun.cell.corners[corner];
+        if let Some(detail) = seeing.detail(place) {
+            while begun.samples < samples {
+                if begun.is_interrupted(budget) {
+                    return false;
+                }
+                let seen = see(seeing, place, detail, begun.samples, budget, workspace);
+                if budget.is_exhausted() {
+                    return false;
+                }
+                let seen = seen.unwrap_or(Node::SKIPPED);
+                if begun.samples == 0 {
+                    node.class = seen.class;
+                    begun.cell.corners[corner] = node;
+                }
+                begun.add(seen.pixel, workspace);
+            }
+            node.pixel = begun.take_pixel(samples);
+        }
+        begun.cell.set(corner, node);
+        if budget.is_spent() {
+            return false;
+        }
+    }
+    true
+}

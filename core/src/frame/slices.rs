@@ -1,0 +1,132 @@
+//! A slice takes at most its budget and one sample, however many samples a pixel has, and
+//! changes no bit.
+
+use super::block::offset;
+use super::*;
+use crate::gaze::{Acuity, LineOfSight, VisualField};
+use core::f32::consts::PI;
+use glam::{Mat3, Vec3};
+use zerocopy::IntoBytes as _;
+
+// Fewer under Miri, which is slow.
+const SAMPLES: u16 = if cfg!(miri) { 20 } else { MAX_SAMPLES };
+const TILE: [u32; 2] = [3, 2];
+
+/// Renders a tile in slices; its pixels, and the most steps of a slice.
+fn in_slices(renderer: &Renderer<'_, 4>, view: &View, tile: Tile, steps: u64) -> ([Pixel; 6], u64) {
+    let (mut pixels, mut most) = ([Pixel::default(); 6], 0);
+    let (mut job, mut workspace) = (TileJob::new(tile), Workspace::new());
+    loop {
+        workspace.statistics.steps = 0;
+        let mut budget = Budget::steps(steps);
+        let outcome = job.render(renderer, view, &mut pixels, &mut budget, &mut workspace);
+        most = most.max(workspace.statistics.steps);
+        match outcome.unwrap() {
+            Outcome::Finished => return (pixels, most),
+            Outcome::BudgetSpent => assert!(budget.is_spent()),
+        }
+    }
+}
+
+/// The most steps of the ray tree of a sample.
+fn dearest_sample(tracer: &Tracer<'_, 4>, view: &View, tile: Tile) -> u64 {
+    let mut workspace = Workspace::new();
+    let mut steps_of = |x: f32, y: f32| {
+        workspace.statistics.steps = 0;
+        let ray = view.ray(x, y).unwrap();
+        tracer.radiance(&ray, &mut { Budget::UNLIMITED }, &mut workspace);
+        workspace.statistics.steps
+    };
+    let columns = tile.x..tile.x + tile.width;
+    let pixels = (tile.y..tile.y + tile.height).flat_map(|y| columns.clone().map(move |x| (x, y)));
+    let samples =
+        pixels.flat_map(|at| (0..SAMPLES).map(move |sample| (at, offset(sample, SAMPLES))));
+    samples
+        .map(|((x, y), (dx, dy))| steps_of(x as f32 + dx, y as f32 + dy))
+        .max()
+        .unwrap()
+}
+
+fn views() -> [View; 2] {
+    let pose = DomePose {
+        position: Vec3::ZERO,
+        room_from_capture: Mat3::IDENTITY,
+    };
+    let fisheye = DomeProjection::Equidistant { field_of_view: PI };
+    let step = 1.2 / 64.0;
+    let first = Vec3::new(-0.6, 0.6, -2.0);
+    let screen = View::new(
+        Vec3::ZERO,
+        first,
+        Vec3::X * step,
+        Vec3::NEG_Y * step,
+        [64; 2],
+    );
+    [screen.unwrap(), View::dome(fisheye, pose, 64).unwrap()]
+}
+
+/// A tile across the right edge of the ball, and across a border of blocks.
+fn tile(tracer: &Tracer<'_, 4>, view: &View) -> Tile {
+    let hits = |x: u32| {
+        let ray = view.ray(x as f32, 31.0).unwrap();
+        let hit = tracer.nearest(&ray, &mut { Budget::UNLIMITED }, &mut Workspace::new());
+        hit.is_some()
+    };
+    let x = (1..63).rev().find(|&x| hits(x)).unwrap() - 1;
+    let [width, height] = TILE;
+    Tile {
+        x,
+        y: 31,
+        width,
+        height,
+    }
+}
+
+#[test]
+fn slices_end_between_samples_and_change_no_bit() {
+    let bytes = crate::ball::scene();
+    let scene = Scene::<4>::from_bytes(bytes.as_bytes()).unwrap();
+    let sight = LineOfSight::new(Vec3::ZERO, Vec3::new(1.0, 0.0, -1.0), Vec3::Y).unwrap();
+    let lod = LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER));
+    for (mode, view) in [Mode::Single, Mode::Tile]
+        .into_iter()
+        .flat_map(|mode| views().map(|view| (mode, view)))
+    {
+        let settings = Settings {
+            depth: 3,
+            samples: SAMPLES,
+            mode,
+        };
+        let plain = Renderer::new(scene, Simd::detect(), settings);
+        let foveated = plain.with_foveation(
+            lod,
+            Acuity::new(Acuity::STEEPEST, Acuity::COARSEST).unwrap(),
+        );
+        let tile = tile(plain.tracer(), &view);
+        assert!(foveated.stride(&view, tile.x, tile.y) > 1);
+        let tree = dearest_sample(plain.tracer(), &view, tile);
+        let (whole, all) = in_slices(&plain, &view, tile, u64::MAX);
+        let (sparse, _) = in_slices(&foveated, &view, tile, u64::MAX);
+        assert!(whole != sparse && all > 100 * tree);
+        // Its block's test; in tile mode, too, the primary rays of the block.
+        let dearest = match mode {
+            Mode::Single => 16 + tree,
+            Mode::Tile => 16 + tree + 64 * tree,
+        };
+        for steps in [1, 2, 16, 500, 20_000] {
+            let (pixels, most) = in_slices(&plain, &view, tile, steps);
+            assert!(pixels == whole, "{mode:?}, {view:?}, {steps}");
+            assert!(
+                most < steps + dearest,
+                "{mode:?}, {view:?}: {most} of {steps}"
+            );
+            let (pixels, most) = in_slices(&foveated, &view, tile, steps);
+            assert!(pixels == sparse, "{mode:?}, {view:?}, {steps}");
+            let square = 17 * 17 * dearest;
+            assert!(
+                most <= steps + square,
+                "{mode:?}, {view:?}: {most} of {steps}"
+            );
+        }
+    }
+}
