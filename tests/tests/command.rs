@@ -44,7 +44,8 @@ fn a_frame_is_reported_and_written() {
         assert!(count.as_u64().unwrap() > 0, "{report}");
     }
     assert!(report["seconds"].as_f64().unwrap() > 0.0);
-    let expected = json!({ "size": 24, "depth": 3, "samples": 1, "scene": "A", "mesh": "ball.obj" });
+    let expected =
+        json!({ "size": 24, "depth": 3, "samples": 1, "scene": "A", "mesh": "ball.obj" });
     says(&report, expected);
     let hash = report["frame_hash"].as_str().unwrap();
     assert!(hash.len() == 16 && u64::from_str_radix(hash, 16).is_ok());

@@ -5,7 +5,7 @@ use glam::Vec3;
 use shisen::bake::simplify::PolygonLevels;
 use shisen::bake::{Baked, Layout};
 use shisen::cave::{Eye, Viewer};
-use shisen::live::{Allowance, Engine, Governor, Quality, Share, FrameCost, with_engine};
+use shisen::live::{Allowance, Engine, FrameCost, Governor, Quality, Share, with_engine};
 use shisen::render::{self, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen_core::Simd;

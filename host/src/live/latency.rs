@@ -172,6 +172,16 @@ impl Latencies {
         });
         classes.filter(|&(_, frames)| frames > 0)
     }
+
+    /// A leg's frames in fine classes, a thousandth wide or more: the end of each class,
+    /// milliseconds, and the number of its frames.
+    pub fn classes(&self, leg: Leg) -> impl Iterator<Item = (f64, u64)> + '_ {
+        let legs = self.leg(leg).into_iter();
+        legs.flat_map(Histogram::iter_recorded).map(|class| {
+            let end = class.value_iterated_to() as f64 * 1.0e-6;
+            (end, class.count_at_value())
+        })
+    }
 }
 
 #[cfg(test)]

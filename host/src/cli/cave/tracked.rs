@@ -2,7 +2,7 @@
 
 use crate::cli::prelude::*;
 use crate::cli::tracker::{Announcer, Interrupt, TrackerName};
-use crate::live::{TrackerEvent, LiveTracker};
+use crate::live::{LiveTracker, TrackerEvent};
 use crate::tracker::calibration::{Calibrated, estimation};
 use crate::tracker::{Feed, Notice};
 use shisen_core::gaze::HeadPose;
