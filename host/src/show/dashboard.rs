@@ -265,13 +265,7 @@ impl Frame {
 }
 
 fn header(canvas: &mut Canvas, frame: &Frame, status: &Status) {
-    let About {
-        scene,
-        lod,
-        fill,
-        hz,
-        budget,
-    } = &*frame.about;
+    let about = &frame.about;
     let gaze = if status.mouse {
         "mouse"
     } else {
@@ -279,7 +273,8 @@ fn header(canvas: &mut Canvas, frame: &Frame, status: &Status) {
     };
     let paused = if status.paused { "  PAUSED" } else { "" };
     let text = format!(
-        "scene {scene}  detail {lod}  fill {fill}  {hz} Hz  budget {budget}  gaze {gaze}{paused}"
+        "scene {}  detail {}  fill {}  {} Hz  budget {}  gaze {gaze}{paused}",
+        about.scene, about.lod, about.fill, about.hz, about.budget
     );
     let end = canvas.write(8, 5, &text, TEXT);
     if let Some(message) = &status.message {

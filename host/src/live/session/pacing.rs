@@ -153,9 +153,9 @@ mod tests {
     /// Pacing after frames that took these many refreshes each.
     fn after(frames: &[f64]) -> Pacing {
         let mut pacing = Pacing::new(PERIOD);
-        frames
-            .iter()
-            .for_each(|&frame| pacing.learn(periods(frame)));
+        for &frame in frames {
+            pacing.learn(periods(frame));
+        }
         pacing
     }
 

@@ -39,10 +39,14 @@ mod tests {
         for (parts, median) in [(vec![1.0], 1.0), (vec![0.2, 0.5, 9.0], 0.5)] {
             let mut shares = Shares::new();
             assert_eq!(shares.median(), None);
-            parts.into_iter().for_each(|part| shares.record(part));
+            for part in parts {
+                shares.record(part);
+            }
             let found = shares.median().unwrap();
             assert!(found <= median && found > 0.999 * median, "{found}");
-            (0..9).for_each(|_| shares.record(f64::INFINITY));
+            for _ in 0..9 {
+                shares.record(f64::INFINITY);
+            }
             assert!(shares.median() > Some(999.0));
         }
     }

@@ -30,18 +30,16 @@ pub(super) fn write(picture: &mut Picture, name: &str, low: DVec2, high: DVec2, 
     let start = start.min(high - text - margin).max(low);
     let (left, top) = (start.x.round() as u32, start.y.round() as u32);
 
-    let dots: Vec<(u32, u32)> = glyphs
+    let mut dots = Vec::new();
+    for (glyph, left) in glyphs
         .iter()
         .zip((left..).step_by((GLYPH * scale) as usize))
-        .flat_map(|(glyph, left)| {
-            let set = |column: u32, row: u32| (glyph[row as usize] >> column) & 1 == 1;
-            (0..GLYPH)
-                .flat_map(|row| (0..GLYPH).map(move |column| (column, row)))
-                .filter(move |&(column, row)| set(column, row))
-                .map(move |(column, row)| (left + column * scale, top + row * scale))
-                .collect::<Vec<_>>()
-        })
-        .collect();
+    {
+        for (row, bits) in (0..).zip(glyph) {
+            let columns = (0..GLYPH).filter(|column| (bits >> column) & 1 == 1);
+            dots.extend(columns.map(|column| (left + column * scale, top + row * scale)));
+        }
+    }
     let reach = scale.div_ceil(2);
     for &(x, y) in &dots {
         square(

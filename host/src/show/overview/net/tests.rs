@@ -79,7 +79,9 @@ fn colours_continue_across_every_seam() {
         order.sort_by_key(|name| *name != first);
         let mut walls = cube(&order);
         // No wall is "front", so that the first lies upright.
-        walls.iter_mut().for_each(|wall| wall.name.clear());
+        for wall in &mut walls {
+            wall.name.clear();
+        }
         let (net, _) = unfolded(&walls, 64);
         let count = cells(&net, 64).concat().matches('#').count();
         assert_eq!(count, 6, "{first}");
