@@ -193,7 +193,7 @@ fn what_cannot_be_unfolded_is_refused() {
     flat.lower_right = flat.lower_left;
     let error = unfold(&[(&flat, &picture)]).unwrap_err();
     assert!(matches!(error, NetError::Wall(_)), "{error}");
-    let far = wall("far", [0.; 3], [1e9, 0., 0.], [0., 1e9, 0.]);
+    let far = wall("far", [0.; 3], [1e6, 0., 0.], [0., 1e6, 0.]);
     let error = unfold(&[(&walls[0], &picture), (&far, &picture)]).unwrap_err();
     assert!(matches!(error, NetError::Picture(_)), "{error}");
 }
