@@ -98,11 +98,11 @@ struct Contender {
     name: &'static str,
     /// Bytes of all its trees.
     bytes: usize,
-    /// For each rung a scene, and which of its meshes that rung is.
+    /// The scene and the mesh number of each rung.
     rungs: Vec<(Baked, usize)>,
 }
 
-/// Where the meshes alone are among the contenders, and where the ladder is.
+/// The places of the meshes alone and of the ladder among the contenders.
 const ALONE: usize = 0;
 const LADDER: usize = 1;
 
@@ -122,8 +122,8 @@ fn contenders(ladder: &Ladder<'_>, baked: &Baked) -> Vec<Contender> {
     ]
 }
 
-/// Time of each contender by that of the meshes alone, where all rays are of
-/// the same rung: the geometric mean of all rungs.
+/// The time of each contender over that of the meshes alone, with all rays of the same rung: the
+/// geometric mean of all rungs.
 fn fixed(contenders: &[Contender], rays: &[Ray]) -> Vec<f64> {
     let mut sums = vec![0.0; contenders.len()];
     for rung in 0..RUNGS {
@@ -144,9 +144,8 @@ fn fixed(contenders: &[Contender], rays: &[Ray]) -> Vec<f64> {
     sums.iter().map(|sum| (sum / RUNGS as f64).exp()).collect()
 }
 
-/// Time of each contender by that of the meshes alone, for rays each with a
-/// rung of its own. The ladder has them in their order, all others rung after
-/// rung.
+/// The time of each contender over that of the meshes alone, for rays with a rung each. The
+/// ladder traces them in their order, the others rung after rung.
 fn mixed(contenders: &[Contender], rays: &[(Ray, usize)]) -> Vec<f64> {
     let ladder = contenders[LADDER].rungs[0].0.scene();
     let tracers: Vec<_> = (0..RUNGS).map(|rung| tracer(&ladder, rung)).collect();
@@ -188,8 +187,7 @@ fn in_turn(rays: &[Ray]) -> Vec<(Ray, usize)> {
     rays.iter().copied().zip((0..RUNGS).cycle()).collect()
 }
 
-/// The rays of a picture that are traced where the viewer looks so, with what
-/// rung each one sees.
+/// The rays of a picture that the gaze has traced, and the rung of each.
 fn neighbours(picture: &[Ray], gaze: &Gaze) -> Vec<(Ray, usize)> {
     let mut rays = Vec::new();
     for ray in picture {
@@ -202,8 +200,8 @@ fn neighbours(picture: &[Ray], gaze: &Gaze) -> Vec<(Ray, usize)> {
     rays
 }
 
-/// Looks at the middle of a picture: the innermost third is central, and the
-/// field ends at the sides.
+/// A gaze at the middle of a picture: the innermost third is central, and the field ends at the
+/// sides.
 fn gaze(view: &View) -> Gaze {
     let middle = (SIDE - 1) as f32 / 2.0;
     let direction = view.direction(middle, middle).expect("a direction");
@@ -220,7 +218,7 @@ fn gaze(view: &View) -> Gaze {
     Gaze::new(sight.expect("a line of sight"), field.expect("a field"))
 }
 
-/// The view whose pixels the rays of a picture go through.
+/// The view whose pixels are the rays of a picture.
 fn view(picture: &[Ray]) -> View {
     let direction = |column: u32, row: u32| picture[(row * SIDE + column) as usize].direction();
     let last = SIDE - 1;
@@ -230,7 +228,7 @@ fn view(picture: &[Ray]) -> View {
     View::new(picture[0].origin(), first, column, row, [SIDE; 2]).expect("a view")
 }
 
-/// Time of the ladder by the mean of the levels, for a view in tiles.
+/// The time of the ladder over the mean of the levels, for a view in tiles.
 fn tiles(contenders: &[Contender], view: &View, lod: LevelOfDetail) -> f64 {
     let renderer =
         |scene| Renderer::new(scene, Simd::detect(), Settings::default()).with_level_of_detail(lod);
@@ -239,7 +237,7 @@ fn tiles(contenders: &[Contender], view: &View, lod: LevelOfDetail) -> f64 {
     let places = places
         .clone()
         .flat_map(|y| places.clone().map(move |x| (x, y)));
-    // The rays on each rung, a tile.
+    // The tiles, and their rays on each rung.
     let tiles: Vec<_> = places
         .map(|(x, y)| {
             let mut rays = [0; RUNGS];
