@@ -33,29 +33,16 @@ pub struct Display {
 impl Display {
     /// Front, right and floor of a 3 m cube, in full, as the paper's method would.
     pub fn new() -> Self {
-        let corner = |x: f32, y: f32, z: f32| 1.5 * Vec3::new(x, y, z);
-        let screen = |lower_left, lower_right, upper_left| {
-            FlatScreen::from_corners(lower_left, lower_right, upper_left, [SIDE; 2])
-        };
+        // Lower left, lower right and upper left, in half sides of the cube.
+        const CORNERS: [[[f32; 3]; 3]; 3] = [
+            [[-1., -1., -1.], [1., -1., -1.], [-1., 1., -1.]],
+            [[1., -1., -1.], [1., -1., 1.], [1., 1., -1.]],
+            [[-1., -1., 1.], [1., -1., 1.], [-1., -1., -1.]],
+        ];
         let mut screens = Vec::new();
-        for [lower_left, lower_right, upper_left] in [
-            [
-                corner(-1., -1., -1.),
-                corner(1., -1., -1.),
-                corner(-1., 1., -1.),
-            ],
-            [
-                corner(1., -1., -1.),
-                corner(1., -1., 1.),
-                corner(1., 1., -1.),
-            ],
-            [
-                corner(-1., -1., 1.),
-                corner(1., -1., 1.),
-                corner(-1., -1., -1.),
-            ],
-        ] {
-            let _ = screens.push(screen(lower_left, lower_right, upper_left));
+        for corners in CORNERS {
+            let [left, right, top] = corners.map(|corner| 1.5 * Vec3::from_array(corner));
+            let _ = screens.push(FlatScreen::from_corners(left, right, top, [SIDE; 2]));
         }
         Self {
             screens,

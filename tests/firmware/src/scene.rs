@@ -1,10 +1,10 @@
 //! The scene, and the renderer that this firmware links.
 
 use crate::say;
-use shisen_core::frame::{Pixel, Renderer, Settings};
-use shisen_core::scene::{Scene, SceneError};
 use shisen_core::Simd;
+use shisen_core::frame::{Pixel, Renderer, Settings};
 use shisen_core::scene::EffectSet;
+use shisen_core::scene::{Scene, SceneError};
 
 /// The effects that are linked.
 pub const EFFECTS: u32 = if cfg!(feature = "dispersion") {

@@ -1,14 +1,13 @@
 //! A display controller: tracker bytes in on UART0, tiles of pixels out on
 //! UART1, its log on UART2.
 //!
-//! It links only where no path leads to a panic: the handler calls what is not
-//! there. Nothing is allocated, and nothing waits but for a port that sends: a frame is
+//! It links only where no path leads to a panic: the library's handler calls what
+//! is not there. Nothing is allocated, and nothing waits but for a port that sends: a frame is
 //! rendered slice by slice, and between slices what has come in is taken.
 #![no_std]
 #![no_main]
 
 use core::mem::MaybeUninit;
-use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use glam::Vec3;
 use heapless::Deque;
@@ -35,16 +34,6 @@ use shisen_tracker::link::display::{
     FrameDone, FrameStart, MOST_PIXELS, Order, Orders, Ready, Rendering, Report, Slice, Subject,
 };
 use shisen_tracker::time::Micros;
-
-unsafe extern "C" {
-    /// Nowhere: a firmware that may panic is not linked.
-    safe fn a_path_leads_to_a_panic() -> !;
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo<'_>) -> ! {
-    a_path_leads_to_a_panic()
-}
 
 /// Tiles of a frame at most.
 const MOST_TILES: usize = 768;

@@ -7,17 +7,16 @@
 #![no_main]
 
 use core::hint::black_box;
-use core::panic::PanicInfo;
-use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use cortex_m_rt::entry;
-use cortex_m_semihosting::{debug, hprintln};
+use cortex_m_semihosting::hprintln;
+use shisen_firmware::measure;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator};
 use shisen_tracker::decoder::{Decoder, Event};
 use shisen_tracker::estimate::{EstimatorConfig, GazeEstimator};
 use shisen_tracker::eye::{adhawk::AdHawk, asl, iscan::Iscan};
 use shisen_tracker::head::fastrak::{self, Fastrak};
 use shisen_tracker::head::flock::{self, Flock, Mode};
-use shisen_tracker::head::polhemus::{self, Family, ItemList};
+use shisen_tracker::head::polhemus::{Family, Format, ItemList};
 use shisen_tracker::head::{hatire::Hatire, liberty::Liberty, osvr_hdk};
 use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, documented};
 use shisen_tracker::link::Link;
@@ -25,8 +24,6 @@ use shisen_tracker::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
 use shisen_tracker::protocol::Protocol;
 use shisen_tracker::time::Micros;
 
-/// The clock of mps2-an500 counts at 25 MHz.
-const INSTRUCTIONS_PER_TICK: u32 = 40;
 /// How often a step is repeated to measure it to an instruction or two.
 const REPEATS: u32 = 40;
 /// Records of each protocol.
@@ -34,30 +31,13 @@ const RECORDS: usize = 20;
 /// Samples of the estimators: 2 s.
 const SAMPLES: usize = 1_000;
 
-#[panic_handler]
-fn panic(info: &PanicInfo<'_>) -> ! {
-    hprintln!("{info}");
-    debug::exit(debug::EXIT_FAILURE);
-    loop {}
-}
-
 /// A FASTRAK as it is set up usually, by angles, by a matrix, and in text: name, item
 /// list, form and bound.
-const FASTRAKS: [(&str, &[u8], polhemus::Format, u32); 4] = [
-    ("fastrak", &[2, 11, 0], polhemus::Format::Binary, 3_500),
-    (
-        "fastrak-angles",
-        &[2, 4, 0],
-        polhemus::Format::Binary,
-        3_750,
-    ),
-    (
-        "fastrak-matrix",
-        &[2, 5, 6, 7, 0],
-        polhemus::Format::Binary,
-        4_100,
-    ),
-    ("fastrak-text", &[2, 4, 0], polhemus::Format::Ascii, 5_000),
+const FASTRAKS: [(&str, &[u8], Format, u32); 4] = [
+    ("fastrak", &[2, 11, 0], Format::Binary, 3_500),
+    ("fastrak-angles", &[2, 4, 0], Format::Binary, 3_750),
+    ("fastrak-matrix", &[2, 5, 6, 7, 0], Format::Binary, 4_100),
+    ("fastrak-text", &[2, 4, 0], Format::Ascii, 5_000),
 ];
 
 /// The same of a Flock of Birds.
@@ -67,15 +47,8 @@ const FLOCKS: [(&str, Mode, u32); 3] = [
     ("flock-matrix", Mode::PositionMatrix, 1_250),
 ];
 
-/// Instructions of one of many runs.
-#[inline(never)]
-fn instructions(mut run: impl FnMut()) -> u32 {
-    let start = SYST::get_current();
-    for _ in 0..REPEATS {
-        run();
-    }
-    let ticks = start.wrapping_sub(SYST::get_current()) & 0x00FF_FFFF;
-    ticks * INSTRUCTIONS_PER_TICK / REPEATS
+fn instructions(run: impl FnMut()) -> u32 {
+    measure::instructions(REPEATS, run)
 }
 
 /// Instructions of `step` on a copy of `state`, without those of the copy.
@@ -250,20 +223,9 @@ impl Report {
 #[entry]
 fn main() -> ! {
     let mut report = Report { fits: true };
-    if let Some(mut peripherals) = cortex_m::Peripherals::take() {
-        let clock = &mut peripherals.SYST;
-        clock.set_clock_source(SystClkSource::Core);
-        clock.set_reload(0x00FF_FFFF);
-        clock.clear_current();
-        clock.enable_counter();
-    }
+    measure::start();
     let done = report.decoders().and_then(|()| report.estimators());
     let fits = report.fits && done.is_some();
     hprintln!("{}", if fits { "all within bounds" } else { "FAILED" });
-    debug::exit(if fits {
-        debug::EXIT_SUCCESS
-    } else {
-        debug::EXIT_FAILURE
-    });
-    loop {}
+    measure::end(fits)
 }

@@ -1,16 +1,16 @@
 //! All of the driver that a display controller can need, and nothing else.
 //!
-//! It links only where no path leads to a panic: the handler calls what is not
-//! there. `tests/firmware/run` looks for doubles and an allocator.
+//! It links only where no path leads to a panic: the library's handler calls what
+//! is not there. `tests/firmware/run` looks for doubles and an allocator.
 #![no_std]
 #![no_main]
 
 use core::convert::Infallible;
 use core::hint::black_box;
-use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use embedded_hal::i2c::{self, I2c, Operation};
 use embedded_io::{ErrorType, Read, ReadReady};
+use shisen_firmware as _;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator};
 use shisen_tracker::command::{Session, Watch};
 use shisen_tracker::decoder::{Decoder, Event};
@@ -23,16 +23,6 @@ use shisen_tracker::i2c::{I2cHid, Interrupt};
 use shisen_tracker::link;
 use shisen_tracker::time::Micros;
 use shisen_tracker::uart;
-
-unsafe extern "C" {
-    /// Nowhere: a firmware that may panic is not linked.
-    safe fn a_path_leads_to_a_panic() -> !;
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo<'_>) -> ! {
-    a_path_leads_to_a_panic()
-}
 
 /// Bytes that the compiler knows nothing of.
 #[inline(never)]
@@ -86,6 +76,11 @@ fn hid_over_i2c(buffer: &mut [u8], now: Micros) {
     black_box(device.sleep().ok());
 }
 
+/// What the compiler must not take for nothing.
+fn ignore<T>(event: T) {
+    black_box(event);
+}
+
 /// What follows a decoder, the same for all devices.
 struct Behind {
     clock: ClockEstimator,
@@ -99,30 +94,18 @@ impl Behind {
         let sample = match event {
             Event::Sample(sample) => sample,
             Event::Message(message) => {
-                return self.gaze.on_message(message, &mut |event| {
-                    black_box(event);
-                });
+                return self.gaze.on_message(message, &mut ignore);
             }
-            other => {
-                black_box(other);
-                return;
-            }
+            other => return ignore(other),
         };
-        let stamp = self.clock.stamp(sample, &mut |event| {
-            black_box(event);
-        });
-        self.gaze.push(sample, stamp.time, &mut |event| {
-            black_box(event);
-        });
+        let stamp = self.clock.stamp(sample, &mut ignore);
+        self.gaze.push(sample, stamp.time, &mut ignore);
         black_box(self.link.sample(sample));
     }
 
     #[inline(never)]
     fn show(&mut self, time: Micros) {
-        let estimate = self.gaze.estimate(time, &mut |event| {
-            black_box(event);
-        });
-        black_box(estimate);
+        black_box(self.gaze.estimate(time, &mut ignore));
     }
 }
 

@@ -9,19 +9,16 @@
 #![no_main]
 
 use core::hint::black_box;
-use core::panic::PanicInfo;
-use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use cortex_m_rt::entry;
-use cortex_m_semihosting::{debug, hprintln};
+use cortex_m_semihosting::hprintln;
 use glam::Vec3;
 use shisen_core::Simd;
 use shisen_core::frame::{Budget, FlatScreen, LevelOfDetail, Renderer, Settings, View, Workspace};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
-use shisen_core::scene::Scene;
+use shisen_core::scene::{EffectSet, Scene};
 use shisen_core::shape::Ray;
+use shisen_firmware::measure;
 
-/// The clock of mps2-an500 counts at 25 MHz.
-const INSTRUCTIONS_PER_TICK: u32 = 40;
 /// Where the scene is, and how much memory there is from there on.
 const SCENE: (usize, usize) = (0x6000_0000, 16 << 20);
 /// Pixels a side of the wall.
@@ -29,34 +26,19 @@ const SIDE: u32 = 64;
 /// Pixels a side of the blocks that the renderer chooses levels for.
 const BLOCK: u32 = 8;
 /// All effects but dispersion, as the controller has them.
-const EFFECTS: u32 =
-    shisen_core::scene::EffectSet::ALL.bits() & !shisen_core::scene::EffectSet::DISPERSION.bits();
+const EFFECTS: u32 = EffectSet::ALL.bits() & !EffectSet::DISPERSION.bits();
 
-#[panic_handler]
-fn panic(info: &PanicInfo<'_>) -> ! {
-    hprintln!("{info}");
-    debug::exit(debug::EXIT_FAILURE);
-    loop {}
-}
-
-/// Instructions of a run.
-#[inline(never)]
-fn instructions(mut run: impl FnMut()) -> u32 {
-    let start = SYST::get_current();
-    run();
-    let ticks = start.wrapping_sub(SYST::get_current()) & 0x00FF_FFFF;
-    ticks * INSTRUCTIONS_PER_TICK
+fn instructions(run: impl FnMut()) -> u32 {
+    measure::instructions(1, run)
 }
 
 fn front_wall() -> Option<View> {
     let corner = |x: f32, y: f32| 1.5 * Vec3::new(x, y, -1.0);
-    let screen = FlatScreen::from_corners(
-        corner(-1.0, -1.0),
-        corner(1.0, -1.0),
-        corner(-1.0, 1.0),
-        [SIDE; 2],
-    );
-    screen.view_from(Vec3::ZERO).ok()
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)].map(|(x, y)| corner(x, y));
+    let [lower_left, lower_right, upper_left] = corners;
+    FlatScreen::from_corners(lower_left, lower_right, upper_left, [SIDE; 2])
+        .view_from(Vec3::ZERO)
+        .ok()
 }
 
 /// What is measured along the rays of a wall.
@@ -67,8 +49,8 @@ struct Wall<'a> {
 }
 
 impl Wall<'_> {
-    /// Does something with the rays of the pixels that are hit, or of the others,
-    /// or of all.
+    /// Instructions of what is done with the rays of the pixels that are hit, or of the
+    /// others, or of all; and how many they are.
     fn each(
         &mut self,
         hit: Option<bool>,
@@ -108,9 +90,7 @@ impl Wall<'_> {
         });
         with.saturating_sub(without) / count.max(1)
     }
-}
 
-impl Wall<'_> {
     /// Whether the rays of a block of pixels may hit anything, by one test.
     fn reaches(&self, (x, y): (u32, u32), workspace: &mut Workspace) -> bool {
         let tracer = self.renderer.tracer();
@@ -119,12 +99,7 @@ impl Wall<'_> {
             self.view.direction(x, y).unwrap_or(Vec3::ZERO)
         };
         let end = BLOCK - 1;
-        let corners = [
-            corner(0, 0),
-            corner(end, 0),
-            corner(0, end),
-            corner(end, end),
-        ];
+        let corners = [(0, 0), (end, 0), (0, end), (end, end)].map(|(x, y)| corner(x, y));
         tracer.may_hit(Vec3::ZERO, &corners, &mut { Budget::UNLIMITED }, workspace)
     }
 
@@ -172,7 +147,7 @@ fn radiance(wall: &Wall<'_>, ray: &Ray, workspace: &mut Workspace) {
     black_box(tracer.radiance(black_box(ray), &mut { Budget::UNLIMITED }, workspace));
 }
 
-fn measure(workspace: &mut Workspace) -> Option<()> {
+fn measured(workspace: &mut Workspace) -> Option<()> {
     // SAFETY: the board has this memory, and nothing writes to it.
     let bytes = unsafe { core::slice::from_raw_parts(SCENE.0 as *const u8, SCENE.1) };
     let scene = Scene::<4>::from_bytes(bytes).ok()?;
@@ -233,21 +208,10 @@ fn measure(workspace: &mut Workspace) -> Option<()> {
 #[entry]
 fn main() -> ! {
     static mut WORKSPACE: Workspace = Workspace::new();
-    if let Some(mut peripherals) = cortex_m::Peripherals::take() {
-        let clock = &mut peripherals.SYST;
-        clock.set_clock_source(SystClkSource::Core);
-        clock.set_reload(0x00FF_FFFF);
-        clock.clear_current();
-        clock.enable_counter();
-    }
-    let done = measure(WORKSPACE);
+    measure::start();
+    let done = measured(WORKSPACE);
     if done.is_none() {
         hprintln!("there is no scene to be measured");
     }
-    debug::exit(if done.is_some() {
-        debug::EXIT_SUCCESS
-    } else {
-        debug::EXIT_FAILURE
-    });
-    loop {}
+    measure::end(done.is_some())
 }
