@@ -382,6 +382,13 @@ mod tests {
     const SIDE: u32 = if cfg!(miri) { 8 } else { 32 };
     const AREA: usize = (SIDE * SIDE) as usize;
 
+    const WHITE: Pixel = Pixel {
+        red: 1.0,
+        green: 1.0,
+        blue: 1.0,
+        alpha: 1.0,
+    };
+
     fn pose() -> DomePose {
         DomePose {
             position: Vec3::ZERO,
@@ -475,13 +482,7 @@ mod tests {
     #[test]
     fn the_smallest_hemispheres_show_something_everywhere() {
         for side in if cfg!(miri) { 3..=3 } else { 1..=4 } {
-            let white = Pixel {
-                red: 1.0,
-                green: 1.0,
-                blue: 1.0,
-                alpha: 1.0,
-            };
-            let pixels = [white; 16];
+            let pixels = [WHITE; 16];
             let pixels = &pixels[..(side * side) as usize];
             let surroundings = Surroundings::new(pose(), side, [pixels, pixels]).unwrap();
             for view in &walls(8)[..if cfg!(miri) { 1 } else { 6 }] {
@@ -498,13 +499,7 @@ mod tests {
 
     #[test]
     fn places_next_to_a_pole_are_inside_pictures_of_a_single_pixel() {
-        let white = Pixel {
-            red: 1.0,
-            green: 1.0,
-            blue: 1.0,
-            alpha: 1.0,
-        };
-        let pixels = [white; 9];
+        let pixels = [WHITE; 9];
         for side in 1..=3 {
             let pixels = &pixels[..(side * side) as usize];
             let surroundings = Surroundings::new(pose(), side, [pixels, pixels]).unwrap();
@@ -514,7 +509,7 @@ mod tests {
                     let first = Vec3::new(right, tiny, -1.0);
                     let view = View::new(eye, first, Vec3::X, Vec3::Y, [8, 1]).unwrap();
                     let places = surroundings.places(Simd::PORTABLE, &view, 0, 0);
-                    assert_eq!(surroundings.at(places.at(0)), white);
+                    assert_eq!(surroundings.at(places.at(0)), WHITE);
                 }
             }
         }

@@ -166,6 +166,7 @@ mod tests {
     use super::*;
     use crate::scene::format::light;
     use crate::trace::BETWEEN_LINES as NOTHING;
+    use zerocopy::FromZeros as _;
 
     #[test]
     fn each_effect_has_a_bit_and_a_name_of_its_own() {
@@ -192,28 +193,14 @@ mod tests {
         ];
         let instance = Instance {
             kind: kind::SPHEROID,
-            geometry: 0,
             material: 1,
             flags: flag::OCCLUDES,
-            radii: [1.0; 2],
-            condition: 1.0,
-            cover: 0,
-            object_from_world: [[0.0; 3]; 4],
-            world_from_object: [[0.0; 3]; 4],
-            low: [0.0; 3],
-            high: [0.0; 3],
-            cover_nodes: 0,
-            reserved: 0,
+            ..Instance::new_zeroed()
         };
         let light = Light {
-            place: [0.0; 3],
             kind: light::POINT,
             colour: [1.0; 3],
-            samples: 0,
-            right: [0.0; 3],
-            reserved: 0,
-            up: [0.0; 3],
-            reserved2: 0,
+            ..Light::new_zeroed()
         };
         let of = |instance: Instance, lights: &[Light]| {
             EffectSet::of_records(&Records {

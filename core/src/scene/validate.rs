@@ -95,73 +95,98 @@ const REPEATS: RangeInclusive<f32> = 1.0e-3..=1.0e4;
 /// How many rungs a ladder of polygon levels may have; 1 is no ladder.
 const RUNGS: RangeInclusive<u32> = 1..=64;
 
+/// The number of a record, for the errors in it.
+#[derive(Clone, Copy)]
+struct Record(u32);
+
+impl Record {
+    const fn value(self, what: &'static str) -> SceneError {
+        let Self(record) = self;
+        SceneError::Value { what, record }
+    }
+
+    const fn index(self, what: &'static str, index: u32) -> SceneError {
+        let Self(record) = self;
+        SceneError::Index {
+            what,
+            record,
+            index,
+        }
+    }
+
+    /// Checks a condition that its value has to meet.
+    fn has(self, what: &'static str, is_valid: bool) -> Result<(), SceneError> {
+        is_valid.then_some(()).ok_or(self.value(what))
+    }
+
+    /// Checks that an index is one of a table of `length` records.
+    fn names(self, what: &'static str, index: u32, length: usize) -> Result<(), SceneError> {
+        let is_valid = (index as usize) < length;
+        is_valid.then_some(()).ok_or(self.index(what, index))
+    }
+
+    fn within(
+        self,
+        what: &'static str,
+        values: &[f32],
+        range: RangeInclusive<f32>,
+    ) -> Result<(), SceneError> {
+        self.has(what, values.iter().all(|value| range.contains(value)))
+    }
+
+    fn finite(self, what: &'static str, values: &[f32]) -> Result<(), SceneError> {
+        self.has(what, values.iter().all(|value| value.is_finite()))
+    }
+}
+
+/// Records with their numbers.
+fn numbered<T>(records: &[T]) -> impl Iterator<Item = (Record, &T)> {
+    (0..).map(Record).zip(records)
+}
+
 /// Checks every index and every value that tracing relies on.
 pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), SceneError> {
     let header = scene.header;
     let fields = header.background;
-    let values = [fields.zenith, fields.horizon, fields.nadir, header.ambient];
-    within(
-        values.as_flattened(),
-        0.0..=1.0e12,
-        "a background or ambient colour",
-        0,
-    )?;
-    within(&[fields.alpha], 0.0..=1.0, "the background's alpha", 0)?;
-    within(
-        &[header.extent],
-        0.0..=Slabs::LARGEST_EXTENT,
-        "the scene's extent",
-        0,
-    )?;
+    let colours = [fields.zenith, fields.horizon, fields.nadir, header.ambient];
+    let (own, what) = (Record(0), "a background or ambient colour");
+    own.within(what, colours.as_flattened(), 0.0..=1.0e12)?;
+    own.within("the background's alpha", &[fields.alpha], 0.0..=1.0)?;
+    let extents = 0.0..=Slabs::LARGEST_EXTENT;
+    own.within("the scene's extent", &[header.extent], extents)?;
     check_tables(scene)?;
-    for (record, position) in scene.positions.iter().enumerate() {
+    for (record, position) in numbered(scene.positions) {
         let range = -Ray::FARTHEST..=Ray::FARTHEST;
-        within(position, range, "a vertex position", record as u32)?;
+        record.within("a vertex position", position, range)?;
     }
-    for (record, coordinate) in scene.coordinates.iter().enumerate() {
+    for (record, coordinate) in numbered(scene.coordinates) {
         let range = -FARTHEST_COORDINATE..=FARTHEST_COORDINATE;
-        within(coordinate, range, "a texture coordinate", record as u32)?;
+        record.within("a texture coordinate", coordinate, range)?;
     }
-    for (record, texture) in scene.textures.iter().enumerate() {
-        check_texture(texture, scene.texels.len(), record as u32)?;
+    for (record, texture) in numbered(scene.textures) {
+        check_texture(texture, scene.texels.len(), record)?;
     }
-    for (record, material) in scene.materials.iter().enumerate() {
-        check_material(material, record as u32)?;
-        check_textured(material, scene.textures, record as u32)?;
-        let index = material.medium;
-        if index != NO_MEDIUM && index as usize >= scene.media.len() {
-            return Err(SceneError::Index {
-                what: "medium",
-                record: record as u32,
-                index,
-            });
+    for (record, material) in numbered(scene.materials) {
+        check_material(material, record)?;
+        check_textured(material, scene.textures, record)?;
+        if material.medium != NO_MEDIUM {
+            record.names("medium", material.medium, scene.media.len())?;
         }
-        if material.effects & effect::DISPERSION != 0
-            && (index == NO_MEDIUM || material.effects & effect::REFRACTION == 0)
-        {
-            return Err(SceneError::Value {
-                what: "a dispersive material's medium",
-                record: record as u32,
-            });
-        }
+        let disperses = material.effects & effect::DISPERSION != 0;
+        let may = material.medium != NO_MEDIUM && material.effects & effect::REFRACTION != 0;
+        record.has("a dispersive material's medium", !disperses || may)?;
     }
-    for (record, medium) in scene.media.iter().enumerate() {
-        medium.check().map_err(|_| SceneError::Value {
-            what: "a medium's coefficients",
-            record: record as u32,
-        })?;
+    for (record, medium) in numbered(scene.media) {
+        record.has("a medium's coefficients", medium.check().is_ok())?;
     }
-    for (record, light) in scene.lights.iter().enumerate() {
-        check_light(light, record as u32)?;
+    for (record, light) in numbered(scene.lights) {
+        check_light(light, record)?;
     }
     let mut deepest = 0;
-    if !RUNGS.contains(&header.rungs) {
-        let what = "the scene's number of polygon levels";
-        return Err(SceneError::Value { what, record: 0 });
-    }
+    let has_rungs = RUNGS.contains(&header.rungs);
+    own.has("the scene's number of polygon levels", has_rungs)?;
     let mut finer = None;
-    for (record, mesh) in scene.meshes.iter().enumerate() {
-        let record = record as u32;
+    for (record, mesh) in numbered(scene.meshes) {
         check_rung(header.rungs, finer, mesh, record)?;
         // The rungs of a ladder share their triangles.
         if finer.is_none() {
@@ -176,8 +201,8 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
             mesh: mesh.saturating_sub(1),
         });
     }
-    for (record, instance) in scene.instances.iter().enumerate() {
-        check_instance(scene, instance, record as u32)?;
+    for (record, instance) in numbered(scene.instances) {
+        check_instance(scene, instance, record)?;
     }
     let top = Tree {
         nodes: 0..header.top_nodes,
@@ -231,53 +256,14 @@ fn check_tables<const W: usize>(scene: &Scene<'_, W>) -> Result<(), SceneError> 
     }
 }
 
-fn finite(values: &[f32], what: &'static str, record: u32) -> Result<(), SceneError> {
-    if values.iter().all(|value| value.is_finite()) {
-        Ok(())
-    } else {
-        Err(SceneError::Value { what, record })
-    }
-}
-
-fn within(
-    values: &[f32],
-    range: RangeInclusive<f32>,
-    what: &'static str,
-    record: u32,
-) -> Result<(), SceneError> {
-    if values.iter().all(|value| range.contains(value)) {
-        Ok(())
-    } else {
-        Err(SceneError::Value { what, record })
-    }
-}
-
-fn check_material(m: &Material, record: u32) -> Result<(), SceneError> {
+fn check_material(m: &Material, record: Record) -> Result<(), SceneError> {
     let reflectances = [m.diffuse, m.specular, m.mirror, m.transmission];
-    within(
-        reflectances.as_flattened(),
-        0.0..=1.0,
-        "a material's reflectance",
-        record,
-    )?;
-    within(
-        &m.absorption,
-        0.0..=1.0e6,
-        "a material's absorption",
-        record,
-    )?;
-    within(
-        &[m.shininess],
-        1.0..=1.0e4,
-        "a material's shininess",
-        record,
-    )?;
-    within(
-        &[m.index_of_refraction],
-        0.01..=100.0,
-        "an index of refraction",
-        record,
-    )?;
+    let shares = reflectances.as_flattened();
+    record.within("a material's reflectance", shares, 0.0..=1.0)?;
+    record.within("a material's absorption", &m.absorption, 0.0..=1.0e6)?;
+    record.within("a material's shininess", &[m.shininess], 1.0..=1.0e4)?;
+    let index = [m.index_of_refraction];
+    record.within("an index of refraction", &index, 0.01..=100.0)?;
     let lines = if m.effects & effect::GRATICULE == 0 {
         m.graticule_divisions == 0 && m.graticule_width == 0.0
     } else {
@@ -285,93 +271,61 @@ fn check_material(m: &Material, record: u32) -> Result<(), SceneError> {
             && m.graticule_width > 0.0
             && m.graticule_width <= GRATICULE_WIDEST
     };
-    if !lines {
-        let what = "a material's meridians and parallels";
-        return Err(SceneError::Value { what, record });
-    }
+    record.has("a material's meridians and parallels", lines)?;
     let what = "a material's emission";
-    within(&m.emission, 0.0..=1.0e12, what, record)?;
+    record.within(what, &m.emission, 0.0..=1.0e12)?;
     let shines = m.emission.iter().any(|&c| c > 0.0);
-    if shines == (m.effects & effect::EMISSION != 0) {
-        Ok(())
-    } else {
-        Err(SceneError::Value { what, record })
-    }
+    record.has(what, shines == (m.effects & effect::EMISSION != 0))
 }
 
 /// Whether a material's texture is there, and of the kind that it says.
-fn check_textured(m: &Material, textures: &[Texture], record: u32) -> Result<(), SceneError> {
+fn check_textured(m: &Material, textures: &[Texture], record: Record) -> Result<(), SceneError> {
     let asked = m.effects & (effect::CHECKER_TEXTURE | effect::IMAGE_TEXTURE);
     let expected = if m.texture == NO_TEXTURE {
         0
     } else {
-        match textures.get(m.texture as usize) {
-            Some(texture) => texture.effect(),
-            None => {
-                return Err(SceneError::Index {
-                    what: "texture",
-                    record,
-                    index: m.texture,
-                });
-            }
-        }
+        let texture = textures.get(m.texture as usize);
+        texture.ok_or(record.index("texture", m.texture))?.effect()
     };
-    if asked == expected {
-        Ok(())
-    } else {
-        let what = "a material's kind of texture";
-        Err(SceneError::Value { what, record })
-    }
+    record.has("a material's kind of texture", asked == expected)
 }
 
-fn check_texture(t: &Texture, texels: usize, record: u32) -> Result<(), SceneError> {
-    let wrong = |what| SceneError::Value { what, record };
-    within(&t.repeats, REPEATS, "a texture's repeats", record)?;
+fn check_texture(t: &Texture, texels: usize, record: Record) -> Result<(), SceneError> {
+    record.within("a texture's repeats", &t.repeats, REPEATS)?;
     let colours = t.colours.as_flattened();
-    within(colours, 0.0..=1.0, "a texture's colours", record)?;
+    record.within("a texture's colours", colours, 0.0..=1.0)?;
     let sides = [t.width, t.height];
     match t.kind {
         texture::CHECKER if sides == [0; 2] && t.first_texel == 0 => Ok(()),
         texture::IMAGE if sides.iter().all(|side| (1..=LARGEST_SIDE).contains(side)) => {
-            if colours.iter().any(|&channel| channel != 0.0) {
-                return Err(wrong("a texture's colours"));
-            }
+            let has_none = colours.iter().all(|&channel| channel == 0.0);
+            record.has("a texture's colours", has_none)?;
             // Sides of this many texels do not overflow.
             part(t.first_texel, t.width * t.height, texels)
                 .map(|_| ())
-                .ok_or(SceneError::Index {
-                    what: "texel",
-                    record,
-                    index: t.first_texel,
-                })
+                .ok_or(record.index("texel", t.first_texel))
         }
-        texture::CHECKER | texture::IMAGE => Err(wrong("a texture's size")),
-        _ => Err(wrong("a texture's kind")),
+        texture::CHECKER | texture::IMAGE => Err(record.value("a texture's size")),
+        _ => Err(record.value("a texture's kind")),
     }
 }
 
-fn check_light(light: &Light, record: u32) -> Result<(), SceneError> {
-    within(&light.colour, 0.0..=1.0e12, "a light's colour", record)?;
-    within(&light.place, -1.0e12..=1.0e12, "a light's place", record)?;
+fn check_light(light: &Light, record: Record) -> Result<(), SceneError> {
+    record.within("a light's colour", &light.colour, 0.0..=1.0e12)?;
+    record.within("a light's place", &light.place, -1.0e12..=1.0e12)?;
     let size = [light.right, light.up];
-    within(
-        size.as_flattened(),
-        -1.0e6..=1.0e6,
-        "a light's size",
-        record,
-    )?;
-    let what = match light.kind {
+    record.within("a light's size", size.as_flattened(), -1.0e6..=1.0e6)?;
+    match light.kind {
         light::POINT | light::POINT_INVERSE_SQUARE | light::DIRECTIONAL => {
             let is_small = light.samples == 0 && light.right == [0.0; 3] && light.up == [0.0; 3];
-            (!is_small).then_some("a light's size")
+            record.has("a light's size", is_small)
         }
         light::RECTANGLE | light::TWO_SIDED_RECTANGLE => {
-            let may_be = (1..=MOST_LIGHT_SAMPLES).contains(&light.samples);
-            (!may_be).then_some("a light's number of samples")
+            let is_known = (1..=MOST_LIGHT_SAMPLES).contains(&light.samples);
+            record.has("a light's number of samples", is_known)
         }
-        _ => Some("a light's kind"),
-    };
-    what.map_or(Ok(()), |what| Err(SceneError::Value { what, record }))
+        _ => Err(record.value("a light's kind")),
+    }
 }
 
 /// `start..start + count` if it lies within a table of `length` records.
@@ -380,13 +334,13 @@ fn part(start: u32, count: u32, length: usize) -> Option<Range<u32>> {
     (end as usize <= length).then_some(start..end)
 }
 
-/// Whether a mesh is the rung below `finer`, or where there is none, the
-/// first of as many as the scene's ladders have, or no ladder at all.
+/// Whether a mesh is the rung below `finer`. Without one: the first of as many rungs as the
+/// scene's ladders have, or no ladder at all.
 fn check_rung(
     rungs: u32,
     finer: Option<&Mesh>,
     mesh: &Mesh,
-    record: u32,
+    record: Record,
 ) -> Result<(), SceneError> {
     let shared = |mesh: &Mesh| {
         (
@@ -404,52 +358,33 @@ fn check_rung(
         }
         None => mesh.rungs == 1 || mesh.rungs == rungs,
     };
-    if fits {
-        Ok(())
-    } else {
-        Err(SceneError::Ladder { mesh: record })
-    }
+    let Record(mesh) = record;
+    fits.then_some(()).ok_or(SceneError::Ladder { mesh })
 }
 
 fn check_triangles<const W: usize>(
     scene: &Scene<'_, W>,
     mesh: &Mesh,
-    record: u32,
+    record: Record,
 ) -> Result<(), SceneError> {
-    let outside = |what, index| SceneError::Index {
-        what,
-        record,
-        index,
-    };
-    let triangles = part(
-        mesh.first_triangle,
-        mesh.triangle_count,
-        scene.triangles.len(),
-    )
-    .ok_or(outside("triangle", mesh.first_triangle))?;
-    part(mesh.first_normal, mesh.normal_count, scene.normals.len())
-        .ok_or(outside("normal", mesh.first_normal))?;
-    part(
-        mesh.first_coordinate,
-        mesh.coordinate_count,
-        scene.coordinates.len(),
-    )
-    .filter(|_| mesh.coordinate_count == 0 || mesh.coordinate_count == mesh.normal_count)
-    .ok_or(outside("coordinate", mesh.first_coordinate))?;
-    for triangle in scene
-        .triangles
-        .get(triangles.start as usize..triangles.end as usize)
-        .unwrap_or_default()
-    {
+    let (first, count) = (mesh.first_triangle, mesh.triangle_count);
+    let triangles = part(first, count, scene.triangles.len());
+    let triangles = triangles.ok_or(record.index("triangle", first))?;
+    let (first, normals) = (mesh.first_normal, mesh.normal_count);
+    part(first, normals, scene.normals.len()).ok_or(record.index("normal", first))?;
+    let (first, count) = (mesh.first_coordinate, mesh.coordinate_count);
+    part(first, count, scene.coordinates.len())
+        .filter(|_| count == 0 || count == normals)
+        .ok_or(record.index("coordinate", first))?;
+    let triangles = triangles.start as usize..triangles.end as usize;
+    for triangle in scene.triangles.get(triangles).unwrap_or_default() {
         // Corners have positions by the same numbers, if not normals.
-        if (W == 4 || mesh.normal_count > 0)
-            && let Some(&index) = triangle.corners.iter().find(|&&c| c >= mesh.normal_count)
+        if (W == 4 || normals > 0)
+            && let Some(&index) = triangle.corners.iter().find(|&&c| c >= normals)
         {
-            return Err(outside("vertex", index));
+            return Err(record.index("vertex", index));
         }
-        if triangle.material as usize >= scene.materials.len() {
-            return Err(outside("material", triangle.material));
-        }
+        record.names("material", triangle.material, scene.materials.len())?;
     }
     Ok(())
 }
@@ -457,105 +392,74 @@ fn check_triangles<const W: usize>(
 fn check_mesh<const W: usize>(
     scene: &Scene<'_, W>,
     mesh: &Mesh,
-    record: u32,
+    record: Record,
 ) -> Result<u32, SceneError> {
-    let outside = |what, index| SceneError::Index {
-        what,
-        record,
-        index,
-    };
     let nodes = part(mesh.first_node, mesh.node_count, scene.nodes.len())
-        .ok_or(outside("node", mesh.first_node))?;
+        .ok_or(record.index("node", mesh.first_node))?;
     let leaf_count = scene.leaves.len() + scene.id_leaves.len();
     let leaves = part(mesh.first_leaf, mesh.leaf_count, leaf_count)
-        .ok_or(outside("leaf", mesh.first_leaf))?;
-    within(
-        &[mesh.extent],
-        0.0..=Slabs::LARGEST_EXTENT,
-        "a mesh's extent",
-        record,
-    )?;
+        .ok_or(record.index("leaf", mesh.first_leaf))?;
+    let extents = 0.0..=Slabs::LARGEST_EXTENT;
+    record.within("a mesh's extent", &[mesh.extent], extents)?;
     let tree = Tree {
         nodes,
         leaves,
         mesh: Some((mesh, record)),
     };
     let (needed, faces) = check_tree(scene, &tree, mesh.root)?;
-    if faces != mesh.faces {
-        let what = "a mesh's number of faces";
-        return Err(SceneError::Value { what, record });
-    }
+    record.has("a mesh's number of faces", faces == mesh.faces)?;
     Ok(needed)
 }
 
 fn check_instance<const W: usize>(
     scene: &Scene<'_, W>,
     instance: &Instance,
-    record: u32,
+    record: Record,
 ) -> Result<(), SceneError> {
-    let outside = |what, index| SceneError::Index {
-        what,
-        record,
-        index,
-    };
     let maps = [instance.object_from_world, instance.world_from_object];
-    finite(
-        maps.as_flattened().as_flattened(),
-        "an instance's map",
-        record,
-    )?;
-    finite(&instance.low, "an instance's box", record)?;
-    finite(&instance.high, "an instance's box", record)?;
-    within(
-        &[instance.condition],
-        1.0..=1.0e12,
-        "an instance's condition",
-        record,
-    )?;
+    let numbers = maps.as_flattened().as_flattened();
+    record.finite("an instance's map", numbers)?;
+    record.finite("an instance's box", &instance.low)?;
+    record.finite("an instance's box", &instance.high)?;
+    let condition = [instance.condition];
+    record.within("an instance's condition", &condition, 1.0..=1.0e12)?;
     check_cover(scene, instance, record)?;
-    if instance.material != NO_MATERIAL && instance.material as usize >= scene.materials.len() {
-        return Err(outside("material", instance.material));
+    let material = instance.material;
+    if material != NO_MATERIAL {
+        record.names("material", material, scene.materials.len())?;
     }
     match instance.kind {
         kind::MESH => match scene.meshes.get(instance.geometry as usize) {
             // The finest rung of a ladder, or a mesh without one.
             Some(mesh) if mesh.rungs == 1 || mesh.rungs == scene.header.rungs => Ok(()),
-            _ => Err(outside("mesh", instance.geometry)),
+            _ => Err(record.index("mesh", instance.geometry)),
         },
-        kind::SPHEROID if instance.material == NO_MATERIAL => {
-            Err(outside("material", instance.material))
+        kind::SPHEROID if material == NO_MATERIAL => Err(record.index("material", material)),
+        kind::SPHEROID => {
+            let [equatorial, polar] = instance.radii;
+            let spheroid = Spheroid::new(equatorial, polar);
+            record.has("a spheroid's radii", spheroid.is_some())
         }
-        kind::SPHEROID if Spheroid::new(instance.radii[0], instance.radii[1]).is_some() => Ok(()),
-        kind::SPHEROID => Err(SceneError::Value {
-            what: "a spheroid's radii",
-            record,
-        }),
-        _ => Err(SceneError::Value {
-            what: "an instance's kind",
-            record,
-        }),
+        _ => Err(record.value("an instance's kind")),
     }
 }
 
 fn check_cover<const W: usize>(
     scene: &Scene<'_, W>,
     instance: &Instance,
-    record: u32,
+    record: Record,
 ) -> Result<(), SceneError> {
-    if instance.cover_nodes == 0 {
+    let (first, count) = (instance.cover, instance.cover_nodes);
+    if count == 0 {
         return Ok(());
     }
-    let nodes = part(instance.cover, instance.cover_nodes, scene.nodes.len())
-        .filter(|_| instance.cover_nodes <= COVER_NODES)
-        .ok_or(SceneError::Index {
-            what: "cover",
-            record,
-            index: instance.cover,
-        })?;
+    let nodes = part(first, count, scene.nodes.len())
+        .filter(|_| count <= COVER_NODES)
+        .ok_or(record.index("cover", first))?;
     let tree = Tree {
         nodes,
         leaves: 0..COVER_NODES * W as u32,
         mesh: None,
     };
-    check_tree(scene, &tree, instance.cover).map(|_| ())
+    check_tree(scene, &tree, first).map(|_| ())
 }

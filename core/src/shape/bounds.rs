@@ -1,5 +1,5 @@
 use super::Ray;
-use crate::numeric::{UNIT_ROUNDOFF, greater, largest_number, lesser, smallest_number};
+use crate::numeric::{UNIT_ROUNDOFF, greater, largest_number, lesser, map3, smallest_number};
 use glam::Vec3;
 
 /// A ray made ready for slab tests against boxes, conservatively: a box whose
@@ -67,7 +67,8 @@ impl Slabs {
     }
 
     /// From what [`new`](Self::new) has computed elsewhere.
-    pub(crate) const fn from_parts(
+    #[inline(always)]
+    pub(crate) fn from_parts(
         reciprocal: [f32; 3],
         near: [f32; 3],
         far: [f32; 3],
@@ -77,7 +78,8 @@ impl Slabs {
             reciprocal,
             near,
             far,
-            negative,
+            // Known to be 0 or 1: no plane is out of range.
+            negative: map3(negative, |negative| negative & 1),
         }
     }
 

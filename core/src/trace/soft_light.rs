@@ -105,6 +105,7 @@ impl<'a> Rectangle<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use zerocopy::FromZeros as _;
 
     #[test]
     fn points_are_in_every_cell_of_every_grid() {
@@ -145,14 +146,11 @@ mod tests {
     #[test]
     fn what_has_no_area_gives_no_light() {
         let line = Light {
-            place: [0.0; 3],
             kind: light::RECTANGLE,
-            colour: [1.0; 3],
             samples: 1,
             right: [1.0, 0.0, 0.0],
-            reserved: 0,
             up: [2.0, 0.0, 0.0],
-            reserved2: 0,
+            ..Light::new_zeroed()
         };
         assert!(Rectangle::new(&line).is_none());
         let square = Light {

@@ -361,6 +361,7 @@ static SRGB: [f32; 256] = [
 mod tests {
     use super::*;
     use crate::scene::format::texture;
+    use zerocopy::FromZeros as _;
 
     const BLACK_AND_WHITE: Texture = Texture {
         kind: texture::CHECKER,
@@ -371,6 +372,18 @@ mod tests {
         colours: [[0.0; 3], [1.0; 3]],
         reserved: [0; 4],
     };
+
+    /// A picture after two other texels.
+    fn picture(width: u32, height: u32) -> Texture {
+        Texture {
+            kind: texture::IMAGE,
+            width,
+            height,
+            first_texel: 2,
+            repeats: [1.0; 2],
+            ..Texture::new_zeroed()
+        }
+    }
 
     fn is_white(u: f32, v: f32) -> bool {
         let colour = checker(&BLACK_AND_WHITE, [u, v]);
@@ -420,13 +433,8 @@ mod tests {
     #[test]
     fn what_is_no_number_has_a_colour() {
         let quarter = Texture {
-            kind: texture::IMAGE,
-            width: 2,
-            height: 2,
             first_texel: 0,
-            repeats: [1.0; 2],
-            colours: [[0.0; 3]; 2],
-            reserved: [0; 4],
+            ..picture(2, 2)
         };
         let texels = [[255, 0, 0, 0], [0, 255, 0, 0], [0, 0, 255, 0], [0; 4]];
         for odd in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, 1e38] {
@@ -443,15 +451,7 @@ mod tests {
     #[test]
     fn texels_are_exact_in_their_middles_and_mixed_between() {
         let (width, height) = (5, 3);
-        let picture = Texture {
-            kind: texture::IMAGE,
-            width,
-            height,
-            first_texel: 2,
-            repeats: [1.0; 2],
-            colours: [[0.0; 3]; 2],
-            reserved: [0; 4],
-        };
+        let picture = picture(width, height);
         let texels: [Texel; 17] =
             core::array::from_fn(|i| [i as u8 * 15, 255 - i as u8 * 7, i as u8, 0]);
         let of = |column: u32, row: u32| {

@@ -45,30 +45,25 @@ fn next_to_the_line_of_sight_the_boundary_is_known() {
 }
 
 #[test]
-fn straight_up_and_down_is_outside() {
-    for (y, beta) in [(1.0, FRAC_PI_2), (-1.0, -FRAC_PI_2)] {
-        let sight = front().sight(Vec3::new(0.0, y, -0.0)).unwrap();
-        assert_eq!((sight.m_alpha, sight.m_beta), (0.0, beta));
-        assert_eq!((sight.level, sight.zone), (0.0, Zone::Outside));
-    }
-}
-
-#[test]
-fn straight_to_the_side_is_traced_without_bounces() {
-    for x in [1.0, -1.0, 1.0e-40, -1.0e38] {
-        let sight = front().sight(Vec3::new(x, 0.0, 0.0)).unwrap();
-        assert_eq!((sight.m_alpha, sight.m_beta), (FRAC_PI_2, 0.0));
-        assert!((sight.level - 1.0 / 7.0).abs() < 5e-7, "{sight:?}");
-        assert_eq!(sight.zone, Zone::Peripheral);
-    }
-}
-
-#[test]
-fn straight_behind_is_outside() {
-    for y in [0.0, -0.0] {
-        let sight = front().sight(Vec3::new(0.0, y, 1.0)).unwrap();
-        assert_eq!((sight.m_alpha, sight.m_beta), (PI, 0.0));
-        assert_eq!((sight.level, sight.zone), (0.0, Zone::Outside));
+fn right_angles_are_exact() {
+    let outside = (0.0, Zone::Outside);
+    // Traced without bounces.
+    let side = (1.0 / 7.0, Zone::Peripheral);
+    for (direction, alpha, beta, (level, zone)) in [
+        ([0.0, 1.0, -0.0], 0.0, FRAC_PI_2, outside),
+        ([0.0, -1.0, -0.0], 0.0, -FRAC_PI_2, outside),
+        ([0.0, 0.0, 1.0], PI, 0.0, outside),
+        ([0.0, -0.0, 1.0], PI, 0.0, outside),
+        ([1.0, 0.0, 0.0], FRAC_PI_2, 0.0, side),
+        ([-1.0, 0.0, 0.0], FRAC_PI_2, 0.0, side),
+        ([1.0e-40, 0.0, 0.0], FRAC_PI_2, 0.0, side),
+        ([-1.0e38, 0.0, 0.0], FRAC_PI_2, 0.0, side),
+    ] {
+        let sight = front().sight(Vec3::from_array(direction)).unwrap();
+        assert_eq!((sight.m_alpha, sight.m_beta), (alpha, beta));
+        let slack = if level == 0.0 { 0.0 } else { 5e-7 };
+        assert!((sight.level - level).abs() <= slack, "{sight:?}");
+        assert_eq!(sight.zone, zone);
     }
 }
 

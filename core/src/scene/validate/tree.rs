@@ -1,5 +1,6 @@
 //! Trees of boxes: whether they are trees, and how deep.
 
+use super::Record;
 use crate::scene::format::{COUNT_SHIFT, INDEX, LEAF, Mesh};
 use crate::scene::{STACK_ENTRIES, Scene, SceneError};
 use core::ops::Range;
@@ -24,7 +25,7 @@ pub(super) struct Tree<'m> {
     pub(super) leaves: Range<u32>,
     /// The mesh whose triangles its leaves hold, and its number; leaves of other
     /// trees name one primitive each and carry no count.
-    pub(super) mesh: Option<(&'m Mesh, u32)>,
+    pub(super) mesh: Option<(&'m Mesh, Record)>,
 }
 
 impl Tree<'_> {
@@ -38,25 +39,20 @@ impl Tree<'_> {
         let Some((mesh, record)) = self.mesh else {
             return Ok(());
         };
-        let outside = |what, index| SceneError::Index {
-            what,
-            record,
-            index,
-        };
         let ids = if W == 8 {
             scene.leaves.get(leaf as usize).map(|block| &block.ids[..])
         } else {
             scene.id_leaves.get(leaf as usize).map(|ids| &ids[..])
         };
         let Some(ids) = ids else {
-            return Err(outside("leaf", leaf));
+            return Err(record.index("leaf", leaf));
         };
         let wrong = |(lane, id): (usize, &u32)| {
             let filled = lane < count as usize;
             (filled && *id >= mesh.triangle_count) || (!filled && *id != u32::MAX)
         };
         match ids.iter().enumerate().find(|&entry| wrong(entry)) {
-            Some((_, &id)) => Err(outside("triangle", id)),
+            Some((_, &id)) => Err(record.index("triangle", id)),
             None => Ok(()),
         }
     }
@@ -73,11 +69,7 @@ pub(super) fn check_tree<const W: usize>(
     root: u32,
 ) -> Result<(u32, u32), SceneError> {
     if !tree.nodes.contains(&root) {
-        return Err(SceneError::Index {
-            what: "root node",
-            record: 0,
-            index: root,
-        });
+        return Err(Record(0).index("root node", root));
     }
     let too_deep = |needed| SceneError::TooDeep {
         needed,
@@ -116,11 +108,7 @@ pub(super) fn check_tree<const W: usize>(
                 leaves += 1;
                 let known = tree.leaves.contains(&index) && leaves <= tree.leaves.len();
                 if !known || !fits {
-                    return Err(SceneError::Index {
-                        what: "leaf",
-                        record: number,
-                        index,
-                    });
+                    return Err(Record(number).index("leaf", index));
                 }
                 tree.check_leaf(scene, index, count)?;
                 primitives = primitives.saturating_add(count);

@@ -25,19 +25,20 @@ impl Span {
         }
         // No ray's own component is replaced by a least one: see TileSlabs.
         let least = max(largest * Slabs::LEAST_SHARE, Slabs::LEAST_COMPONENT);
-        let corners = map3([0, 1, 2], |axis: usize| {
-            [0, 1, 2, 3].map(|corner: usize| corners[corner].to_array()[axis])
-        });
+        let (mut lows, mut highs) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        for corner in corners {
+            let extremes = lows.iter_mut().zip(&mut highs);
+            for ((low, high), component) in extremes.zip(corner.to_array()) {
+                (*low, *high) = (min(*low, component), max(*high, component));
+            }
+        }
         let mut span = Self {
             origin: origin.to_array(),
             negative: [0; 3],
             interval: [(0.0, 0.0, 0.0); 3],
         };
         for axis in 0..3 {
-            let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
-            for component in corners[axis] {
-                (low, high) = (min(low, component), max(high, component));
-            }
+            let (low, high) = (lows[axis], highs[axis]);
             span.negative[axis] = if low > least {
                 0
             } else if high < -least {
