@@ -266,21 +266,23 @@ impl Tally {
         let cells = row.split('|').flat_map(|cell| cell.trim().parse());
         let stated: Vec<f32> = cells.collect();
         assert_eq!(stated.len(), 5, "{name}: {row}");
-        assert!(lost as f32 <= stated[4], "{name}: {lost} lost, {row}");
-        for (rate, &stated) in rates.iter().zip(&stated) {
-            let most = if is_heavy() || stated == 0.0 {
-                0.001
-            } else {
-                SOME
-            };
-            let near = (rate - stated).abs() < most;
-            assert!(near || cfg!(miri), "{name}: {rates:?}, {row}");
+        if cfg!(miri) {
+            return;
+        }
+        assert_eq!(lost as f32, stated[4], "{name}: intact records lost, {row}");
+        for ((rate, &stated), some) in rates.iter().zip(&stated).zip(SOME) {
+            let most = if is_heavy() { 0.001 } else { some };
+            let none = stated == 0.0 && *rate > 0.0 && !is_heavy();
+            assert!(
+                !none && (rate - stated).abs() < most,
+                "{name}: {rates:?}, {row}"
+            );
         }
     }
 }
 
-/// How far the rates of some faults are from those of all at most.
-const SOME: f32 = 0.12;
+/// How far the rates of some faults are from those of all at most, by the kind of fault.
+const SOME: [f32; 4] = [0.03, 0.12, 0.05, 0.03];
 
 /// How many records come before the one that is damaged.
 const CLEAN_HEAD: usize = 2;

@@ -337,11 +337,6 @@ fn station_letter(number: u8) -> u8 {
 #[derive(Debug, Clone)]
 pub struct Fastrak {
     stream: Stream<MOST_RECORD_BYTES>,
-    records: Records,
-}
-
-#[derive(Debug, Clone)]
-struct Records {
     config: Config,
     /// Each station's last status.
     status: [u8; MOST_STATIONS as usize],
@@ -352,19 +347,17 @@ impl Fastrak {
     pub fn new(config: Config) -> Self {
         Self {
             stream: Stream::default(),
-            records: Records {
-                config,
-                status: [b' '; MOST_STATIONS as usize],
-            },
+            config,
+            status: [b' '; MOST_STATIONS as usize],
         }
     }
 }
 
 impl Decoder for Fastrak {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
-        let records = &mut self.records;
+        let (config, status) = (&self.config, &mut self.status);
         self.stream
-            .feed(bytes, sink, |front| records.step(front, arrival));
+            .feed(bytes, sink, |front| config.step(status, front, arrival));
     }
 
     fn counts(&self) -> &Counts {
@@ -376,8 +369,9 @@ impl Decoder for Fastrak {
     }
 }
 
-impl Records {
-    fn step(&mut self, front: Front<'_>, arrival: Micros) -> Step {
+impl Config {
+    /// What the front of a stream is; `last` are the stations' last statuses.
+    fn step(&self, last: &mut [u8], front: Front<'_>, arrival: Micros) -> Step {
         let bytes = front.bytes;
         let nowhere = Step::Skip(DropReason::OutOfStep);
         match bytes {
@@ -387,7 +381,7 @@ impl Records {
         }
         let station = match bytes.get(1).map(|&letter| station_number(letter)) {
             None => return Step::More,
-            Some(Some(station)) if station <= self.config.stations => station,
+            Some(Some(station)) if station <= self.stations => station,
             Some(_) => return nowhere,
         };
         let status = match bytes.get(2) {
@@ -401,15 +395,7 @@ impl Records {
             status,
             meaning: fault_meaning(status),
         };
-        let Self { config, status } = self;
-        record(
-            front,
-            header,
-            &config.items,
-            config.scale(),
-            status,
-            arrival,
-        )
+        record(front, header, &self.items, self.scale(), last, arrival)
     }
 }
 

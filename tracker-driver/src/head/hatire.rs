@@ -158,12 +158,12 @@ pub struct Frame {
 }
 
 impl Config {
-    fn word(&self, bytes: [u8; 2]) -> u16 {
+    /// From the device's order of bytes to little-endian, or back.
+    fn flip<const N: usize>(&self, mut bytes: [u8; N]) -> [u8; N] {
         if self.big_endian {
-            u16::from_be_bytes(bytes)
-        } else {
-            u16::from_le_bytes(bytes)
+            bytes.reverse();
         }
+        bytes
     }
 
     /// Takes a frame apart; `None` where its marks are not there. Its numbers are any
@@ -174,16 +174,11 @@ impl Config {
         };
         let mut values = [0.0; 6];
         for (value, bytes) in values.iter_mut().zip(numbers.chunks_exact(4)) {
-            let bytes = bytes.try_into().ok()?;
-            *value = if self.big_endian {
-                f32::from_be_bytes(bytes)
-            } else {
-                f32::from_le_bytes(bytes)
-            };
+            *value = f32::from_le_bytes(self.flip(bytes.try_into().ok()?));
         }
         let [yaw, pitch, roll, x, y, z] = values;
         Some(Frame {
-            code: self.word([*c0, *c1]),
+            code: u16::from_le_bytes(self.flip([*c0, *c1])),
             rotation: [yaw, pitch, roll],
             translation: [x, y, z],
         })
@@ -192,19 +187,9 @@ impl Config {
     /// The bytes of a frame.
     pub fn encode_frame(&self, frame: &Frame) -> [u8; FRAME_BYTES] {
         let mut bytes = [0; FRAME_BYTES];
-        let code = if self.big_endian {
-            frame.code.to_be_bytes()
-        } else {
-            frame.code.to_le_bytes()
-        };
+        let code = self.flip(frame.code.to_le_bytes());
         let numbers = frame.rotation.iter().chain(&frame.translation);
-        let numbers = numbers.flat_map(|value| {
-            if self.big_endian {
-                value.to_be_bytes()
-            } else {
-                value.to_le_bytes()
-            }
-        });
+        let numbers = numbers.flat_map(|value| self.flip(value.to_le_bytes()));
         let all = [0xAA, 0xAA].into_iter().chain(code).chain(numbers);
         for (place, byte) in bytes.iter_mut().zip(all.chain([0x55, 0x55])) {
             *place = byte;

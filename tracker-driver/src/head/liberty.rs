@@ -237,11 +237,6 @@ pub fn stop() -> Script {
 #[derive(Debug, Clone)]
 pub struct Liberty {
     stream: Stream<MOST_RECORD_BYTES>,
-    records: Records,
-}
-
-#[derive(Debug, Clone)]
-struct Records {
     config: Config,
     /// Each station's last error.
     error: [u8; MOST_STATIONS as usize],
@@ -252,19 +247,17 @@ impl Liberty {
     pub fn new(config: Config) -> Self {
         Self {
             stream: Stream::default(),
-            records: Records {
-                config,
-                error: [b' '; MOST_STATIONS as usize],
-            },
+            config,
+            error: [b' '; MOST_STATIONS as usize],
         }
     }
 }
 
 impl Decoder for Liberty {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
-        let records = &mut self.records;
+        let (config, error) = (&self.config, &mut self.error);
         self.stream
-            .feed(bytes, sink, |front| records.step(front, arrival));
+            .feed(bytes, sink, |front| config.step(error, front, arrival));
     }
 
     fn counts(&self) -> &Counts {
@@ -281,17 +274,18 @@ fn lacks(bytes: &[u8], at: usize, allowed: impl Fn(u8) -> bool) -> bool {
     bytes.get(at).is_some_and(|&byte| !allowed(byte))
 }
 
-impl Records {
-    fn step(&mut self, front: Front<'_>, arrival: Micros) -> Step {
+impl Config {
+    /// What the front of a stream is; `last` are the stations' last errors.
+    fn step(&self, last: &mut [u8], front: Front<'_>, arrival: Micros) -> Step {
         let bytes = front.bytes;
         let nowhere = Step::Skip(DropReason::OutOfStep);
         let starts = |model: Model| bytes.iter().zip(model.tag()).all(|(&a, b)| a == b);
         let printable = |byte: u8| byte == b' ' || byte.is_ascii_graphic();
-        let stations = self.config.stations;
+        let stations = self.stations;
         if !Model::ALL.into_iter().any(starts)
             || lacks(bytes, 2, |station| (1..=stations).contains(&station))
             || lacks(bytes, 3, |command| {
-                self.config.records.is_none() || printable(command) || command < b' '
+                self.records.is_none() || printable(command) || command < b' '
             })
             || lacks(bytes, 4, printable)
         {
@@ -302,12 +296,11 @@ impl Records {
         else {
             return Step::More;
         };
-        let config = &self.config;
-        let is_record = config.records.is_none_or(|all| all.contains(&command));
-        let size = match config.size {
+        let is_record = self.records.is_none_or(|all| all.contains(&command));
+        let size = match self.size {
             Size::LittleEndian => u16::from_le_bytes([sixth, seventh]).into(),
             Size::BigEndian => u16::from_be_bytes([sixth, seventh]).into(),
-            Size::Unused if is_record => config.items.bytes(),
+            Size::Unused if is_record => self.items.bytes(),
             // How long another answer is nobody says.
             Size::Unused => return nowhere,
         };
@@ -319,7 +312,7 @@ impl Records {
                 false => Step::Take(length, reply(command, error)),
             };
         }
-        if size != self.config.items.bytes() {
+        if size != self.items.bytes() {
             // A stream of another list than the decoder was made for. Its
             // length is not relied on: it may be what is damaged.
             return Step::Skip(DropReason::Length);
@@ -330,8 +323,7 @@ impl Records {
             status: error,
             meaning: "",
         };
-        let Self { config, error } = self;
-        record(front, header, &config.items, config.scale(), error, arrival)
+        record(front, header, &self.items, self.scale(), last, arrival)
     }
 }
 

@@ -79,31 +79,21 @@ pub(super) fn write_sample(content: &mut Content, sample: &Sample) {
         orientation,
         angular_velocity,
     } = sample.head;
-    for part in position.iter().flat_map(|p| p.value.to_array()) {
-        content.push(&part.to_le_bytes());
-    }
-    for part in orientation.iter().flat_map(|o| o.value.to_array()) {
-        content.push(&part.to_le_bytes());
-    }
-    for part in angular_velocity.iter().flat_map(Vec3::to_array) {
-        content.push(&part.to_le_bytes());
-    }
+    let mut push = |number: f32| content.push(&number.to_le_bytes());
+    let place = position.iter().flat_map(|p| p.value.to_array());
+    let turn = orientation.iter().flat_map(|o| o.value.to_array());
+    let velocity = angular_velocity.iter().flat_map(Vec3::to_array);
+    place.chain(turn).chain(velocity).for_each(&mut push);
     for (_, eye) in eyes(sample) {
-        for vector in [eye.origin, eye.direction].iter().flatten() {
-            for part in vector.value.to_array() {
-                content.push(&part.to_le_bytes());
-            }
-        }
-        if let Some(Pupil::Diameter(size) | Pupil::Raw(size)) = eye.pupil {
-            content.push(&size.to_le_bytes());
-        }
-        if let Some(openness) = eye.openness {
-            content.push(&openness.to_le_bytes());
-        }
+        let vectors = [eye.origin, eye.direction].into_iter().flatten();
+        vectors.flat_map(|v| v.value.to_array()).for_each(&mut push);
+        let pupil = eye
+            .pupil
+            .map(|(Pupil::Diameter(size) | Pupil::Raw(size))| size);
+        pupil.into_iter().chain(eye.openness).for_each(&mut push);
     }
-    for part in point.iter().flat_map(|(_, point)| point.to_array()) {
-        content.push(&part.to_le_bytes());
-    }
+    let point = point.iter().flat_map(|(_, point)| point.to_array());
+    point.for_each(&mut push);
 }
 
 /// The two words of bits before a sample's fields.
@@ -118,8 +108,10 @@ impl Bits {
         self.valid & bit != 0
     }
 
-    fn is_tracked(self, bit: u32) -> bool {
-        self.tracked & bit != 0
+    /// A value that was read, tracked or not by this bit.
+    fn read<T>(self, bit: u32, value: T) -> Reading<T> {
+        let tracked = self.tracked & bit != 0;
+        Reading { value, tracked }
     }
 
     fn field(&mut self, bit: u32, there: bool) {
@@ -153,7 +145,7 @@ pub(super) fn read_sample(body: &[u8], arrival: Micros) -> Result<Sample, DropRe
         return Err(DropReason::Field);
     }
     let bits = Bits { valid, tracked };
-    let (has, is_tracked) = (|bit| bits.has(bit), |bit| bits.is_tracked(bit));
+    let has = |bit| bits.has(bit);
     let [sensor] = body.take()?;
     let mut sample = Sample {
         sensor,
@@ -168,10 +160,7 @@ pub(super) fn read_sample(body: &[u8], arrival: Micros) -> Result<Sample, DropRe
         sample.sequence = Some(body.u32()?);
     }
     if has(POSITION) {
-        sample.head.position = Some(Reading {
-            value: body.vector()?,
-            tracked: is_tracked(POSITION),
-        });
+        sample.head.position = Some(bits.read(POSITION, body.vector()?));
     }
     if has(ORIENTATION) {
         let [x, y, z, w] = [
@@ -182,10 +171,7 @@ pub(super) fn read_sample(body: &[u8], arrival: Micros) -> Result<Sample, DropRe
         ];
         let value = Quat::from_xyzw(x, y, z, w);
         valid::rotation(value, NORM_TOLERANCE)?;
-        sample.head.orientation = Some(Reading {
-            value,
-            tracked: is_tracked(ORIENTATION),
-        });
+        sample.head.orientation = Some(bits.read(ORIENTATION, value));
     }
     if has(ANGULAR_VELOCITY) {
         sample.head.angular_velocity = Some(body.vector()?);
@@ -206,10 +192,7 @@ pub(super) fn read_sample(body: &[u8], arrival: Micros) -> Result<Sample, DropRe
             2 => GazePoint::Raw(point),
             _ => return Err(DropReason::Field),
         };
-        sample.gaze_point = Some(Reading {
-            value,
-            tracked: is_tracked(GAZE_POINT),
-        });
+        sample.gaze_point = Some(bits.read(GAZE_POINT, value));
     } else if kind != 0 {
         return Err(DropReason::Field);
     }
@@ -221,16 +204,10 @@ pub(super) fn read_sample(body: &[u8], arrival: Micros) -> Result<Sample, DropRe
 fn read_eye(body: &mut Body<'_>, bits: Bits, n: u32, eye: &mut Eye) -> Result<(), DropReason> {
     let shift = n * BITS_PER_EYE;
     if bits.has(ORIGIN << shift) {
-        eye.origin = Some(Reading {
-            value: body.vector()?,
-            tracked: bits.is_tracked(ORIGIN << shift),
-        });
+        eye.origin = Some(bits.read(ORIGIN << shift, body.vector()?));
     }
     if bits.has(DIRECTION << shift) {
-        eye.direction = Some(Reading {
-            value: unit(body.vector()?)?,
-            tracked: bits.is_tracked(DIRECTION << shift),
-        });
+        eye.direction = Some(bits.read(DIRECTION << shift, unit(body.vector()?)?));
     }
     if bits.has(PUPIL << shift) {
         let size = body.number()?;
