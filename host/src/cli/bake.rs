@@ -77,11 +77,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn load(arguments: &Arguments) -> Result<Scene, Failure> {
     let Arguments { input, model, .. } = arguments;
-    let path = |name| match name {
-        &SceneName::File(ref path) if is_mesh(path) => Some(path),
+    let meshes = input.iter().filter_map(|name| match name {
+        SceneName::File(path) if is_mesh(path) => Some(path),
         _ => None,
-    };
-    let meshes: Vec<_> = input.iter().filter_map(path).collect();
+    });
+    let meshes: Vec<_> = meshes.collect();
     match input.as_slice() {
         [name] if meshes.is_empty() => match Source::load(name, model)?.scene {
             Loaded::Described(scene) => Ok(scene),

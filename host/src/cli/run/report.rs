@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 #[allow(dead_code, reason = "only its schema is used")]
 pub(in crate::cli) enum Json {
     /// The report on standard output.
-    Report(Report),
+    Report(Box<Report>),
     /// A line of the file of --record.
     Record(FrameRecord),
 }
