@@ -145,7 +145,7 @@ fn a_head_report_turns_the_head() {
     });
     let hex: String = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
     let folder = folder();
-    let cave = |words: &str| cave(folder.path(), &format!("--size 64 {words}"));
+    let cave = |words: &str| cave(folder.path(), words);
     let turned = cave(&format!("--ipd 0.4 --head-report {hex} --out turned"));
     let padding = "00".repeat(16);
     let padded = cave(&format!(
