@@ -3,6 +3,17 @@
 //!
 //! Prints a line for each check, and "N passed, N failed" at the end.
 
+/// Fails a check, with the values.
+macro_rules! ensure {
+    ($condition:expr, $($why:tt)*) => {
+        if $condition {
+        } else {
+            return Err(format!($($why)*).into());
+        }
+    };
+}
+
+mod command;
 mod uhid;
 
 use hidapi::{HidApi, HidDevice};
@@ -18,25 +29,14 @@ use shisen_tracker::protocol::Protocol;
 use shisen_tracker::sample::{GazePoint, Sample};
 use shisen_tracker::time::Micros;
 use std::error::Error;
-use std::io::{BufRead, BufReader, Read};
-use std::process::{Command, Stdio};
-use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::{Duration, Instant};
 use uhid::{Description, Device};
 
-type Outcome = Result<(), Box<dyn Error>>;
+type Result<T = ()> = std::result::Result<T, Box<dyn Error>>;
 
-/// Fails a check, with the values.
-macro_rules! ensure {
-    ($condition:expr, $($why:tt)*) => {
-        if $condition {
-        } else {
-            return Err(format!($($why)*).into());
-        }
-    };
-}
-
+/// The machine is emulated: a process takes a while to start.
+const SLOW: Duration = Duration::from_secs(20);
 /// Longest wait for the kernel, milliseconds; it takes a few.
 const PATIENCE: i32 = 2_000;
 /// 16 bytes of the maker's own, without report ids, as the OSVR HDK sends them.
@@ -97,40 +97,47 @@ const READY: Status = Status {
     sampling_frequency: Some(100.0),
 };
 
-fn eye_tracker(serial: &str) -> Result<Device, Box<dyn Error>> {
+fn eye_tracker(serial: &str) -> Result<Device> {
     eye_tracker_that(serial, true)
 }
 
 /// One that takes requests, or not.
-fn eye_tracker_that(serial: &str, settable: bool) -> Result<Device, Box<dyn Error>> {
+fn eye_tracker_that(serial: &str, settable: bool) -> Result<Device> {
+    let features = vec![
+        (0x11, documented::capabilities(&ABILITIES).to_vec()),
+        (0x12, documented::configuration(&SET_UP).to_vec()),
+        (0x13, documented::status(&READY).to_vec()),
+    ];
     Ok(Device::new(&Description {
         name: "Virtual Eye Tracker",
         serial,
         id: documented::USB_ID,
         descriptor: &documented::DESCRIPTOR,
-        features: vec![
-            (0x11, documented::capabilities(&ABILITIES).to_vec()),
-            (0x12, documented::configuration(&SET_UP).to_vec()),
-            (0x13, documented::status(&READY).to_vec()),
-        ],
+        features,
         settable,
     })?)
 }
 
-fn hdk() -> Result<Device, Box<dyn Error>> {
+/// A device that takes requests, with these feature reports.
+fn another(
+    name: &str,
+    id: (u16, u16),
+    descriptor: &[u8],
+    features: Vec<(u8, Vec<u8>)>,
+) -> Result<Device> {
     Ok(Device::new(&Description {
-        name: "OSVR HDK",
-        serial: "HDK-1",
-        id: osvr_hdk::USB_IDS[0],
-        descriptor: &HDK_DESCRIPTOR,
-        features: Vec::new(),
+        name,
+        serial: "1",
+        id,
+        descriptor,
+        features,
         settable: true,
     })?)
 }
 
 /// Path, product and serial number of each device with this id. hidapi lists a
 /// device once for each of its collections.
-fn listed(api: &mut HidApi, id: (u16, u16)) -> Result<Vec<[String; 3]>, Box<dyn Error>> {
+fn listed(api: &mut HidApi, id: (u16, u16)) -> Result<Vec<[String; 3]>> {
     api.refresh_devices()?;
     let mut devices: Vec<_> = api
         .device_list()
@@ -149,37 +156,54 @@ fn listed(api: &mut HidApi, id: (u16, u16)) -> Result<Vec<[String; 3]>, Box<dyn 
 }
 
 /// Waits until as many devices are listed.
-fn wait_for(
-    api: &mut HidApi,
-    id: (u16, u16),
-    count: usize,
-) -> Result<Vec<[String; 3]>, Box<dyn Error>> {
-    let start = Instant::now();
-    loop {
-        let devices = listed(api, id)?;
-        if devices.len() == count {
-            return Ok(devices);
-        }
-        ensure!(
-            start.elapsed().as_millis() < PATIENCE as u128,
-            "{count} devices expected, found {devices:?}"
-        );
-        thread::sleep(Duration::from_millis(5));
-    }
+fn wait_for(api: &mut HidApi, id: (u16, u16), count: usize) -> Result<Vec<[String; 3]>> {
+    let mut devices = Vec::new();
+    within(Duration::from_millis(PATIENCE as u64), || {
+        devices = listed(api, id)?;
+        Ok(devices.len() == count)
+    })?;
+    Ok(devices)
 }
 
-fn open(api: &HidApi, path: &str) -> Result<HidDevice, Box<dyn Error>> {
+/// Asks every 5 ms, until it is so.
+fn within(time: Duration, mut so: impl FnMut() -> Result<bool>) -> Result {
+    let start = Instant::now();
+    while !so()? {
+        ensure!(start.elapsed() < time, "nothing came of it in {time:?}");
+        thread::sleep(Duration::from_millis(5));
+    }
+    Ok(())
+}
+
+/// Waits for the one device with this id.
+fn path(api: &mut HidApi, id: (u16, u16)) -> Result<String> {
+    let [device] = &wait_for(api, id, 1)?[..] else {
+        return Err("more than one device".into());
+    };
+    Ok(device[0].clone())
+}
+
+fn open(api: &HidApi, path: &str) -> Result<HidDevice> {
     Ok(api.open_path(&std::ffi::CString::new(path)?)?)
 }
 
-fn descriptor(device: &HidDevice) -> Result<Vec<u8>, Box<dyn Error>> {
+/// An eye tracker, its handle, and what decodes its reports.
+fn plugged(api: &mut HidApi) -> Result<(Device, HidDevice, EyeTracker)> {
+    let device = eye_tracker("ET-1")?;
+    let path = path(api, documented::USB_ID)?;
+    let opened = open(api, &path)?;
+    let tracker = EyeTracker::new(&descriptor(&opened)?, Axes::default())?;
+    Ok((device, opened, tracker))
+}
+
+fn descriptor(device: &HidDevice) -> Result<Vec<u8>> {
     let mut bytes = vec![0; 4096];
     let length = device.get_report_descriptor(&mut bytes)?;
     bytes.truncate(length);
     Ok(bytes)
 }
 
-fn feature(device: &HidDevice, id: u8) -> Result<Vec<u8>, Box<dyn Error>> {
+fn feature(device: &HidDevice, id: u8) -> Result<Vec<u8>> {
     let mut bytes = vec![0; 256];
     bytes[0] = id;
     let length = device.get_feature_report(&mut bytes)?;
@@ -194,7 +218,7 @@ fn pass(
     to: &HidDevice,
     decoder: &mut impl Decoder,
     arrival: Micros,
-) -> Result<Event, Box<dyn Error>> {
+) -> Result<Event> {
     from.send(report)?;
     let mut bytes = [0; 256];
     let length = to.read_timeout(&mut bytes, PATIENCE)?;
@@ -209,11 +233,15 @@ fn pass(
     Ok(events[0])
 }
 
-/// A sample and its report.
-type Record = (Sample, Vec<u8>);
+fn sample(event: Event) -> Result<Sample> {
+    match event {
+        Event::Sample(sample) => Ok(sample),
+        other => Err(format!("{other:?}").into()),
+    }
+}
 
-/// Records of the simulated tracker.
-fn mock(protocol: &str, count: usize) -> Result<Vec<Record>, Box<dyn Error>> {
+/// Samples of the simulated tracker, and their reports.
+fn mock(protocol: &str, count: usize) -> Result<Vec<(Sample, Vec<u8>)>> {
     let viewer = Viewer::new(ViewerConfig::default(), 5);
     let mut tracker = Tracker::new(TrackerConfig::default(), viewer, 5)?;
     let protocol = Protocol::named(protocol).ok_or("the mock does not know the protocol")?;
@@ -226,19 +254,16 @@ fn mock(protocol: &str, count: usize) -> Result<Vec<Record>, Box<dyn Error>> {
     samples.collect()
 }
 
-fn lists_and_opens(api: &mut HidApi) -> Outcome {
+fn lists_and_opens(api: &mut HidApi) -> Result {
     let device = eye_tracker("ET-1")?;
     let devices = wait_for(api, documented::USB_ID, 1)?;
     let [path, product, serial] = &devices[0];
-    ensure!(
-        product == "Virtual Eye Tracker" && serial == "ET-1",
-        "{devices:?}"
-    );
-    let of_page = |device: &&hidapi::DeviceInfo| (device.usage_page(), device.usage()) == (0x12, 1);
-    let found = api
-        .device_list()
-        .find(of_page)
-        .ok_or("no device of usage page 0x12")?;
+    let named = product == "Virtual Eye Tracker" && serial == "ET-1";
+    ensure!(named, "{devices:?}");
+    let has_page =
+        |device: &&hidapi::DeviceInfo| (device.usage_page(), device.usage()) == (0x12, 1);
+    let found = api.device_list().find(has_page);
+    let found = found.ok_or("no device of usage page 0x12")?;
     ensure!(found.path().to_str()? == path, "{found:?}");
     let opened = open(api, path)?;
     let bytes = descriptor(&opened)?;
@@ -251,11 +276,8 @@ fn lists_and_opens(api: &mut HidApi) -> Outcome {
     Ok(())
 }
 
-fn reads_features(api: &mut HidApi) -> Outcome {
-    let _device = eye_tracker("ET-1")?;
-    let devices = wait_for(api, documented::USB_ID, 1)?;
-    let opened = open(api, &devices[0][0])?;
-    let tracker = EyeTracker::new(&descriptor(&opened)?, Axes::default())?;
+fn reads_features(api: &mut HidApi) -> Result {
+    let (_device, opened, tracker) = plugged(api)?;
     let reports = tracker
         .feature_reports()
         .map(|report| report.map(|(id, _)| id));
@@ -277,24 +299,16 @@ fn reads_features(api: &mut HidApi) -> Outcome {
 
 /// Where there are no ids, the system has a 0 before every report that it is asked for or
 /// told to set, and the device's driver may hand one back or not.
-fn features_without_ids(api: &mut HidApi) -> Outcome {
+fn features_without_ids(api: &mut HidApi) -> Result {
     for answer in [&[0, 1, 100, 0][..], &[1, 100, 0]] {
-        let mut device = Device::new(&Description {
-            name: "Eye Tracker without ids",
-            serial: "ET-0",
-            id: documented::USB_ID,
-            descriptor: &WITHOUT_IDS,
-            features: vec![(0, answer.to_vec())],
-            settable: true,
-        })?;
-        let devices = wait_for(api, documented::USB_ID, 1)?;
-        let mut opened = device::Device::open(&devices[0][0])?;
+        let features = vec![(0, answer.to_vec())];
+        let id = documented::USB_ID;
+        let mut device = another("Eye Tracker without ids", id, &WITHOUT_IDS, features)?;
+        let mut opened = device::Device::open(&path(api, id)?)?;
         let mut tracker = EyeTracker::new(&opened.descriptor()?, Axes::default())?;
         let reports = tracker.feature_reports();
-        ensure!(
-            reports == [None, None, Some((0, 3)), Some((0, 3))],
-            "{reports:?}"
-        );
+        let expected = [None, None, Some((0, 3)), Some((0, 3))];
+        ensure!(reports == expected, "{reports:?}");
         let report = opened.feature(0, 3)?;
         ensure!(report == [1, 100, 0], "{report:?} of {answer:?}");
         let status = tracker.status(&report)?;
@@ -306,13 +320,11 @@ fn features_without_ids(api: &mut HidApi) -> Outcome {
         // And an input report, all of which is data.
         device.send(&[100, 0, 200, 0, 0x2C, 0x01])?;
         let mut bytes = [0; 64];
-        let start = Instant::now();
-        let length = loop {
-            match opened.read(&mut bytes)? {
-                0 => ensure!(start.elapsed() < SLOW, "nothing was read"),
-                length => break length,
-            }
-        };
+        let mut length = 0;
+        within(SLOW, || {
+            length = opened.read(&mut bytes)?;
+            Ok(length > 0)
+        })?;
         let mut place = None;
         tracker.feed(&bytes[..length], Micros(1), &mut |event| {
             if let Event::Sample(sample) = event {
@@ -328,11 +340,8 @@ fn features_without_ids(api: &mut HidApi) -> Outcome {
     Ok(())
 }
 
-fn asks_for_a_mode(api: &mut HidApi) -> Outcome {
-    let device = eye_tracker("ET-1")?;
-    let devices = wait_for(api, documented::USB_ID, 1)?;
-    let opened = open(api, &devices[0][0])?;
-    let tracker = EyeTracker::new(&descriptor(&opened)?, Axes::default())?;
+fn asks_for_a_mode(api: &mut HidApi) -> Result {
+    let (device, opened, tracker) = plugged(api)?;
     for mode in [Mode::ALL, Mode::STOP] {
         let request = tracker.mode_request(mode).ok_or("no control report")?;
         opened.send_feature_report(&request)?;
@@ -342,27 +351,22 @@ fn asks_for_a_mode(api: &mut HidApi) -> Outcome {
     Ok(())
 }
 
-fn decodes_tracking_data(api: &mut HidApi) -> Outcome {
-    let mut device = eye_tracker("ET-1")?;
-    let devices = wait_for(api, documented::USB_ID, 1)?;
-    let opened = open(api, &devices[0][0])?;
-    let mut tracker = EyeTracker::new(&descriptor(&opened)?, Axes::default())?;
+fn decodes_tracking_data(api: &mut HidApi) -> Result {
+    let (mut device, opened, mut tracker) = plugged(api)?;
     let (mut gazes, records) = (0, mock("hid", 500)?);
-    for (sample, report) in &records {
-        let event = pass(&mut device, report, &opened, &mut tracker, sample.arrival)?;
-        let Event::Sample(found) = event else {
-            return Err(format!("{event:?}").into());
-        };
-        ensure!(found.device_time == sample.device_time, "{found:?}");
+    for (sent, report) in &records {
+        let event = pass(&mut device, report, &opened, &mut tracker, sent.arrival)?;
+        let found = sample(event)?;
+        ensure!(found.device_time == sent.device_time, "{found:?}");
         let place = |sample: &Sample| sample.head.position.map(|place| place.value);
-        let (there, here) = (place(sample), place(&found));
+        let (there, here) = (place(sent), place(&found));
         let off = there.zip(here).map(|(there, here)| there.distance(here));
         ensure!(
             off.is_some_and(|off| off < 2e-6),
             "{here:?}, sent {there:?}"
         );
         // Lost eyes have no point; what is seen has one.
-        let seen = sample.left.direction.is_some();
+        let seen = sent.left.direction.is_some();
         gazes += usize::from(found.gaze_point.is_some());
         ensure!(seen || found.gaze_point.is_none(), "{found:?}");
     }
@@ -373,9 +377,7 @@ fn decodes_tracking_data(api: &mut HidApi) -> Outcome {
     report.extend([123_456, 98_700].into_iter().flat_map(i32::to_le_bytes));
     report.extend([i32::MAX; 12].into_iter().flat_map(i32::to_le_bytes));
     let event = pass(&mut device, &report, &opened, &mut tracker, Micros(1))?;
-    let Event::Sample(found) = event else {
-        return Err(format!("{event:?}").into());
-    };
+    let found = sample(event)?;
     let Some(GazePoint::Plane(point)) = found.gaze_point.map(|point| point.value) else {
         return Err(format!("{found:?}").into());
     };
@@ -395,12 +397,9 @@ fn decodes_tracking_data(api: &mut HidApi) -> Outcome {
     Ok(())
 }
 
-fn survives_replugging(api: &mut HidApi) -> Outcome {
+fn survives_replugging(api: &mut HidApi) -> Result {
     let records = mock("hid", 2)?;
-    let mut device = eye_tracker("ET-1")?;
-    let devices = wait_for(api, documented::USB_ID, 1)?;
-    let opened = open(api, &devices[0][0])?;
-    let mut tracker = EyeTracker::new(&descriptor(&opened)?, Axes::default())?;
+    let (mut device, opened, mut tracker) = plugged(api)?;
     pass(&mut device, &records[0].1, &opened, &mut tracker, Micros(1))?;
     // Out while the host waits.
     let waiting = thread::spawn(move || {
@@ -415,9 +414,7 @@ fn survives_replugging(api: &mut HidApi) -> Outcome {
     ensure!(sent.is_err(), "a write to what is gone went well");
     wait_for(api, documented::USB_ID, 0)?;
     // In again, while the old handle is still there.
-    let mut device = eye_tracker("ET-1")?;
-    let devices = wait_for(api, documented::USB_ID, 1)?;
-    let again = open(api, &devices[0][0])?;
+    let (mut device, again, _) = plugged(api)?;
     tracker.reset();
     let event = pass(&mut device, &records[1].1, &again, &mut tracker, Micros(2))?;
     ensure!(matches!(event, Event::Sample(_)), "{event:?}");
@@ -425,35 +422,32 @@ fn survives_replugging(api: &mut HidApi) -> Outcome {
     Ok(())
 }
 
-fn tells_two_apart(api: &mut HidApi) -> Outcome {
+fn tells_two_apart(api: &mut HidApi) -> Result {
     let _both = [eye_tracker("ET-1")?, eye_tracker("ET-2")?];
     let devices = wait_for(api, documented::USB_ID, 2)?;
     let serials: Vec<&str> = devices.iter().map(|[_, _, serial]| &serial[..]).collect();
-    ensure!(
-        serials.contains(&"ET-1") && serials.contains(&"ET-2"),
-        "{devices:?}"
-    );
+    let both = serials.contains(&"ET-1") && serials.contains(&"ET-2");
+    ensure!(both, "{devices:?}");
     ensure!(devices[0][0] != devices[1][0], "{devices:?}");
     Ok(())
 }
 
-fn decodes_a_head_tracker(api: &mut HidApi) -> Outcome {
-    let mut device = hdk()?;
-    let devices = wait_for(api, osvr_hdk::USB_IDS[0], 1)?;
-    let opened = open(api, &devices[0][0])?;
+fn decodes_a_head_tracker(api: &mut HidApi) -> Result {
+    let id = osvr_hdk::USB_IDS[0];
+    let mut device = another("OSVR HDK", id, &HDK_DESCRIPTOR, Vec::new())?;
+    let path = path(api, id)?;
+    let opened = open(api, &path)?;
     let mut decoder = osvr_hdk::OsvrHdk::new();
-    for (sample, report) in mock("osvr-hdk", 400)? {
-        let event = pass(&mut device, &report, &opened, &mut decoder, sample.arrival)?;
-        let Event::Sample(found) = event else {
-            return Err(format!("{event:?}").into());
-        };
+    for (sent, report) in mock("osvr-hdk", 400)? {
+        let event = pass(&mut device, &report, &opened, &mut decoder, sent.arrival)?;
+        let found = sample(event)?;
         let turn = |sample: &Sample| sample.head.orientation.map(|turn| turn.value);
-        let pair = turn(&sample).zip(turn(&found));
+        let pair = turn(&sent).zip(turn(&found));
         // 14 bits, and either sign.
         let off = pair.map(|(a, b)| (a - b).length().min((a + b).length()));
         ensure!(
             off.is_some_and(|off| off < 2e-4),
-            "{found:?}, sent {sample:?}"
+            "{found:?}, sent {sent:?}"
         );
     }
     // Two are missing, and one comes twice.
@@ -468,259 +462,34 @@ fn decodes_a_head_tracker(api: &mut HidApi) -> Outcome {
     Ok(())
 }
 
-/// `shisen tracker` with these arguments.
-fn shisen(arguments: &[&str]) -> Command {
-    let mut command = Command::new("/bin/shisen");
-    command.arg("tracker").args(arguments).stdin(Stdio::null());
-    command
+/// Checks, by their names.
+macro_rules! checks {
+    ($($name:literal => $check:path,)*) => {
+        [$(($name, $check as fn(&mut HidApi) -> Result)),*]
+    };
 }
 
-/// Lines, as they come.
-fn lines(from: impl Read + Send + 'static) -> Receiver<String> {
-    let (to, lines) = mpsc::channel();
-    thread::spawn(move || {
-        for line in BufReader::new(from).lines().map_while(Result::ok) {
-            if to.send(line).is_err() {
-                return;
-            }
-        }
-    });
-    lines
-}
-
-/// The machine is emulated: a process takes a while to start.
-const SLOW: Duration = Duration::from_secs(20);
-
-/// [`ABILITIES`], [`SET_UP`] and [`READY`], as the command tells them.
-const FEATURES: &str = "tracks from 0.500 to 0.900 m (best 0.650), screens up to 0.700 by 0.400 m, \
-    quality 1; set up for 0.527 by 0.296 m of display 0x10ac:0xa0b1, serial number 123456; \
-    status 1 (ready), 100 Hz";
-
-fn the_command_lists_it(api: &mut HidApi) -> Outcome {
-    let _device = eye_tracker("ET-1")?;
-    let devices = wait_for(api, documented::USB_ID, 1)?;
-    let output = shisen(&["list", "--json"]).output()?;
-    let found = String::from_utf8(output.stdout)?;
-    let (vendor, product) = documented::USB_ID;
-    for expected in [
-        format!("\"path\":\"{}\"", devices[0][0]),
-        format!("\"id\":\"{vendor:04x}:{product:04x}\""),
-        "\"tracker\":true".into(),
-        "\"features\":{\"capabilities\":{\"quality\":1,\"nearest_m\":0.5,".into(),
-        // In metres the last bit is rounded.
-        "\"screen_width_m\":0.52".into(),
-        "\"status\":{\"code\":1,\"meaning\":\"ready\",\"rate_hz\":100.0},\"unread\":[],\"refused\":null}"
-            .into(),
-    ] {
-        ensure!(found.contains(&expected), "no {expected} in {found}");
-    }
-    let told = shisen(&["list"]).output()?;
-    let told = String::from_utf8(told.stdout)?;
-    let features = format!("  {FEATURES}");
-    ensure!(told.lines().any(|line| line == features), "{told}");
-    Ok(())
-}
-
-/// Both are named, and neither is taken.
-fn the_command_asks_which_of_two(api: &mut HidApi) -> Outcome {
-    let _both = [eye_tracker("ET-1")?, eye_tracker("ET-2")?];
-    let devices = wait_for(api, documented::USB_ID, 2)?;
-    let (vendor, product) = documented::USB_ID;
-    for spec in [
-        format!("hid:{vendor:04x}:{product:04x}"),
-        "hid:usage=0012".into(),
-    ] {
-        let output = shisen(&["monitor", &spec]).output()?;
-        let told = String::from_utf8(output.stderr)?;
-        ensure!(
-            output.status.code() == Some(1),
-            "{:?}: {told}",
-            output.status
-        );
-        for [path, _, _] in &devices {
-            ensure!(told.contains(path.as_str()), "no {path} in {told}");
-        }
-    }
-    Ok(())
-}
-
-fn the_command_says_that_a_request_is_refused(api: &mut HidApi) -> Outcome {
-    let _device = eye_tracker_that("ET-1", false)?;
-    let devices = wait_for(api, documented::USB_ID, 1)?;
-    let mut monitor = shisen(&["monitor", &format!("hid:{}", devices[0][0])])
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()?;
-    let told = lines(monitor.stderr.take().ok_or("no errors")?);
-    let said = (|| {
-        loop {
-            let line = told.recv_timeout(SLOW)?;
-            if line.contains("did not take the request") {
-                return Ok(());
-            }
-        }
-    })();
-    monitor.kill()?;
-    monitor.wait()?;
-    said
-}
-
-fn the_command_follows_it(api: &mut HidApi) -> Outcome {
-    let (vendor, product) = documented::USB_ID;
-    follows(api, &format!("hid:{vendor:04x}:{product:04x}"))
-}
-
-fn the_command_finds_it_by_its_usage(api: &mut HidApi) -> Outcome {
-    follows(api, "hid:usage=0012")?;
-    wait_for(api, documented::USB_ID, 0)?;
-    follows(api, "hid:usage=0012:0001")
-}
-
-/// At the same path it may be another device: its descriptor is read again.
-fn the_command_reads_another_descriptor(api: &mut HidApi) -> Outcome {
-    let first = eye_tracker("ET-1")?;
-    let devices = wait_for(api, documented::USB_ID, 1)?;
-    let spec = format!("hid:{}", devices[0][0]);
-    let mut monitor = shisen(&["monitor", &spec, "--json"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()?;
-    let said = lines(monitor.stdout.take().ok_or("no output")?);
-    let told = lines(monitor.stderr.take().ok_or("no errors")?);
-    let read = (|| {
-        told.recv_timeout(SLOW)?;
-        told.recv_timeout(SLOW)?;
-        let at = device_file(&devices[0][0])?;
-        drop(first);
-        let gone = told.recv_timeout(SLOW)?;
-        ensure!(gone.contains("is gone"), "{gone}");
-        wait_for(api, documented::USB_ID, 0)?;
-        let mut second = Device::new(&Description {
-            name: "Head Tracker",
-            serial: "HT-1",
-            id: documented::USB_ID,
-            descriptor: &PLACE_ALONE,
-            features: Vec::new(),
-            settable: true,
-        })?;
-        let devices = wait_for(api, documented::USB_ID, 1)?;
-        ensure!(device_file(&devices[0][0])? == at, "{devices:?}");
-        let plugged = told.recv_timeout(SLOW)?;
-        ensure!(plugged.contains("is plugged in"), "{plugged}");
-        let silent = told.recv_timeout(SLOW)?;
-        ensure!(silent.contains("nothing of itself"), "{silent}");
-        // 0.1, −0.2 and 0.3 m in millimetres.
-        let mut report = vec![3];
-        report.extend([100_i16, -200, 300].into_iter().flat_map(i16::to_le_bytes));
-        second.send(&report)?;
-        let line = said.recv_timeout(SLOW)?;
-        // In metres the last bit is rounded.
-        let place = "\"head\":{\"position\":{\"value\":[0.0999999";
-        ensure!(line.contains(place), "{line}");
-        Ok(())
-    })();
-    monitor.kill()?;
-    monitor.wait()?;
-    read
-}
-
-fn device_file(path: &str) -> Result<String, Box<dyn Error>> {
-    Ok(path.rsplit('/').next().ok_or("no name")?.to_owned())
-}
-
-fn follows(api: &mut HidApi, spec: &str) -> Outcome {
-    let records = mock("hid", 40)?;
-    let mut device = eye_tracker("ET-1")?;
-    wait_for(api, documented::USB_ID, 1)?;
-    let mut monitor = shisen(&["monitor", spec, "--json"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()?;
-    let said = lines(monitor.stdout.take().ok_or("no output")?);
-    let told = lines(monitor.stderr.take().ok_or("no errors")?);
-    let followed = (|| {
-        for (round, records) in records.chunks(20).enumerate() {
-            if round > 0 {
-                drop(device);
-                let gone = told.recv_timeout(SLOW)?;
-                ensure!(gone.contains("is gone"), "{gone}");
-                device = eye_tracker("ET-1")?;
-            }
-            let plugged = told.recv_timeout(SLOW)?;
-            ensure!(plugged.contains("is plugged in"), "{plugged}");
-            let features = told.recv_timeout(SLOW)?;
-            ensure!(features.ends_with(FEATURES), "{features}");
-            // It asks for all that there is, then reads.
-            let start = Instant::now();
-            while device.seen().set.is_empty() {
-                ensure!(start.elapsed() < SLOW, "nothing was asked for");
-                thread::sleep(Duration::from_millis(5));
-            }
-            ensure!(device.seen().set == [vec![0x14, 7]], "another mode");
-            for (_, report) in records {
-                device.send(report)?;
-            }
-            for i in 0..20 {
-                let line = said.recv_timeout(SLOW)?;
-                let number = format!("{{\"number\":{},", 20 * round + i);
-                ensure!(line.starts_with(&number), "{line}");
-                ensure!(line.contains("\"head\":{\"position\":{"), "{line}");
-                let first = line.contains("\"device\":{\"capabilities\":{\"quality\":1,");
-                ensure!(first == (i == 0), "{line}");
-            }
-        }
-        Ok(())
-    })();
-    monitor.kill()?;
-    monitor.wait()?;
-    followed
-}
-
-/// A name, and what it does.
-type Check = (&'static str, fn(&mut HidApi) -> Outcome);
-
-const CHECKS: [Check; 14] = [
-    (
-        "an eye tracker is listed, opened and described",
-        lists_and_opens,
-    ),
-    ("its features are read", reads_features),
-    ("its mode is set", asks_for_a_mode),
-    (
-        "features without report ids are read and set",
-        features_without_ids,
-    ),
-    ("its tracking data are decoded", decodes_tracking_data),
-    ("it is unplugged and plugged in again", survives_replugging),
-    ("two of them are told apart", tells_two_apart),
-    ("an OSVR HDK's reports are decoded", decodes_a_head_tracker),
-    ("the command lists it", the_command_lists_it),
-    (
-        "the command asks which of two is meant",
-        the_command_asks_which_of_two,
-    ),
-    (
-        "the command says that a request is refused",
-        the_command_says_that_a_request_is_refused,
-    ),
-    (
-        "the command follows it, unplugged and plugged in again",
-        the_command_follows_it,
-    ),
-    (
-        "the command finds it by its usage page",
-        the_command_finds_it_by_its_usage,
-    ),
-    (
-        "the command reads the descriptor of another at the same path",
-        the_command_reads_another_descriptor,
-    ),
-];
-
-fn main() -> Outcome {
+fn main() -> Result {
     let mut api = HidApi::new()?;
+    let checks = checks! {
+        "an eye tracker is listed, opened and described" => lists_and_opens,
+        "its features are read" => reads_features,
+        "its mode is set" => asks_for_a_mode,
+        "features without report ids are read and set" => features_without_ids,
+        "its tracking data are decoded" => decodes_tracking_data,
+        "it is unplugged and plugged in again" => survives_replugging,
+        "two of them are told apart" => tells_two_apart,
+        "an OSVR HDK's reports are decoded" => decodes_a_head_tracker,
+        "the command lists it" => command::lists_it,
+        "the command asks which of two is meant" => command::asks_which_of_two,
+        "the command says that a request is refused" => command::says_that_a_request_is_refused,
+        "the command follows it, unplugged and plugged in again" => command::follows_it,
+        "the command finds it by its usage page" => command::finds_it_by_its_usage,
+        "the command reads the descriptor of another at the same path" =>
+            command::reads_another_descriptor,
+    };
     let mut failed = 0;
-    for (name, check) in CHECKS {
+    for (name, check) in checks {
         // Devices of the check before go away.
         wait_for(&mut api, documented::USB_ID, 0)?;
         let start = Instant::now();
@@ -732,6 +501,6 @@ fn main() -> Outcome {
             }
         }
     }
-    println!("{} passed, {failed} failed", CHECKS.len() - failed);
+    println!("{} passed, {failed} failed", checks.len() - failed);
     Ok(())
 }
