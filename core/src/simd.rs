@@ -202,9 +202,11 @@ impl<const W: usize> Lanes<W> for Portable {
     fn prefetch<T>(self, _: &T) {}
     #[inline(always)]
     fn interleave(self, of_lanes: [[f32; W]; 4]) -> [[f32; 4]; W] {
+        let [a, b, c, d] = of_lanes;
         let mut out = [[0.0; 4]; W];
         for (lane, out) in out.iter_mut().enumerate() {
-            *out = of_lanes.map(|numbers| numbers[lane]);
+            let lane = lane % W;
+            *out = [a[lane], b[lane], c[lane], d[lane]];
         }
         out
     }
