@@ -154,14 +154,14 @@ mod tests {
     use serde_json::Value;
 
     /// The names of all commands but those of other programs, with their arguments.
-    fn commands(command: Command, names: &str) -> Vec<(String, Vec<Arg>)> {
+    fn commands(command: &Command, names: &str) -> Vec<(String, Vec<Arg>)> {
         let within = command.get_subcommands().filter(|one| {
             let elsewhere = ["bench", "selftest", "tradeoff", "firmware"];
             !elsewhere.contains(&one.get_name())
         });
         let within = within.flat_map(|one| {
             let names = format!("{names} {}", one.get_name());
-            commands(one.clone(), names.trim())
+            commands(one, names.trim())
         });
         let own = command.get_arguments().cloned().collect();
         iter::once((names.to_owned(), own)).chain(within).collect()
@@ -170,7 +170,7 @@ mod tests {
     #[test]
     fn errors_of_values_are_in_our_own_words() {
         let mut count = 0;
-        for (names, arguments) in commands(Shisen::command(), "") {
+        for (names, arguments) in commands(&Shisen::command(), "") {
             let values = arguments
                 .iter()
                 .filter(|one| one.get_action().takes_values());
@@ -208,7 +208,7 @@ mod tests {
     fn every_command_has_three_examples_that_it_takes() {
         let mut given: Vec<_> = sections(Shisen::EXAMPLES).collect();
         given.sort_unstable();
-        let mut there = commands(Shisen::command(), "");
+        let mut there = commands(&Shisen::command(), "");
         there.sort_unstable_by(|a, b| a.0.cmp(&b.0));
         assert_eq!(given.len(), there.len());
         for ((names, section), (command, _)) in given.into_iter().zip(there) {
@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     fn commands_with_json_describe_every_key() {
-        for (names, arguments) in commands(Shisen::command(), "") {
+        for (names, arguments) in commands(&Shisen::command(), "") {
             let has_json = arguments.iter().any(|one| one.get_long() == Some("json"));
             if !has_json || (cfg!(not(unix)) && names.starts_with("tracker")) {
                 continue;

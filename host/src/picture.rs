@@ -1,4 +1,4 @@
-//! Pictures in linear light, their files (PNG, OpenEXR), and charts.
+//! Pictures in linear light, their files (PNG, `OpenEXR`), and charts.
 //!
 //! ```
 //! let mut picture = shisen::picture::Picture::new(2, 1)?;

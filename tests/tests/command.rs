@@ -143,7 +143,7 @@ fn a_head_report_turns_the_head() {
         orientation: reference_from_room * room_from_head * head_from_sensor,
         payload: Payload::Version1,
     });
-    let hex: String = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
+    let hex = bytes.map(|byte| format!("{byte:02X}")).concat();
     let folder = folder();
     let cave = |words: &str| cave(folder.path(), words);
     let turned = cave(&format!("--ipd 0.4 --head-report {hex} --out turned"));

@@ -71,6 +71,7 @@ fn usage_is_that_of_the_command_asked_for() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table")]
 fn arguments_out_of_range_are_usage() {
     let folder = folder();
     for (words, expected) in [
@@ -252,7 +253,12 @@ fn broken_meshes_are_named() {
         "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n",
     )
     .unwrap();
-    refused(folder, "cave --mesh flat.obj", 1, &["flat.obj", "turn it"]);
+    refused(
+        folder,
+        "cave --mesh flat.obj",
+        1,
+        &["flat.obj", "turn the mesh"],
+    );
 }
 
 #[test]

@@ -228,7 +228,7 @@ fn a_bourke_mesh_brings_the_dome_master_where_light_arrives() {
         assert_eq!(lines.next(), Some(format!("{columns} {rows}").as_str()));
         let nodes: Vec<[f64; 5]> = lines
             .map(|line| {
-                let numbers = line.split(' ').map(|number| number.parse::<f64>());
+                let numbers = line.split(' ').map(str::parse::<f64>);
                 let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().expect("numbers");
                 numbers.try_into().expect("five numbers")
             })

@@ -159,7 +159,7 @@ fn a_tracker_that_is_killed_adds_nothing_to_latencies() {
     // Its last sample is known all the same, and how old it is.
     let last = records.last().expect("a frame");
     says(
-        &last,
+        last,
         json!({ "follows_gaze": false, "state": "full quality" }),
     );
     assert!(age(last) > 200_000, "{last}");

@@ -5,6 +5,7 @@ use std::fmt;
 /// A table with a row for each field and a column for each entry; `{:#}` writes it with a
 /// row for each entry.
 #[derive(Debug)]
+#[must_use]
 pub struct Table<'e, E> {
     entries: &'e [E],
     /// The name and the cells of each field.

@@ -99,8 +99,8 @@ fn flags(scene: &Scene, object: &Object) -> u32 {
         }
         (None, _) => true,
     };
-    flag::OCCLUDES * u32::from(object.casts_shadow && occludes)
-        | flag::SMOOTH * u32::from(object.smooth)
+    (flag::OCCLUDES * u32::from(object.casts_shadow && occludes))
+        | (flag::SMOOTH * u32::from(object.smooth))
 }
 
 fn cube(equatorial: f32, polar: f32) -> ([f32; 3], [f32; 3]) {

@@ -221,7 +221,7 @@ fn follow(
         let hash = hexadecimal(frame.hash());
         reports.push(report::TrackedFrame::new(number, &estimate, hash, images));
     }
-    let report = report::Frames {
+    let report = report::TrackedFrames {
         tracker: tracker.to_string(),
         hz,
         frames: reports,

@@ -316,7 +316,7 @@ impl Placed {
         if mesh.has_coordinates_for(material) {
             return Ok(());
         }
-        let span = span(&object.material).unwrap_or_else(|| entry.span());
+        let span = span(object.material.as_ref()).unwrap_or_else(|| entry.span());
         Err(check.fault(SceneFault::NoCoordinates, Some(span)))
     }
 }
@@ -347,8 +347,8 @@ fn read_object(
     };
     if object.mesh.is_none() {
         let spans = [
-            ("normals", span(&object.normals)),
-            ("normalise", span(&object.normalise)),
+            ("normals", span(object.normals.as_ref())),
+            ("normalise", span(object.normalise.as_ref())),
         ];
         for (key, span) in spans {
             if span.is_some() {

@@ -42,13 +42,13 @@ impl Coverage {
             let bounces = Detail::of_level(level).map_or(0, |detail| detail.bounces(depth));
             sum.mean_bounces += f64::from(bounces);
         }
-        let mean = |sum: f64| sum / f64::from(pixels.max(1));
+        let share = 1.0 / f64::from(pixels.max(1));
         Self {
-            central: mean(sum.central),
-            peripheral: mean(sum.peripheral),
-            outside: mean(sum.outside),
-            mean_level: mean(sum.mean_level),
-            mean_bounces: mean(sum.mean_bounces),
+            central: sum.central * share,
+            peripheral: sum.peripheral * share,
+            outside: sum.outside * share,
+            mean_level: sum.mean_level * share,
+            mean_bounces: sum.mean_bounces * share,
         }
     }
 }

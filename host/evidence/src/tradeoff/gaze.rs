@@ -361,7 +361,7 @@ fn depths(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison,
         bench,
         room,
         (usual, &way(deepest, Way::FULL)),
-        settings,
+        &settings,
         (title, about),
         (0.6, 0.8),
     )
@@ -398,7 +398,7 @@ fn samples(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison
         bench,
         room,
         (usual, &way(finest, Way::FULL)),
-        settings,
+        &settings,
         (title, about),
         (0.8, 1.0),
     )
@@ -409,11 +409,11 @@ fn by_truth(
     bench: &Bench<'_>,
     room: &Room,
     truth: (&Baked, &Way<'_>),
-    settings: Vec<Setting<'_>>,
+    settings: &[Setting<'_>],
     (title, about): ((&'static str, &'static str), String),
     share: (f64, f64),
 ) -> Result<Comparison, Cause> {
-    let (points, _) = points(bench, room, &settings, Some(truth), share)?;
+    let (points, _) = points(bench, room, settings, Some(truth), share)?;
     let comparison = Comparison::new(title, about, MEASURES.to_vec(), UNSEEN, points);
     Ok(comparison.with_other_limit(NOT_MISSED))
 }

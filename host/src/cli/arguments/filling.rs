@@ -11,11 +11,11 @@ use crate::render::CaptureOptions;
 pub enum Fill {
     /// The scene's background, as in the paper
     Background,
+    /// What the frame before shows there, with a smooth border
+    Previous,
     /// The surroundings, captured through mirrored spheroids at the head, with a smooth border;
     /// at a lowered quality only a part of them is captured anew in a frame
     Capture,
-    /// What the frame before shows there, with a smooth border
-    Previous,
 }
 
 impl Fill {

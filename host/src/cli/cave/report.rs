@@ -11,7 +11,7 @@ use shisen_tracker::estimate::Estimate;
 #[serde(untagged)]
 pub(in crate::cli) enum Json {
     Frame(Box<Report>),
-    Frames(Frames),
+    Frames(TrackedFrames),
 }
 
 /// A frame.
@@ -172,7 +172,7 @@ pub(super) struct Image {
 
 /// Frames that followed a tracker.
 #[derive(Debug, Serialize, JsonSchema)]
-pub(in crate::cli) struct Frames {
+pub(in crate::cli) struct TrackedFrames {
     /// SPEC of the tracker.
     pub(super) tracker: String,
     /// Frames shown per second.
@@ -255,7 +255,7 @@ impl fmt::Display for Json {
     }
 }
 
-impl fmt::Display for Frames {
+impl fmt::Display for TrackedFrames {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for one in &self.frames {
             let (number, [x, y, z], hash) = (one.frame, one.gaze, &one.frame_hash);

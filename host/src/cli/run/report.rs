@@ -22,7 +22,7 @@ pub(in crate::cli) enum Json {
     /// The report on standard output.
     Report(Box<Report>),
     /// A line of the file of --record.
-    Record(FrameRecord),
+    Record(Box<FrameRecord>),
 }
 
 /// The session. Where a key changed the scene or the level of detail, the frames since then.

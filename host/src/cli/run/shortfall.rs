@@ -92,6 +92,8 @@ mod tests {
         }
     }
 
+    type Frames<'a> = &'a dyn Fn(u64) -> FrameRecord;
+
     #[test]
     fn each_shortfall_is_told_once() {
         let half = |i: u64| frame(LEAST, if i.is_multiple_of(2) { 3_400 } else { 1_900 });
@@ -111,7 +113,7 @@ mod tests {
         };
         let times = "5 of 9 frames of lowered quality took longer, frame 0 3.40 ms instead of 2.00";
         let steps = "900 steps in the least quality, and may take 1;";
-        let cases: [(&dyn Fn(u64) -> FrameRecord, &[&str]); 7] = [
+        let cases: [(Frames<'_>, &[&str]); 7] = [
             (&half, &[times]),
             // Full quality will be lowered, and one frame in ten was held up.
             (&|_| frame(0, 9_000), &[]),

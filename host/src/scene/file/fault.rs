@@ -152,8 +152,8 @@ pub(super) type Checked<T> = Result<T, Located<SceneFault>>;
 type Key = &'static str;
 
 /// Where a value is in the text, if it is there.
-pub(super) fn span<T>(value: &Option<Spanned<T>>) -> Option<Range<usize>> {
-    value.as_ref().map(Spanned::span)
+pub(super) fn span<T>(value: Option<&Spanned<T>>) -> Option<Range<usize>> {
+    value.map(Spanned::span)
 }
 
 /// Checks values, and makes faults that point into the file.

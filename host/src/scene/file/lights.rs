@@ -113,26 +113,31 @@ fn check_keys(check: &Check<'_>, light: &LightEntry, kind: LightKind) -> Checked
     let keys: [(_, _, &[LightKind], _); 7] = [
         (
             "position",
-            span(&light.position),
+            span(light.position.as_ref()),
             &[Point, Rectangle],
             not_directional,
         ),
         (
             "direction",
-            span(&light.direction),
+            span(light.direction.as_ref()),
             &[Directional, Rectangle],
             not_point,
         ),
         (
             "inverse_square",
-            span(&light.inverse_square),
+            span(light.inverse_square.as_ref()),
             &[Point],
             "point lights",
         ),
-        ("size", span(&light.size), &[Rectangle], large),
-        ("up", span(&light.up), &[Rectangle], large),
-        ("samples", span(&light.samples), &[Rectangle], large),
-        ("two_sided", span(&light.two_sided), &[Rectangle], large),
+        ("size", span(light.size.as_ref()), &[Rectangle], large),
+        ("up", span(light.up.as_ref()), &[Rectangle], large),
+        ("samples", span(light.samples.as_ref()), &[Rectangle], large),
+        (
+            "two_sided",
+            span(light.two_sided.as_ref()),
+            &[Rectangle],
+            large,
+        ),
     ];
     for (key, span, kinds, owner) in keys {
         if span.is_some() && !kinds.contains(&kind) {

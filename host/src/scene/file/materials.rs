@@ -71,9 +71,12 @@ fn read_material(
         .transpose()?;
     if entry.transmission.is_none() {
         for (key, span) in [
-            ("medium", span(&entry.medium)),
-            ("index_of_refraction", span(&entry.index_of_refraction)),
-            ("absorption", span(&entry.absorption)),
+            ("medium", span(entry.medium.as_ref())),
+            (
+                "index_of_refraction",
+                span(entry.index_of_refraction.as_ref()),
+            ),
+            ("absorption", span(entry.absorption.as_ref())),
         ] {
             if span.is_some() {
                 let owner = "materials with a `transmission`";

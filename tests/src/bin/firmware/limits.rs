@@ -48,9 +48,10 @@ impl Measured {
     /// A file that cannot be written.
     pub(crate) fn add(&self, lines: &[(&str, u64)]) -> Result<(), Wrong> {
         let lines = lines.iter();
-        let text: String = lines
+        let lines: Vec<String> = lines
             .map(|(name, number)| format!("{name} {number}\n"))
             .collect();
+        let text = lines.concat();
         let file = std::fs::OpenOptions::new()
             .append(true)
             .create(true)

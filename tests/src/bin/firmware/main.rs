@@ -192,12 +192,12 @@ fn mock(spec: &str) -> Result<TrackerBytes, Wrong> {
 struct Bytes<F> {
     next: Micros,
     step: Micros,
-    bytes: F,
+    send: F,
 }
 
-fn sent(step: Micros, bytes: impl FnMut(Micros) -> Vec<u8> + 'static) -> TrackerBytes {
+fn sent(step: Micros, send: impl FnMut(Micros) -> Vec<u8> + 'static) -> TrackerBytes {
     let next = Micros(0);
-    Box::new(Bytes { next, step, bytes })
+    Box::new(Bytes { next, step, send })
 }
 
 impl<F: FnMut(Micros) -> Vec<u8>> Source for Bytes<F> {
@@ -209,7 +209,7 @@ impl<F: FnMut(Micros) -> Vec<u8>> Source for Bytes<F> {
         }
         let at = self.next;
         self.next = at.after(self.step);
-        Some(Chunk::new(at, &(self.bytes)(at)))
+        Some(Chunk::new(at, &(self.send)(at)))
     }
 }
 

@@ -1,6 +1,6 @@
 //! `shisen-evidence bench spectrum`: Kishioka's experiment, with numbers.
 
-use crate::measure::in_turns;
+use crate::measure::{Timed, in_turns};
 use crate::quartz::{Quartz, Truth, Window, mean, picture, share};
 use crate::table::Table;
 use clap::Args;
@@ -176,7 +176,7 @@ fn seconds(quartz: &Quartz, ways: &[(Dispersion, u16)], rounds: u32) -> Result<V
     let timed = in_turns(ways, rounds as usize, |&(way, samples)| {
         Ok::<_, Failure>((quartz.frame(way, samples)?.seconds, ()))
     });
-    Ok(timed?.iter().map(|one| one.median()).collect())
+    Ok(timed?.iter().map(Timed::median).collect())
 }
 
 fn dispersion(method: Method, count: u32) -> Result<Dispersion, Failure> {
