@@ -173,7 +173,7 @@ fn one_of_several_recorded_sensors_is_calibrated() {
     }
     let (other, said) = calibrate("two.csv?head=1");
     // Sensor 0 speaks first.
-    let unheard = "sensor 0 is not the head: SPEC says head=1, which has not been heard of so far";
+    let unheard = "sensor 0 is not the head: SPEC says head=1, which has sent nothing so far";
     assert!(said.contains(unheard), "{said}");
     for (other, one) in other.iter().zip(&one) {
         let x = |target: &Value| target["combined"]["measured"][0].as_f64().unwrap();

@@ -106,7 +106,7 @@ fn a_pause_in_a_recording_is_told_and_waited_for() {
     let said = run(folder, "tracker replay pause.csv --json");
     assert!(begun.elapsed() > Duration::from_millis(2_100));
     assert_eq!(said.objects().len(), 300);
-    let expected = "Warning: the recording holds nothing for the next 2.1 s: it goes on then\n";
+    let expected = "Warning: the recording holds nothing for the next 2.1 s\n";
     assert_eq!(said.err, expected);
     reader(folder);
     let said = run(folder, "tracker replay pause.csv --to line --frames 10").err;
