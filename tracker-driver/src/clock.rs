@@ -11,7 +11,7 @@
 //! # How exact
 //!
 //! The least delay that a device ever has cannot be told from its clock's
-//! offset: [`ClockConfig::least_delay`] is taken off by whoever knows it. Let
+//! offset: [`ClockConfig::least_delay`] is taken off, where it is known. Let
 //! a sample in each second be delayed by at most e more than that, the
 //! device's rate be constant, and the kept seconds span W. Then from the
 //! fourth second on the rate is right to 2e/W, and a stamp to e, plus 2e/W of

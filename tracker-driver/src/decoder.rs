@@ -2,15 +2,14 @@
 //!
 //! # How strong a check is
 //!
-//! Each protocol's module says how many wrong samples get past its check. Its table lists
-//! faults of one byte: in 24 records of a head that moves much (eye trackers: 20 of random
-//! values) and 24 of the mock's, each byte was dropped, doubled, changed to each other value,
-//! and preceded by each value. A cell is the number of wrong samples for each fault; the last
-//! column is the most intact records that one fault cost. A changed byte that leaves a valid
-//! record is a wrong sample: nothing guards it.
+//! Each protocol's module says how many wrong samples get past its check. Its table bounds
+//! the wrong samples for each fault of one byte: one that is dropped, changed, preceded by
+//! another, or doubled, in records of a head that moves much (eye trackers: of random values)
+//! and in the mock's. The last column bounds the intact records that one fault costs. A changed
+//! byte that leaves a valid record is a wrong sample: nothing guards it.
 //!
-//! `SHISEN_HEAVY=1 cargo test -p shisen-tracker every_fault -- --nocapture` prints the tables,
-//! holds the modules to them, and counts the random bytes that pass for records.
+//! `SHISEN_HEAVY=1 cargo test -p shisen-tracker every_fault -- --nocapture` holds the modules to
+//! their tables with each byte and value, and counts the random bytes that pass for records.
 
 use crate::sample::{Parts, Sample};
 use crate::time::{DeviceTime, Micros};

@@ -21,9 +21,7 @@
 //!   ([`EstimatorConfig::stuck_after`], [`EstimatorConfig::head_stuck_after`]),
 //!   and one whose device's clock stands still ages by its time.
 //!
-//! # What prediction is worth
-//!
-//! See the table at [`GazePrediction`].
+//! [`GazePrediction`] says what prediction is worth.
 
 mod calibration;
 mod config;

@@ -258,11 +258,7 @@ impl<B: I2c> I2cHid<B> {
         match self.state {
             State::Down => {
                 let descriptor = self.read_descriptor()?;
-                let needed = usize::from(descriptor.report_descriptor_length);
-                if needed > buffer.len() {
-                    let found = buffer.len();
-                    return Err(I2cHidError::Buffer { needed, found });
-                }
+                room(buffer, descriptor.report_descriptor_length.into())?;
                 self.descriptor = Some(descriptor);
                 if self.power(POWER_ON).is_err() {
                     self.power(POWER_ON)?;
@@ -276,15 +272,9 @@ impl<B: I2c> I2cHid<B> {
                 let descriptor = self.descriptor.ok_or(I2cHidError::NotReady)?;
                 let register = descriptor.command_register.to_le_bytes();
                 self.write(&[register[0], register[1], 0, RESET])?;
-                let needed = usize::from(descriptor.report_descriptor_length);
-                let found = buffer.len();
-                let into = buffer
-                    .get_mut(..needed)
-                    .ok_or(I2cHidError::Buffer { needed, found })?;
+                let into = room(buffer, descriptor.report_descriptor_length.into())?;
                 let register = descriptor.report_descriptor_register.to_le_bytes();
-                self.bus
-                    .write_read(self.address, &register, into)
-                    .map_err(I2cHidError::Bus)?;
+                self.write_read(&register, into)?;
                 let until = now.after(match interrupt {
                     Interrupt::NotWired => BLIND_RESET_TIME,
                     Interrupt::Asserted | Interrupt::Idle => RESET_TIMEOUT,
@@ -344,11 +334,7 @@ impl<B: I2c> I2cHid<B> {
         buffer: &'a mut [u8],
     ) -> Result<Option<&'a [u8]>, I2cHidError<B::Error>> {
         let descriptor = self.ready_descriptor()?;
-        let needed = usize::from(descriptor.longest_input);
-        let found = buffer.len();
-        let into = buffer
-            .get_mut(..needed)
-            .ok_or(I2cHidError::Buffer { needed, found })?;
+        let into = room(buffer, descriptor.longest_input.into())?;
         self.read(into)?;
         report(into)
     }
@@ -367,15 +353,8 @@ impl<B: I2c> I2cHid<B> {
         buffer: &'a mut [u8],
     ) -> Result<Option<&'a [u8]>, I2cHidError<B::Error>> {
         let descriptor = self.ready_descriptor()?;
-        let needed = length.saturating_add(LENGTH_BYTES);
-        let found = buffer.len();
-        let into = buffer
-            .get_mut(..needed)
-            .ok_or(I2cHidError::Buffer { needed, found })?;
-        let request = command(&descriptor, id, GET_REPORT);
-        self.bus
-            .write_read(self.address, &request, into)
-            .map_err(I2cHidError::Bus)?;
+        let into = room(buffer, length.saturating_add(LENGTH_BYTES))?;
+        self.write_read(&command(&descriptor, id, GET_REPORT), into)?;
         report(into)
     }
 
@@ -412,9 +391,7 @@ impl<B: I2c> I2cHid<B> {
     fn read_descriptor(&mut self) -> Result<HidDescriptor, I2cHidError<B::Error>> {
         let mut bytes = [0; DESCRIPTOR_LENGTH];
         let register = self.descriptor_register.to_le_bytes();
-        self.bus
-            .write_read(self.address, &register, &mut bytes)
-            .map_err(I2cHidError::Bus)?;
+        self.write_read(&register, &mut bytes)?;
         HidDescriptor::from_bytes(&bytes).ok_or({
             let [l0, l1, v0, v1, ..] = bytes;
             I2cHidError::NotHid {
@@ -436,9 +413,22 @@ impl<B: I2c> I2cHid<B> {
             .map_err(I2cHidError::Bus)
     }
 
+    fn write_read(&mut self, bytes: &[u8], into: &mut [u8]) -> Result<(), I2cHidError<B::Error>> {
+        self.bus
+            .write_read(self.address, bytes, into)
+            .map_err(I2cHidError::Bus)
+    }
+
     fn read(&mut self, into: &mut [u8]) -> Result<(), I2cHidError<B::Error>> {
         self.bus.read(self.address, into).map_err(I2cHidError::Bus)
     }
+}
+
+/// The first bytes of a buffer.
+fn room<E>(buffer: &mut [u8], needed: usize) -> Result<&mut [u8], I2cHidError<E>> {
+    let found = buffer.len();
+    let room = buffer.get_mut(..needed);
+    room.ok_or(I2cHidError::Buffer { needed, found })
 }
 
 /// A command about a feature report, up to the data register. All of it fits.

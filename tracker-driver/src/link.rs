@@ -25,7 +25,7 @@
 //! | 5 state | u32 code |
 //! | 6 eyes | u8 event (0 blink, 1 closed, 2 opened, 3 lost, 4 found, 5 saccade, 6 fixation), u8 eye (0 either, 1 left, 2 right), u8 which there are: bit 0 u64 time, bit 1 u64 wraps at, bit 2 u64 duration, then those |
 //! | 7 unmeasured | u16 which parts, in the order of [`Part::ALL`](crate::sample::Part::ALL) |
-//! | 32 to 37, 48 to 51 | between a display controller and whoever watches it: [`display`] |
+//! | 32 to 37, 48 to 51 | between a display controller and the host that watches it: [`display`] |
 //! | 16 command, to the device | u8 0 stop, 1 start, or 2 and u16 samples per second |
 //!
 //! The fields of a sample, in their order:
@@ -193,7 +193,7 @@ impl Encoder {
     }
 }
 
-/// What makes a device send samples, so many a second where `hertz` says so.
+/// What makes a device send samples, `hertz` a second where that is given.
 pub fn start(hertz: Option<u16>) -> Script {
     let mut encoder = Encoder::new();
     let mut script = Script::new();
@@ -246,7 +246,7 @@ impl Log {
         count == last_count && crc == last_crc
     }
 
-    // Not a part of what feeds it, with which it would share the stack.
+    // Not inlined: keeps its stack frame out of the caller's.
     #[inline(never)]
     fn event(&mut self, received: Received<'_>, arrival: Micros) -> Event {
         let dropped = |reason| {

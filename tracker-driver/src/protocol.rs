@@ -2,8 +2,8 @@
 //! which one a device speaks.
 //!
 //! A [`Protocol`] is how a device is set up, and knows what is said to it; a [`Reader`] is
-//! its decoder. Who knows the device beforehand takes the decoder of its own module, and
-//! has no code of the others.
+//! its decoder. A program that knows its device takes the decoder of that module, and has no
+//! code of the others.
 //!
 //! ```
 //! use shisen_tracker::decoder::Decoder;

@@ -26,7 +26,7 @@ pub(crate) fn rotate(q: Quat, v: Vec3) -> Vec3 {
     v + twice * q.w + axis.cross(twice)
 }
 
-/// At unit length; `None` where there is none to be had.
+/// The quaternion at unit length; `None` for one of no length or of far too much.
 pub(crate) fn unit(q: Quat) -> Option<Quat> {
     let norm = sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
     // NaN fails the comparison too.

@@ -19,10 +19,10 @@ const LONGEST_RUN: u32 = 256;
 pub(crate) enum Step {
     /// The beginning of a record, perhaps.
     More,
-    /// A record of this many bytes.
-    Take(usize, Event),
-    /// A record of this many bytes that says something else first.
-    TakeBoth(usize, Message, Event),
+    /// A whole record, perhaps, which the bytes behind it tell.
+    Wait,
+    /// A record of this many bytes, and what it says first.
+    Take(usize, Option<Message>, Event),
     /// A record of this many bytes that cannot be used: they are thrown away
     /// together.
     Discard(usize, DropReason),
@@ -38,6 +38,8 @@ pub(crate) struct Front<'a> {
     /// The byte before the first one ended a record: this one should begin
     /// the next.
     pub(crate) in_step: bool,
+    /// When the last byte came in; of a record that waited, its own last byte.
+    pub(crate) arrival: Micros,
 }
 
 impl Front<'_> {
@@ -61,44 +63,6 @@ impl Front<'_> {
     }
 }
 
-/// The arrival of the last byte of a whole record that waits for the bytes behind it, which
-/// tell whether it is one.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Whole(Option<Micros>);
-
-impl Whole {
-    /// No record waits.
-    pub(crate) const NONE: Self = Self(None);
-
-    /// Asks `step` about a front of which `length` bytes would be the record, with the time
-    /// when that came.
-    pub(crate) fn ask(
-        &mut self,
-        front: Front<'_>,
-        length: usize,
-        arrival: Micros,
-        step: impl FnOnce(Front<'_>, Micros) -> Step,
-    ) -> Step {
-        let arrival = self.0.unwrap_or(arrival);
-        let step = step(front, arrival);
-        let waits = matches!(step, Step::More) && front.bytes.len() >= length;
-        self.0 = waits.then_some(arrival);
-        step
-    }
-}
-
-impl Step {
-    /// A record of this many bytes that may say something else first.
-    // It goes into the step by value.
-    #[allow(clippy::large_types_passed_by_value)]
-    pub(crate) fn take(length: usize, first: Option<Message>, event: Event) -> Self {
-        match first {
-            Some(first) => Self::TakeBoth(length, first, event),
-            None => Self::Take(length, event),
-        }
-    }
-}
-
 /// The last bytes of a stream, `N` at most: as many as the protocol's longest
 /// record, and what it looks at behind it.
 #[derive(Debug, Clone)]
@@ -106,6 +70,8 @@ pub(crate) struct Stream<const N: usize> {
     bytes: [u8; N],
     length: usize,
     in_step: bool,
+    /// The arrival of the last byte of a whole record that waits.
+    whole: Option<Micros>,
     /// Dropped bytes that are not reported yet.
     run: Option<Dropped>,
     /// The account of all bytes.
@@ -118,6 +84,7 @@ impl<const N: usize> Default for Stream<N> {
             bytes: [0; N],
             length: 0,
             in_step: false,
+            whole: None,
             run: None,
             counts: Counts::default(),
         }
@@ -125,10 +92,12 @@ impl<const N: usize> Default for Stream<N> {
 }
 
 impl<const N: usize> Stream<N> {
-    /// Takes bytes and asks `step` about every new front.
+    /// Takes bytes, the last of which came in at `arrival`, and asks `step` about every new
+    /// front.
     pub(crate) fn feed(
         &mut self,
         bytes: &[u8],
+        arrival: Micros,
         sink: &mut dyn FnMut(Event),
         mut step: impl FnMut(Front<'_>) -> Step,
     ) {
@@ -142,23 +111,24 @@ impl<const N: usize> Stream<N> {
             while let Some(front) = self.bytes.get(start..self.length)
                 && !front.is_empty()
             {
-                let (in_step, full) = (self.in_step, front.len() == N);
+                let full = front.len() == N;
                 let front = Front {
                     bytes: front,
-                    in_step,
+                    in_step: self.in_step,
+                    arrival: self.whole.unwrap_or(arrival),
                 };
-                let taken = match step(front) {
-                    Step::More if !full => break,
+                let step = step(front);
+                self.whole = matches!(step, Step::Wait).then_some(front.arrival);
+                let taken = match step {
+                    Step::More | Step::Wait if !full => break,
                     // A protocol that asks for more than the window holds
                     // would stand still.
-                    Step::More => self.skip(DropReason::Length, sink),
+                    Step::More | Step::Wait => self.skip(DropReason::Length, sink),
                     Step::Skip(reason) => self.skip(reason, sink),
-                    Step::Take(taken, event) => {
-                        self.hand_over(event, sink);
-                        taken
-                    }
-                    Step::TakeBoth(taken, first, event) => {
-                        self.hand_over(Event::Message(first), sink);
+                    Step::Take(taken, first, event) => {
+                        if let Some(first) = first {
+                            self.hand_over(Event::Message(first), sink);
+                        }
                         self.hand_over(event, sink);
                         taken
                     }
@@ -230,144 +200,105 @@ impl<const N: usize> Stream<N> {
         }
         self.length = 0;
         self.in_step = false;
+        self.whole = None;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decoder::Reply;
+    use crate::testing::{reply, thrown};
     use std::vec::Vec;
+
+    const ARRIVAL: Micros = Micros(5);
 
     /// Records are a count and as many bytes of 9; 0xFF is a known evil.
     fn step(front: Front<'_>) -> Step {
+        let taken = |length, first| {
+            let reply = reply(front.bytes[0].into(), front.in_step.into());
+            Step::Take(length, first, reply)
+        };
         match *front.bytes {
             [0xFF, ..] => Step::Skip(DropReason::Field),
             [count @ 1..=4, ref rest @ ..] => {
-                if rest.iter().take(usize::from(count)).any(|&b| b != 9) {
+                let count = usize::from(count);
+                if rest.iter().take(count).any(|&b| b != 9) {
                     Step::Skip(DropReason::Truncated)
-                } else if rest.len() < usize::from(count) {
+                } else if rest.len() < count {
                     Step::More
                 } else {
-                    let reply = Reply {
-                        to: u32::from(count),
-                        result: u32::from(front.in_step),
-                        meaning: "",
-                    };
-                    Step::Take(
-                        1 + usize::from(count),
-                        Event::Message(Message::Reply(reply)),
-                    )
+                    taken(1 + count, None)
                 }
             }
             [5, ..] => Step::More,
-            [6, ..] => {
-                let state = Message::State {
-                    code: 6,
-                    meaning: "",
-                };
-                let reply = Reply {
-                    to: 6,
-                    result: 0,
-                    meaning: "",
-                };
-                Step::TakeBoth(1, state, Event::Message(Message::Reply(reply)))
-            }
+            [6, ..] => taken(1, Some(STATE)),
             _ => Step::Skip(DropReason::OutOfStep),
         }
     }
 
-    fn events(bytes: &[u8]) -> (Vec<Event>, Counts) {
-        let mut stream = Stream::<6>::default();
-        let mut events = Vec::new();
-        stream.feed(bytes, &mut |event| events.push(event), step);
-        (events, stream.counts)
-    }
-
-    fn dropped(bytes: u32, reason: DropReason) -> Event {
-        Event::Dropped(Dropped { bytes, reason })
-    }
-
-    fn taken(to: u32, result: u32) -> Event {
-        Event::Message(Message::Reply(Reply {
-            to,
-            result,
-            meaning: "",
-        }))
-    }
+    const STATE: Message = Message::State {
+        code: 6,
+        meaning: "",
+    };
 
     #[test]
-    fn what_is_thrown_away_is_told_before_the_next_record() {
-        let (events, counts) = events(&[7, 7, 1, 9, 2, 9, 1, 9, 0xFF, 0xFF, 0, 0, 1, 9]);
-        assert_eq!(
-            events,
-            [
-                dropped(2, DropReason::OutOfStep),
-                taken(1, 0),
-                dropped(2, DropReason::Truncated),
-                taken(1, 0),
-                dropped(1, DropReason::Field),
-                dropped(3, DropReason::Field),
-                taken(1, 0),
-            ]
-        );
-        assert_eq!(counts.bytes, 14);
-        assert_eq!(counts.dropped_bytes, 8);
-        assert_eq!(counts.messages, 3);
-    }
-
-    #[test]
-    fn a_record_right_after_another_is_in_step() {
-        assert_eq!(events(&[1, 9, 1, 9]).0, [taken(1, 0), taken(1, 1)]);
-    }
-
-    #[test]
-    fn a_record_may_say_two_things() {
-        let (events, counts) = events(&[7, 6, 1, 9]);
-        let state = Event::Message(Message::State {
-            code: 6,
-            meaning: "",
-        });
-        let expected = [
-            dropped(1, DropReason::OutOfStep),
-            state,
-            taken(6, 0),
-            taken(1, 1),
-        ];
-        assert_eq!(events, expected);
-        assert_eq!(counts.messages, 3);
-    }
-
-    #[test]
-    fn nothing_waits_for_more_than_the_window_holds() {
-        let (events, counts) = events(&[5, 1, 9, 1, 9, 1, 9]);
-        assert_eq!(
-            events,
-            [
-                dropped(1, DropReason::Length),
-                taken(1, 0),
-                taken(1, 1),
-                taken(1, 1)
-            ]
-        );
-        assert_eq!(counts.dropped_for(DropReason::Length), 1);
-    }
-
-    #[test]
-    fn garbage_is_told_of_in_parts() {
-        let (events, _) = events(&[0; 600]);
-        assert_eq!(events, [dropped(256, DropReason::OutOfStep); 2]);
+    fn each_byte_is_of_a_record_or_reported_before_the_next() {
+        use DropReason::{Field, Length, OutOfStep, Truncated};
+        for (bytes, expected) in [
+            (
+                &[7, 7, 1, 9, 2, 9, 1, 9, 0xFF, 0xFF, 0, 0, 1, 9][..],
+                &[
+                    thrown(2, OutOfStep),
+                    reply(1, 0),
+                    thrown(2, Truncated),
+                    reply(1, 0),
+                    thrown(1, Field),
+                    thrown(3, Field),
+                    reply(1, 0),
+                ][..],
+            ),
+            // A record right after another is in step.
+            (&[1, 9, 1, 9], &[reply(1, 0), reply(1, 1)]),
+            // A record may say two things.
+            (
+                &[7, 6, 1, 9],
+                &[
+                    thrown(1, OutOfStep),
+                    Event::Message(STATE),
+                    reply(6, 0),
+                    reply(1, 1),
+                ],
+            ),
+            // Nothing waits for more than the window holds.
+            (
+                &[5, 1, 9, 1, 9, 1, 9],
+                &[thrown(1, Length), reply(1, 0), reply(1, 1), reply(1, 1)],
+            ),
+            // Garbage is reported in parts.
+            (&[0; 600], &[thrown(256, OutOfStep); 2]),
+        ] {
+            let mut stream = Stream::<6>::default();
+            let mut events = Vec::new();
+            stream.feed(bytes, ARRIVAL, &mut |event| events.push(event), step);
+            assert_eq!(events, expected);
+            let mut counts = Counts::default();
+            counts.bytes = bytes.len() as u64;
+            for event in &events {
+                counts.note(event);
+            }
+            assert_eq!(stream.counts, counts);
+        }
     }
 
     #[test]
     fn reset_counts_what_it_forgets() {
         let mut stream = Stream::<6>::default();
-        stream.feed(&[8, 8, 4, 9, 9], &mut |_| (), step);
+        stream.feed(&[8, 8, 4, 9, 9], ARRIVAL, &mut |_| (), step);
         stream.reset();
         assert_eq!(stream.counts.dropped_bytes, 5);
         assert_eq!(stream.counts.dropped_for(DropReason::Truncated), 1);
         let mut seen = Vec::new();
-        stream.feed(&[9, 9, 1, 9], &mut |event| seen.push(event), step);
-        assert_eq!(seen, [dropped(2, DropReason::OutOfStep), taken(1, 0)]);
+        stream.feed(&[9, 9, 1, 9], ARRIVAL, &mut |event| seen.push(event), step);
+        assert_eq!(seen, [thrown(2, DropReason::OutOfStep), reply(1, 0)]);
     }
 }

@@ -1,7 +1,7 @@
 //! What the decoders' tests share: faults in a stream, random bytes, cuts, round trips.
 
 use crate::command::{Action, Script, Session};
-use crate::decoder::{Decoder, DropReason, Event};
+use crate::decoder::{Decoder, DropReason, Dropped, Event, Message, Reply};
 use crate::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
 use crate::protocol::Protocol;
 use crate::sample::{Pupil, Reading, Sample};
@@ -37,6 +37,22 @@ pub(crate) fn dropped(decoder: &mut impl Decoder, bytes: &[u8]) -> Vec<DropReaso
         _ => None,
     });
     reasons.collect()
+}
+
+/// The event of bytes that were dropped.
+pub(crate) fn thrown(bytes: u32, reason: DropReason) -> Event {
+    Event::Dropped(Dropped { bytes, reason })
+}
+
+/// The event of a reply without a meaning.
+pub(crate) fn reply(to: u32, result: u32) -> Event {
+    let meaning = "";
+    let reply = Reply {
+        to,
+        result,
+        meaning,
+    };
+    Event::Message(Message::Reply(reply))
 }
 
 /// The commands that a script sends to a device that streams samples.
@@ -252,14 +268,12 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    /// Holds the faults against the row of that name in a module's docs, and prints that
-    /// row as it should be. The docs tell of all faults: where only some were done, rates
-    /// are about as stated.
+    /// Holds the faults to the bounds in the row of that name in a module's docs, and prints
+    /// what they are. Where only some faults were done, rates may be a little above the bounds.
     pub(crate) fn assert_stated(&self, name: &str, docs: &str) {
         let lost = self.most_intact_lost;
         let rates = [0, 1, 2, 3].map(|kind| self.wrong[kind] as f32 / self.faults[kind] as f32);
-        let cells = rates.map(|rate| std::format!("{rate:.3} | ")).concat();
-        std::println!("//! | {name} | {cells}{lost} |");
+        std::println!("{name}: {rates:.3?}, intact records lost: {lost}");
         let begin = std::format!("//! | {name} | ");
         let row = docs.lines().find_map(|line| line.strip_prefix(&begin[..]));
         let row = row.unwrap_or_else(|| panic!("{name} is not in the table"));
@@ -269,19 +283,21 @@ impl Tally {
         if cfg!(miri) {
             return;
         }
-        assert_eq!(lost as f32, stated[4], "{name}: intact records lost, {row}");
+        assert!(lost as f32 <= stated[4], "{name}: {lost} lost, {row}");
         for ((rate, &stated), some) in rates.iter().zip(&stated).zip(SOME) {
-            let most = if is_heavy() { 0.001 } else { some };
-            let none = stated == 0.0 && *rate > 0.0 && !is_heavy();
-            assert!(
-                !none && (rate - stated).abs() < most,
-                "{name}: {rates:?}, {row}"
-            );
+            // Where there is to be none, there is none of any.
+            let most = stated
+                + if is_heavy() || stated == 0.0 {
+                    0.0
+                } else {
+                    some
+                };
+            assert!(*rate <= most, "{name}: {rates:?}, {row}");
         }
     }
 }
 
-/// How far the rates of some faults are from those of all at most, by the kind of fault.
+/// How far the rates of some faults may be above those of all, by the kind of fault.
 const SOME: [f32; 4] = [0.03, 0.12, 0.05, 0.03];
 
 /// How many records come before the one that is damaged.

@@ -14,7 +14,7 @@ pub enum Failure {
          lines crossed or not"
     )]
     Silent,
-    /// Bytes come in, and none is part of a record: the line's speed, the
+    /// Bytes come in without a record: the line's speed, the
     /// protocol or what it is set up to is not the device's.
     #[error(
         "{bytes} bytes came in, and no record among them: the line's speed, the protocol or its \

@@ -1,9 +1,9 @@
 use super::*;
-use crate::decoder::{Decoder, DropReason, Dropped, Reply, Text};
+use crate::decoder::{Decoder, DropReason, Text};
 use crate::mock::{Faults, FaultsConfig, Source, Wire};
 use crate::protocol::{Protocol, Reader};
 use crate::sample::Sample;
-use crate::testing::{serial_lines, tracker};
+use crate::testing::{reply, serial_lines, thrown, tracker};
 use std::format;
 
 fn sample() -> Event {
@@ -11,15 +11,7 @@ fn sample() -> Event {
 }
 
 fn useless(reason: DropReason) -> Event {
-    Event::Dropped(Dropped { bytes: 32, reason })
-}
-
-fn reply(to: u32, result: u32) -> Event {
-    Event::Message(Message::Reply(Reply {
-        to,
-        result,
-        meaning: "",
-    }))
+    thrown(32, reason)
 }
 
 fn script() -> Script {
@@ -95,10 +87,7 @@ fn a_script_is_played_by_the_callers_clock() {
     assert!(session.has_said_all());
     assert_eq!(session.poll(Micros(511)), Action::Wait(Micros(1_000_511)));
     session.on_bytes(32);
-    session.on_event(&Event::Dropped(Dropped {
-        bytes: 3,
-        reason: DropReason::OutOfStep,
-    }));
+    session.on_event(&thrown(3, DropReason::OutOfStep));
     assert_eq!(session.poll(Micros(600)), Action::Wait(Micros(1_000_511)));
     session.on_event(&sample());
     assert_eq!(session.poll(Micros(700)), Action::Done);
@@ -268,13 +257,7 @@ fn a_watch_notices_silence_and_the_wrong_speed() {
     assert_eq!(watch.trouble(Micros(1_000_004)), None);
     assert_eq!(watch.trouble(Micros(1_000_005)), Some(Failure::Silent));
     watch.on_bytes(9, Micros(1_000_005));
-    watch.on_event(
-        &Event::Dropped(Dropped {
-            bytes: 9,
-            reason: DropReason::OutOfStep,
-        }),
-        Micros(1_000_005),
-    );
+    watch.on_event(&thrown(9, DropReason::OutOfStep), Micros(1_000_005));
     let wrong_speed = Some(Failure::NoRecord { bytes: 9 });
     assert_eq!(watch.trouble(Micros(1_000_006)), wrong_speed);
     watch.on_event(&sample(), Micros(2_000_000));
@@ -438,10 +421,6 @@ fn a_watch_tells_another_protocol_from_damage() {
 #[test]
 fn a_watch_is_content_again_when_the_line_is() {
     let mut watch = Watch::new();
-    let piece = |bytes| {
-        let reason = DropReason::OutOfStep;
-        Event::Dropped(Dropped { bytes, reason })
-    };
     let mut second = |from: u64, dropped: u32| {
         let mut said = None;
         for step in 0..100 {
@@ -449,7 +428,7 @@ fn a_watch_is_content_again_when_the_line_is() {
             said = watch.trouble(now);
             watch.on_bytes(20, now);
             if dropped > 0 {
-                watch.on_event(&piece(dropped), now);
+                watch.on_event(&thrown(dropped, DropReason::OutOfStep), now);
             }
             watch.on_event(&sample(), now);
         }
@@ -481,7 +460,7 @@ fn what_is_repeated_or_of_another_version_is_no_other_protocol() {
             let event = if step % 10 == 0 {
                 sample()
             } else {
-                Event::Dropped(Dropped { bytes: 20, reason })
+                thrown(20, reason)
             };
             watch.on_event(&event, now);
         }

@@ -100,7 +100,7 @@ pub(super) enum Age {
 /// radians.
 pub(super) fn rung(config: &FallbackConfig, gaze: Age, head: Age, blink: bool) -> (State, f32) {
     let (of_gaze, gaze_widens) = match gaze {
-        // The head's direction is all there is to be had.
+        // There is only the head's direction.
         Age::Unused => (State::HeadDirection, config.widen_by),
         Age::Never => (State::FullQuality, 0.0),
         Age::Of(age) if age >= config.full_after && !blink => (State::FullQuality, 0.0),

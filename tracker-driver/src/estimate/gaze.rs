@@ -32,7 +32,7 @@ pub(super) enum Gaze {
 ///
 /// A direction is the place where it meets the plane one metre ahead of the
 /// head ([`plane_of`]); a gaze point is that of its direction where there is a
-/// [`Screen`](super::Screen) that it lies on, and as it is otherwise.
+/// [`Screen`](super::Screen) that it lies on, and unchanged otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Measured {
     /// The left eye.

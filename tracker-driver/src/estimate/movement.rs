@@ -135,9 +135,7 @@ pub(super) struct EyeTrack<const N: usize> {
 const LEAST_FOLLOWED: usize = 5;
 
 /// The part of a velocity that is not relied on, for each second between samples: what is
-/// followed can stop, and only a sample after that shows it. Chosen, with [`LEAST_RELIANCE`],
-/// so that prediction does no harm in the fixations after a pursuit (the table at
-/// [`GazePrediction`](super::GazePrediction)).
+/// followed can stop, and only a sample after that shows it.
 const DOUBT: f32 = 30.0;
 /// The least part of a velocity that is relied on.
 const LEAST_RELIANCE: f32 = 0.5;

@@ -36,16 +36,14 @@
 //!
 //! | Records | dropped | flipped | inserted | doubled | Intact records lost |
 //! |---|---|---|---|---|---|
-//! | any values, at once | 0.000 | 0.316 | 0.066 | 0.069 | 0 |
-//! | any values, confirmed | 0.000 | 0.316 | 0.000 | 0.000 | 1 |
-//! | mock, at once | 0.000 | 0.316 | 0.081 | 0.094 | 0 |
-//! | mock, confirmed | 0.000 | 0.316 | 0.000 | 0.000 | 1 |
+//! | at once | 0 | 0.32 | 0.09 | 0.10 | 0 |
+//! | confirmed | 0 | 0.32 | 0 | 0 | 1 |
 
 use super::numbers;
 use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event};
 use crate::sample::{Eye, GazePoint, Pupil, Reading, Sample};
-use crate::stream::{Front, Step, Stream, Whole};
+use crate::stream::{Front, Step, Stream};
 use crate::time::Micros;
 use glam::Vec2;
 use heapless::Vec;
@@ -208,8 +206,6 @@ impl Config {
 pub struct Iscan {
     config: Config,
     stream: Stream<{ LONGEST_RECORD + 2 }>,
-    /// When the last byte came of what is a record if a header follows.
-    whole: Whole,
     strangers: Strangers,
 }
 
@@ -240,8 +236,8 @@ impl Strangers {
                     self.skipped.and_then(|bytes| bytes.checked_add(1))
                 };
             }
-            Step::More => {}
-            Step::Take(..) | Step::TakeBoth(..) | Step::Discard(..) => *self = Self::default(),
+            Step::More | Step::Wait => {}
+            Step::Take(..) | Step::Discard(..) => *self = Self::default(),
         }
     }
 }
@@ -258,14 +254,9 @@ impl Iscan {
 
 impl Decoder for Iscan {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
-        let (config, whole) = (&self.config, &mut self.whole);
-        let strangers = &mut self.strangers;
-        self.stream.feed(bytes, sink, |front| {
-            // With the record there is no more to wait for than a header.
-            let length = config.outputs.record_length();
-            let step = whole.ask(front, length, arrival, |front, arrival| {
-                step(config, front, arrival)
-            });
+        let (config, strangers) = (&self.config, &mut self.strangers);
+        self.stream.feed(bytes, arrival, sink, |front| {
+            let step = step(config, front);
             strangers.note(front.bytes, &step);
             step
         });
@@ -277,7 +268,6 @@ impl Decoder for Iscan {
 
     fn reset(&mut self) {
         self.stream.reset();
-        self.whole = Whole::NONE;
         self.strangers = Strangers::default();
     }
 
@@ -287,7 +277,7 @@ impl Decoder for Iscan {
     }
 }
 
-fn step(config: &Config, front: Front<'_>, arrival: Micros) -> Step {
+fn step(config: &Config, front: Front<'_>) -> Step {
     let words = match front.bytes {
         [HEADER] => return Step::More,
         [HEADER, HEADER, words @ ..] => words,
@@ -310,11 +300,12 @@ fn step(config: &Config, front: Front<'_>, arrival: Micros) -> Step {
     }
     match behind {
         [] if front.in_step && !config.confirm => (),
-        [] | [HEADER] => return Step::More,
+        [] | [HEADER] => return Step::Wait,
         [HEADER, HEADER, ..] => (),
         _ => return Step::Skip(DropReason::Length),
     }
-    Step::Take(length, Event::Sample(sample(config, words, arrival)))
+    let sample = sample(config, words, front.arrival);
+    Step::Take(length, None, Event::Sample(sample))
 }
 
 fn word_at(bytes: &[u8]) -> u16 {

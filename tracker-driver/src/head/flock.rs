@@ -106,24 +106,12 @@
 //!
 //! | Mode | dropped | flipped | inserted | doubled | Intact records lost |
 //! |---|---|---|---|---|---|
-//! | Angles | 0.000 | 0.498 | 0.499 | 0.661 | 0 |
-//! | Angles, confirmed | 0.000 | 0.498 | 0.083 | 0.000 | 1 |
-//! | Angles, group | 0.000 | 0.497 | 0.319 | 0.357 | 0 |
-//! | Angles, group, confirmed | 0.000 | 0.497 | 0.071 | 0.000 | 1 |
-//! | Position | 0.000 | 0.498 | 0.499 | 0.667 | 0 |
-//! | Position, confirmed | 0.000 | 0.498 | 0.083 | 0.000 | 1 |
-//! | Matrix | 0.000 | 0.213 | 0.022 | 0.000 | 0 |
-//! | Matrix, confirmed | 0.000 | 0.213 | 0.022 | 0.000 | 1 |
-//! | Quaternion | 0.000 | 0.262 | 0.071 | 0.031 | 0 |
-//! | Quaternion, confirmed | 0.000 | 0.262 | 0.050 | 0.000 | 1 |
-//! | PositionAngles | 0.000 | 0.498 | 0.499 | 0.831 | 0 |
-//! | PositionAngles, confirmed | 0.000 | 0.498 | 0.041 | 0.000 | 1 |
-//! | PositionMatrix | 0.000 | 0.284 | 0.021 | 0.000 | 0 |
-//! | PositionMatrix, confirmed | 0.000 | 0.284 | 0.021 | 0.000 | 1 |
-//! | PositionQuaternion | 0.000 | 0.363 | 0.061 | 0.045 | 0 |
-//! | PositionQuaternion, confirmed | 0.000 | 0.363 | 0.035 | 0.000 | 1 |
-//! | PositionQuaternion, group | 0.000 | 0.372 | 0.087 | 0.081 | 0 |
-//! | PositionQuaternion, group, confirmed | 0.000 | 0.372 | 0.033 | 0.000 | 1 |
+//! | angles or position | 0 | 0.50 | 0.50 | 0.84 | 0 |
+//! | quaternion | 0 | 0.38 | 0.09 | 0.09 | 0 |
+//! | matrix | 0 | 0.29 | 0.03 | 0 | 0 |
+//! | angles or position, confirmed | 0 | 0.50 | 0.09 | 0 | 1 |
+//! | quaternion, confirmed | 0 | 0.38 | 0.05 | 0 | 1 |
+//! | matrix, confirmed | 0 | 0.29 | 0.03 | 0 | 1 |
 
 pub(crate) mod command;
 
@@ -135,7 +123,7 @@ use crate::command::PATIENCE;
 use crate::decoder::{Counts, Decoder, DropReason, Event};
 use crate::rotation::inverse;
 use crate::sample::{Head, Reading, Sample};
-use crate::stream::{Front, Step, Stream, Whole};
+use crate::stream::{Front, Step, Stream};
 use crate::time::Micros;
 use crate::valid;
 use command::{EXAMINE, answer, command_bytes};
@@ -412,7 +400,6 @@ impl Config {
 pub struct Flock {
     stream: Stream<{ MOST_RECORD_BYTES + 1 }>,
     config: Config,
-    whole: Whole,
     /// A parameter that was asked for, and when.
     asked: Option<(u8, Micros)>,
     /// What came last, since that was asked, belongs to nothing.
@@ -425,7 +412,6 @@ impl Flock {
         Self {
             stream: Stream::default(),
             config,
-            whole: Whole::NONE,
             asked: None,
             noisy: false,
         }
@@ -437,12 +423,11 @@ impl Decoder for Flock {
         let Self {
             stream,
             config,
-            whole,
             asked,
             noisy,
         } = self;
         *asked = asked.filter(|&(_, at)| arrival.since(at) <= PATIENCE);
-        stream.feed(bytes, sink, |front| {
+        stream.feed(bytes, arrival, sink, |front| {
             let awaited = asked.and_then(|(parameter, _)| answer(parameter, front, !*noisy));
             if let Some(step) = awaited {
                 if step != Step::More {
@@ -450,11 +435,8 @@ impl Decoder for Flock {
                 }
                 return step;
             }
-            let length = config.record_bytes();
-            let step = whole.ask(front, length, arrival, |front, arrival| {
-                config.step(front, arrival)
-            });
-            if step != Step::More {
+            let step = config.step(front);
+            if !matches!(step, Step::More | Step::Wait) {
                 *noisy = matches!(step, Step::Skip(_));
             }
             step
@@ -467,8 +449,7 @@ impl Decoder for Flock {
 
     fn reset(&mut self) {
         self.stream.reset();
-        (self.whole, self.asked) = (Whole::NONE, None);
-        self.noisy = false;
+        (self.asked, self.noisy) = (None, false);
     }
 
     /// The last question counts.
@@ -484,7 +465,7 @@ impl Decoder for Flock {
 }
 
 impl Config {
-    fn step(&self, front: Front<'_>, arrival: Micros) -> Step {
+    fn step(&self, front: Front<'_>) -> Step {
         let bytes = front.bytes;
         let Some((&first, rest)) = bytes.split_first() else {
             return Step::More;
@@ -501,7 +482,7 @@ impl Config {
             return Step::More;
         };
         match bytes.get(length) {
-            None if self.confirm => return Step::More,
+            None if self.confirm => return Step::Wait,
             Some(next) if self.confirm && next & PHASE == 0 => {
                 return Step::Discard(length, DropReason::Length);
             }
@@ -523,9 +504,9 @@ impl Config {
                 let sample = Sample {
                     sensor,
                     head,
-                    ..Sample::arrived(arrival)
+                    ..Sample::arrived(front.arrival)
                 };
-                Step::Take(length, Event::Sample(sample))
+                Step::Take(length, None, Event::Sample(sample))
             }
         }
     }

@@ -28,7 +28,7 @@
 //! forward. [`Report::head`] changes both to the axes of [`Head`];
 //! a [`Report`] keeps the device's. Where the reference's other two axes
 //! point depends on how the device woke up; Monado turns them a quarter
-//! further, which here is left to whoever knows the room.
+//! further, which is left to the program that knows the room.
 
 use super::axes::NORM_TOLERANCE;
 use crate::decoder::{Counts, Decoder, DropReason, Dropped, Event};

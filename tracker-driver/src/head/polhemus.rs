@@ -11,18 +11,18 @@ mod numbers;
 mod values;
 
 pub use error::ItemListError;
-pub(crate) use numbers::{from_seven_bits, nearest_word, to_seven_bits};
+pub(crate) use numbers::{from_seven_bits, nearest_word, push_number, to_seven_bits};
 
 use super::axes::{self, Axes};
 use crate::decoder::{DropReason, Event, Message};
 use crate::sample::{Head, Sample};
 use crate::stream::{Front, Step};
-use crate::time::{DeviceTime, Micros};
+use crate::time::DeviceTime;
 use glam::{Quat, Vec3};
 use heapless::Vec;
 use item::{Content, Form, Item};
 pub(crate) use item::{WORD_DEGREES, WORD_METRES};
-use numbers::{push_number, word_bytes, write_extended, write_fixed, write_whole};
+use numbers::{word_bytes, write_extended, write_fixed, write_whole};
 use values::Values;
 
 /// Most items of a list. A FASTRAK takes 32; 12 hold each thing it measures
@@ -135,7 +135,6 @@ pub(crate) fn record(
     list: &ItemList,
     scale: Scale<'_>,
     last: &mut [u8],
-    arrival: Micros,
 ) -> Step {
     let length = header.bytes + list.bytes();
     let Some(items) = front.bytes.get(header.bytes..length) else {
@@ -159,9 +158,9 @@ pub(crate) fn record(
         device_time: pose.time,
         sensor,
         head: pose.head,
-        ..Sample::arrived(arrival)
+        ..Sample::arrived(front.arrival)
     };
-    Step::take(length, fault, Event::Sample(sample))
+    Step::Take(length, fault, Event::Sample(sample))
 }
 
 impl ItemList {
@@ -277,10 +276,10 @@ impl ItemList {
         let mut command = crate::command::Bytes::new();
         // 46 bytes at most: three a number and its comma.
         let _ = command.push(b'O');
-        let _ = push_number(&mut command, station);
+        let _ = push_number(&mut command, station.into());
         for item in &self.items {
             let _ = command.push(b',');
-            let _ = push_number(&mut command, item.number);
+            let _ = push_number(&mut command, item.number.into());
         }
         let _ = command.push(b'\r');
         command

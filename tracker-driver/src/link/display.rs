@@ -17,16 +17,16 @@
 //! All numbers keep their bits, so that who knows the scene and the screens can
 //! make the same frame again.
 
-mod read;
+mod wire;
 
-use super::frame::{Content, Frame, Frames, Received};
+use super::frame::{Frame, Frames, Received};
 use super::{Encoder, VERSION};
 use crate::decoder::DropReason;
 use crate::time::Micros;
 use glam::Vec3;
 use heapless::Vec;
-use read::{read_order, read_report};
 use shisen_core::frame::{FlatScreen, Pixel};
+use wire::{Field, read_order, read_report};
 
 const READY: u8 = 32;
 const FRAME: u8 = 33;
@@ -245,143 +245,50 @@ pub enum Order {
 impl Encoder {
     /// The frame of a report.
     pub fn report(&mut self, report: &Report) -> Frame {
-        let mut content = self.begin(match report {
-            Report::Ready(_) => READY,
-            Report::Frame(_) => FRAME,
-            Report::Pixels(_) => PIXELS,
-            Report::Slice(_) => SLICE,
-            Report::FrameDone(_) => FRAME_DONE,
-            Report::Tracker(_) => TRACKER,
-        });
         match report {
-            Report::Ready(it) => {
-                for number in [
-                    it.scene_bytes,
-                    it.effects,
-                    it.linked,
-                    it.fault,
-                    it.flash_bytes,
-                    it.static_bytes,
-                    it.picture_bytes,
-                ] {
-                    content.u32(number);
-                }
-            }
-            Report::Frame(it) => {
-                content.u32(it.number);
-                let size = match it.subject {
-                    Subject::Screens => 0,
-                    Subject::Capture { size } => size,
-                };
-                content.push(&[it.orders, it.pictures, it.state.unwrap_or(u8::MAX)]);
-                content.push(&size.to_le_bytes());
-                content.u64(it.budget);
-                for vector in [it.eyes[0], it.eyes[1], it.forward, it.up] {
-                    content.vector(vector);
-                }
-                content.f32(it.widen);
-            }
-            Report::Pixels(it) => content.pixels(it.picture, (it.column, it.row), &it.pixels),
-            Report::Slice(it) => {
-                for number in [it.frame, it.instructions, it.steps] {
-                    content.u32(number);
-                }
-                content.push(&[u8::from(it.ended_tile)]);
-                content.u64(it.time.0);
-            }
-            Report::FrameDone(it) => {
-                content.u32(it.number);
-                content.push(&[u8::from(it.cut_short)]);
-                content.u32(it.whole);
-                content.u32(it.given_up);
-                for number in [it.steps, it.primary, it.rays, it.instructions] {
-                    content.u64(number);
-                }
-                for number in [it.preparation, it.latency, it.age, it.sent] {
-                    content.u32(number);
-                }
-            }
-            Report::Tracker(it) => {
-                for number in [it.records, it.dropped, it.overrun] {
-                    content.u32(number);
-                }
-                content.u64(it.instructions);
-                content.u32(it.stack_bytes);
-            }
+            Report::Ready(it) => self.frame(READY, it),
+            Report::Frame(it) => self.frame(FRAME, it),
+            Report::Pixels(it) => self.frame(PIXELS, it),
+            Report::Slice(it) => self.frame(SLICE, it),
+            Report::FrameDone(it) => self.frame(FRAME_DONE, it),
+            Report::Tracker(it) => self.frame(TRACKER, it),
         }
+    }
+
+    fn frame(&mut self, kind: u8, body: &impl Field) -> Frame {
+        let mut content = self.begin(kind);
+        body.write(&mut content);
         content.finish()
     }
 
     /// The frame of [`Report::Pixels`], of the first [`MOST_PIXELS`] pixels.
     pub fn pixels(&mut self, picture: u8, place: (u16, u16), pixels: &[Pixel]) -> Frame {
         let mut content = self.begin(PIXELS);
-        content.pixels(picture, place, pixels);
+        picture.write(&mut content);
+        [place.0, place.1].write(&mut content);
+        for pixel in pixels.iter().take(MOST_PIXELS) {
+            pixel.write(&mut content);
+        }
         content.finish()
     }
 
     /// The frame of an order.
     pub fn order(&mut self, order: &Order) -> Frame {
-        let mut content = self.begin(match order {
-            Order::Screens { .. } => SCREENS,
-            Order::Screen { .. } => SCREEN,
-            Order::Rendering(_) => RENDERING,
-            Order::Capture { .. } => CAPTURE,
-        });
         match order {
-            Order::Screens { count } => content.push(&[*count]),
+            Order::Screens { count } => self.frame(SCREENS, count),
             Order::Screen { index, screen } => {
-                content.push(&[*index]);
-                for pixels in screen.size {
-                    content.push(&(pixels as u16).to_le_bytes());
-                }
-                for vector in [screen.first_pixel, screen.column_step, screen.row_step] {
-                    content.vector(vector);
-                }
+                let mut content = self.begin(SCREEN);
+                index.write(&mut content);
+                screen.write(&mut content);
+                content.finish()
             }
-            Order::Rendering(it) => {
-                content.u64(it.budget);
-                content.u32(it.slice);
-                content.push(&[it.depth, it.wavelengths, u8::from(it.lod)]);
-                content.f32(it.eye_distance);
-                content.u32(it.display_delay);
-                content.f32(it.restart_angle);
-            }
+            Order::Rendering(it) => self.frame(RENDERING, it),
             Order::Capture { size, place } => {
-                content.push(&size.to_le_bytes());
-                content.vector(*place);
+                let mut content = self.begin(CAPTURE);
+                size.write(&mut content);
+                place.write(&mut content);
+                content.finish()
             }
-        }
-        content.finish()
-    }
-}
-
-impl Content {
-    fn pixels(&mut self, picture: u8, (column, row): (u16, u16), pixels: &[Pixel]) {
-        self.push(&[picture]);
-        self.push(&column.to_le_bytes());
-        self.push(&row.to_le_bytes());
-        for pixel in pixels.iter().take(MOST_PIXELS) {
-            for channel in [pixel.red, pixel.green, pixel.blue, pixel.alpha] {
-                self.f32(channel);
-            }
-        }
-    }
-
-    fn u32(&mut self, number: u32) {
-        self.push(&number.to_le_bytes());
-    }
-
-    fn u64(&mut self, number: u64) {
-        self.push(&number.to_le_bytes());
-    }
-
-    fn f32(&mut self, number: f32) {
-        self.push(&number.to_le_bytes());
-    }
-
-    fn vector(&mut self, vector: Vec3) {
-        for number in vector.to_array() {
-            self.f32(number);
         }
     }
 }

@@ -3,7 +3,6 @@
 use super::random::Random;
 use crate::sample::Sample;
 use crate::time::Micros;
-use core::fmt;
 
 /// Something that items come from, in the order of their arrival.
 pub trait Source {
@@ -180,8 +179,9 @@ pub struct FaultsConfig {
 }
 
 /// A value of a [`FaultsConfig`] that is out of range.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error("the faults' {field} is {found}: give 0 to {most}")]
 pub struct FaultsConfigError {
     /// Which, and its unit where it has one.
     pub field: &'static str,
@@ -190,15 +190,6 @@ pub struct FaultsConfigError {
     /// The most it can be; the least is 0.
     pub most: f32,
 }
-
-impl fmt::Display for FaultsConfigError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { field, found, most } = self;
-        write!(f, "the faults' {field} is {found}: give 0 to {most}")
-    }
-}
-
-impl core::error::Error for FaultsConfigError {}
 
 /// Items at most that jitter keeps under way; further ones wait in the source
 /// and come after those.
@@ -233,6 +224,7 @@ impl<S: Source<Item: Faulty>> Faults<S> {
     /// # Errors
     /// Values outside the ranges at [`FaultsConfig`].
     pub fn new(source: S, config: FaultsConfig, seed: u64) -> Result<Self, FaultsConfigError> {
+        let disconnected_for = config.disconnected_for.seconds();
         for (field, found, most) in [
             ("delay (s)", config.delay.seconds(), 10.0),
             ("jitter (s)", config.jitter.seconds(), 1.0),
@@ -243,11 +235,7 @@ impl<S: Source<Item: Faulty>> Faults<S> {
             ("stuck", config.stuck, 1.0),
             ("stuck for (s)", config.stuck_for.seconds(), 60.0),
             ("disconnect", config.disconnect, 1.0),
-            (
-                "disconnected for (s)",
-                config.disconnected_for.seconds(),
-                60.0,
-            ),
+            ("disconnected for (s)", disconnected_for, 60.0),
         ] {
             if !(0.0..=most).contains(&found) {
                 return Err(FaultsConfigError { field, found, most });

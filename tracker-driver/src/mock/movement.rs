@@ -408,20 +408,14 @@ impl<'a> Viewer<'a> {
             return self.rest();
         }
         let scripted = self.script.iter().rfind(|target| target.at.0 <= now);
-        let next = self.script.iter().find(|target| target.at.0 > now);
         let current = scripted.and_then(|target| normalize(target.direction));
         if let Some(direction) = current {
             let way = arc(self.home, direction);
             if way.dot(way) > 1.0e-8 {
-                return self.saccade(way);
+                return self.jump(Kind::Saccade, way);
             }
         }
-        let over = if self.script.is_empty() {
-            self.fixation_end
-        } else {
-            next.map_or(u64::MAX, |next| next.at.0)
-        };
-        if now < over {
+        if now < self.rest_until(now) {
             // The fixation was cut short for this.
             return self.microsaccade();
         }
@@ -429,18 +423,22 @@ impl<'a> Viewer<'a> {
             return self.pursue();
         }
         let way = self.way();
-        self.saccade(way);
+        self.jump(Kind::Saccade, way);
+    }
+
+    /// When the eyes jump or pursue next, if they rest at `now`.
+    fn rest_until(&self, now: u64) -> u64 {
+        if self.script.is_empty() {
+            return self.fixation_end;
+        }
+        let next = self.script.iter().find(|target| target.at.0 > now);
+        next.map_or(u64::MAX, |next| next.at.0)
     }
 
     /// Fixation until a microsaccade or the end.
     fn rest(&mut self) {
         let now = self.last().end;
-        let next = self.script.iter().find(|target| target.at.0 > now);
-        let over = if self.script.is_empty() {
-            self.fixation_end
-        } else {
-            next.map_or(u64::MAX, |next| next.at.0)
-        };
+        let over = self.rest_until(now);
         let pause = self.random.exponential() / self.config.microsaccades.max(1.0e-3);
         // Not right after a saccade.
         let pause = now + 50_000 + (pause * 1.0e6) as u64;
@@ -486,10 +484,6 @@ impl<'a> Viewer<'a> {
         // Towards the centre, then.
         let back = arc(here, centre);
         normalize(back).map_or(way, |back| back * amplitude)
-    }
-
-    fn saccade(&mut self, way: Vec3) {
-        self.jump(Kind::Saccade, way);
     }
 
     fn jump(&mut self, kind: Kind, way: Vec3) {

@@ -11,7 +11,7 @@ fn viewer(seed: u64) -> Viewer<'static> {
     Viewer::new(ViewerConfig::default(), seed)
 }
 
-/// All parts of the movement within so many seconds, by their start.
+/// All parts of the movement in this many seconds, by their start.
 fn parts(seconds: u64) -> Vec<Truth> {
     let mut viewer = viewer(3);
     let mut parts: Vec<Truth> = Vec::new();

@@ -6,7 +6,6 @@ use super::random::Random;
 use crate::rotation::{along, compose, from_vector, inverse, rotate, unit};
 use crate::sample::{Eye, Head, Pupil, Reading, Sample};
 use crate::time::{DeviceTime, Micros};
-use core::fmt;
 use glam::Vec3;
 use shisen_core::numeric::{basis_around, normalize};
 
@@ -60,8 +59,9 @@ impl Default for TrackerConfig {
 }
 
 /// A value of a [`TrackerConfig`] that is out of range.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error("the mock's {field} is {found}: give {least} to {most}")]
 pub struct TrackerConfigError {
     /// Which, and its unit where it has one.
     pub field: &'static str,
@@ -72,20 +72,6 @@ pub struct TrackerConfigError {
     /// The most it can be.
     pub most: f32,
 }
-
-impl fmt::Display for TrackerConfigError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            field,
-            found,
-            least,
-            most,
-        } = self;
-        write!(f, "the mock's {field} is {found}: give {least} to {most}")
-    }
-}
-
-impl core::error::Error for TrackerConfigError {}
 
 /// Half of the distance between the eyes, metres.
 const HALF_DISTANCE: f32 = 0.032;

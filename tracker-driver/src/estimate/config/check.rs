@@ -1,8 +1,9 @@
 //! Whether an estimator's configuration can work.
 
-use super::{EstimatorConfig, Filter, Screen};
+use super::{EstimatorConfig, Filter, GazePrediction, Screen};
 use crate::time::Micros;
 use crate::valid::UNIT_TOLERANCE;
+use glam::Vec3;
 
 /// A configuration that cannot work.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -66,6 +67,13 @@ pub enum EstimatorConfigError {
     },
 }
 
+/// Checks a table of values, each by its name and its range.
+macro_rules! within {
+    ($check:ident: $($field:literal: $found:expr, $least:literal to $most:expr;)*) => {
+        $($check($field, $found, $least, $most)?;)*
+    };
+}
+
 impl EstimatorConfig {
     /// Checks all values.
     ///
@@ -73,20 +81,11 @@ impl EstimatorConfig {
     /// The first that is out of its range.
     pub fn check(&self) -> Result<(), EstimatorConfigError> {
         let (tracker, resting) = (&self.room_from_tracker, &self.resting_head);
-        for (field, place) in [
-            ("the tracker's position", tracker.position),
-            ("the resting head's position", resting.position),
-        ] {
-            if !place.is_finite() {
-                return Err(EstimatorConfigError::NotFinite { field });
-            }
-        }
-        let turn = tracker.orientation.length();
+        finite("the tracker's position", tracker.position)?;
+        finite("the resting head's position", resting.position)?;
+        let (turn, resting_turn) = (tracker.orientation.length(), resting.orientation.length());
         unit("the tracker's orientation", turn)?;
-        unit(
-            "the resting head's orientation",
-            resting.orientation.length(),
-        )?;
+        unit("the resting head's orientation", resting_turn)?;
         if let Some(screen) = self.screen {
             screen.check()?;
         }
@@ -96,172 +95,104 @@ impl EstimatorConfig {
 
     fn check_numbers(&self) -> Result<(), EstimatorConfigError> {
         use core::f32::consts::{FRAC_PI_2, PI};
-        let saccades = &self.saccades;
-        let numbers = [
-            (
-                "the largest eccentricity (rad)",
-                self.most_eccentricity,
-                1.0e-3,
-                FRAC_PI_2,
-            ),
-            ("the least openness", self.least_openness, 0.0, 1.0),
-            ("the widening (rad)", self.fallback.widen_by, 0.0, PI),
-            (
-                "a saccade's start speed (rad/s)",
-                saccades.start_speed,
-                0.05,
-                20.0,
-            ),
-            (
-                "a saccade's end speed (rad/s)",
-                saccades.end_speed,
-                0.01,
-                20.0,
-            ),
-            (
-                "a saccade's least amplitude (rad)",
-                saccades.least_amplitude,
-                0.0,
-                0.2,
-            ),
-            (
-                "a saccade's base duration (s)",
-                saccades.base_duration,
-                0.005,
-                0.1,
-            ),
-            (
-                "a saccade's duration per amplitude (s/rad)",
-                saccades.duration_per_amplitude,
-                0.0,
-                1.0,
-            ),
-            (
-                "the head's least turn (rad/s)",
-                self.head.least_turn,
-                0.001,
-                1.0,
-            ),
-            (
-                "the head's least speed (m/s)",
-                self.head.least_speed,
-                0.001,
-                1.0,
-            ),
-        ];
-        for (field, found, least, most) in numbers {
-            number(field, found, least, most)?;
+        let (saccades, fallback, head) = (&self.saccades, &self.fallback, &self.head);
+        within! { number:
+            "the largest eccentricity (rad)": self.most_eccentricity, 1.0e-3 to FRAC_PI_2;
+            "the least openness": self.least_openness, 0.0 to 1.0;
+            "the widening (rad)": fallback.widen_by, 0.0 to PI;
+            "a saccade's start speed (rad/s)": saccades.start_speed, 0.05 to 20.0;
+            "a saccade's end speed (rad/s)": saccades.end_speed, 0.01 to 20.0;
+            "a saccade's least amplitude (rad)": saccades.least_amplitude, 0.0 to 0.2;
+            "a saccade's base duration (s)": saccades.base_duration, 0.005 to 0.1;
+            "a saccade's duration per amplitude (s/rad)":
+                saccades.duration_per_amplitude, 0.0 to 1.0;
+            "the head's least turn (rad/s)": head.least_turn, 0.001 to 1.0;
+            "the head's least speed (m/s)": head.least_speed, 0.001 to 1.0;
         }
         if let Filter::OneEuro(filter) = self.filter {
-            let (cutoff, speed_cutoff) = (filter.least_cutoff, filter.speed_cutoff);
-            number("the filter's least cutoff (Hz)", cutoff, 0.01, 1e3)?;
-            number("the filter's beta (Hz s/rad)", filter.beta, 0.0, 1e4)?;
-            number("the filter's speed cutoff (Hz)", speed_cutoff, 0.01, 1e3)?;
+            within! { number:
+                "the filter's least cutoff (Hz)": filter.least_cutoff, 0.01 to 1e3;
+                "the filter's beta (Hz s/rad)": filter.beta, 0.0 to 1e4;
+                "the filter's speed cutoff (Hz)": filter.speed_cutoff, 0.01 to 1e3;
+            }
         }
-        if let Some(prediction) = self.prediction {
-            let least_speed = prediction.pursuit.least_speed;
-            number("pursuit's least speed (rad/s)", least_speed, 0.001, 1.0)?;
+        if let Some(GazePrediction { pursuit, .. }) = self.prediction {
+            within! { number: "pursuit's least speed (rad/s)": pursuit.least_speed, 0.001 to 1.0; }
         }
-        ascend(
-            "a saccade's end speed",
-            saccades.end_speed,
-            "its start speed",
-            saccades.start_speed,
-        )
+        let ends = [
+            ("a saccade's end speed", saccades.end_speed),
+            ("its start speed", saccades.start_speed),
+        ];
+        ascend(&ends)
     }
 
     fn check_times(&self) -> Result<(), EstimatorConfigError> {
         let (saccades, fallback) = (&self.saccades, &self.fallback);
-        for (field, found, least, most) in [
-            ("a saccade's window", saccades.window, 1, 100),
-            (
-                "a saccade's least duration",
-                saccades.least_duration,
-                0,
-                100,
-            ),
-            (
-                "a saccade's longest duration",
-                saccades.most_duration,
-                20,
-                500,
-            ),
-            ("the largest gap between samples", saccades.most_gap, 5, 500),
-            ("the head's window", self.head.window, 10, 500),
-            ("the head's horizon", self.head.horizon, 0, 200),
-            ("the longest blink", fallback.longest_blink, 0, 5_000),
-            ("the time to hold", fallback.hold_after, 1, 60_000),
-            ("the time to full quality", fallback.full_after, 1, 60_000),
-            (
-                "the head's time to hold",
-                fallback.head_hold_after,
-                1,
-                60_000,
-            ),
-            (
-                "the head's time to full quality",
-                fallback.head_full_after,
-                1,
-                60_000,
-            ),
-        ] {
-            time(field, found, least, most)?;
+        within! { time:
+            "a saccade's window": saccades.window, 1 to 100;
+            "a saccade's least duration": saccades.least_duration, 0 to 100;
+            "a saccade's longest duration": saccades.most_duration, 20 to 500;
+            "the largest gap between samples": saccades.most_gap, 5 to 500;
+            "the head's window": self.head.window, 10 to 500;
+            "the head's horizon": self.head.horizon, 0 to 200;
+            "the longest blink": fallback.longest_blink, 0 to 5_000;
+            "the time to hold": fallback.hold_after, 1 to 60_000;
+            "the time to full quality": fallback.full_after, 1 to 60_000;
+            "the head's time to hold": fallback.head_hold_after, 1 to 60_000;
+            "the head's time to full quality": fallback.head_full_after, 1 to 60_000;
         }
-        for (field, stuck_after) in [
-            ("the time until the gaze is stuck", self.stuck_after),
-            ("the time until the head is stuck", self.head_stuck_after),
-        ] {
-            if let Some(stuck_after) = stuck_after {
-                time(field, stuck_after, 50, 60_000)?;
-            }
+        if let Some(stuck_after) = self.stuck_after {
+            within! { time: "the time until the gaze is stuck": stuck_after, 50 to 60_000; }
+        }
+        if let Some(stuck_after) = self.head_stuck_after {
+            within! { time: "the time until the head is stuck": stuck_after, 50 to 60_000; }
         }
         if let Some(prediction) = self.prediction {
-            time("the gaze's horizon", prediction.horizon, 0, 200)?;
-            time("pursuit's window", prediction.pursuit.window, 20, 500)?;
-        }
-        for chain in [
-            &[
-                ("a saccade's least duration", saccades.least_duration),
-                ("its longest", saccades.most_duration),
-            ][..],
-            &[
-                ("the time to hold", fallback.hold_after),
-                ("the time to widen", fallback.widen_after),
-                ("the time to the head's direction", fallback.head_after),
-                ("the time to full quality", fallback.full_after),
-            ],
-            &[
-                ("the head's time to hold", fallback.head_hold_after),
-                ("the head's time to widen", fallback.head_widen_after),
-                ("its time to full quality", fallback.head_full_after),
-            ],
-        ] {
-            for pair in chain.windows(2) {
-                let [(first, lower), (second, higher)] = *pair else {
-                    continue;
-                };
-                ascend(first, lower, second, higher)?;
+            within! { time:
+                "the gaze's horizon": prediction.horizon, 0 to 200;
+                "pursuit's window": prediction.pursuit.window, 20 to 500;
             }
         }
-        Ok(())
+        ascend(&[
+            ("a saccade's least duration", saccades.least_duration),
+            ("its longest", saccades.most_duration),
+        ])?;
+        ascend(&[
+            ("the time to hold", fallback.hold_after),
+            ("the time to widen", fallback.widen_after),
+            ("the time to the head's direction", fallback.head_after),
+            ("the time to full quality", fallback.full_after),
+        ])?;
+        ascend(&[
+            ("the head's time to hold", fallback.head_hold_after),
+            ("the head's time to widen", fallback.head_widen_after),
+            ("its time to full quality", fallback.head_full_after),
+        ])
     }
 }
 
 impl Screen {
     fn check(&self) -> Result<(), EstimatorConfigError> {
-        if !self.corner.is_finite() {
-            let field = "the screen's corner";
-            return Err(EstimatorConfigError::NotFinite { field });
-        }
+        finite("the screen's corner", self.corner)?;
         unit("the screen's right", self.right.length())?;
         unit("the screen's down", self.down.length())?;
-        number("the screen's width (m)", self.size.x, 1.0e-3, 1.0e3)?;
-        number("the screen's height (m)", self.size.y, 1.0e-3, 1.0e3)?;
+        within! { number:
+            "the screen's width (m)": self.size.x, 1.0e-3 to 1.0e3;
+            "the screen's height (m)": self.size.y, 1.0e-3 to 1.0e3;
+        }
         let cosine = self.right.dot(self.down);
         if !(cosine.abs() <= 0.01) {
             return Err(EstimatorConfigError::Skewed { cosine });
         }
         Ok(())
+    }
+}
+
+fn finite(field: &'static str, place: Vec3) -> Result<(), EstimatorConfigError> {
+    if place.is_finite() {
+        Ok(())
+    } else {
+        Err(EstimatorConfigError::NotFinite { field })
     }
 }
 
@@ -301,17 +232,16 @@ fn time(
     })
 }
 
-fn ascend<T: PartialOrd + Copy>(
-    first: &'static str,
-    lower: T,
-    second: &'static str,
-    higher: T,
-) -> Result<(), EstimatorConfigError> {
-    if lower <= higher {
-        Ok(())
-    } else {
-        Err(EstimatorConfigError::Order { first, second })
+/// None of these may be below the one before it.
+fn ascend<T: PartialOrd + Copy>(values: &[(&'static str, T)]) -> Result<(), EstimatorConfigError> {
+    for pair in values.windows(2) {
+        if let [(first, lower), (second, higher)] = *pair
+            && !(lower <= higher)
+        {
+            return Err(EstimatorConfigError::Order { first, second });
+        }
     }
+    Ok(())
 }
 
 fn unit(field: &'static str, length: f32) -> Result<(), EstimatorConfigError> {
@@ -326,7 +256,7 @@ fn unit(field: &'static str, length: f32) -> Result<(), EstimatorConfigError> {
 mod tests {
     use super::*;
     use crate::estimate::OneEuroConfig;
-    use glam::{Quat, Vec2, Vec3};
+    use glam::{Quat, Vec2};
     use std::format;
 
     fn checked(change: impl FnOnce(&mut EstimatorConfig)) -> Result<(), EstimatorConfigError> {
@@ -338,44 +268,51 @@ mod tests {
     #[test]
     fn the_default_is_allowed_and_slips_are_told() {
         assert_eq!(checked(|_| {}), Ok(()));
-        let error = checked(|c| c.most_eccentricity = 2.0).unwrap_err();
-        assert_eq!(
-            format!("{error}"),
-            "the largest eccentricity (rad) is 2: give 0.001 to 1.5707964"
-        );
-        let error = checked(|c| c.fallback.widen_after = Micros(1)).unwrap_err();
-        assert_eq!(
-            format!("{error}"),
-            "the time to hold is above the time to widen: exchange them or change one"
-        );
-        let error = checked(|c| c.head.horizon = Micros(300_000)).unwrap_err();
-        assert_eq!(
-            format!("{error}"),
-            "the head's horizon is 300000 µs: give 0 to 200000 µs"
-        );
-        let error = checked(|c| c.resting_head.orientation = Quat::from_xyzw(0.0, 0.0, 0.0, 2.0));
-        assert!(
-            matches!(error, Err(EstimatorConfigError::NotUnit { length, .. }) if length == 2.0)
-        );
-        let error = checked(|c| c.room_from_tracker.position.x = f32::NAN);
-        assert!(matches!(error, Err(EstimatorConfigError::NotFinite { .. })));
-        let error = checked(|c| {
-            c.filter = Filter::OneEuro(OneEuroConfig {
-                beta: f32::NAN,
-                ..OneEuroConfig::default()
-            });
-        });
-        assert!(matches!(
-            error,
-            Err(EstimatorConfigError::OutOfRange { .. })
-        ));
-        let skewed = Screen {
-            corner: Vec3::ZERO,
-            right: Vec3::X,
-            down: Vec3::X,
-            size: Vec2::ONE,
-        };
-        let error = checked(|c| c.screen = Some(skewed));
-        assert_eq!(error, Err(EstimatorConfigError::Skewed { cosine: 1.0 }));
+        let cases: [(fn(&mut EstimatorConfig), &str); 7] = [
+            (
+                |c| c.most_eccentricity = 2.0,
+                "the largest eccentricity (rad) is 2: give 0.001 to 1.5707964",
+            ),
+            (
+                |c| c.fallback.widen_after = Micros(1),
+                "the time to hold is above the time to widen: exchange them or change one",
+            ),
+            (
+                |c| c.head.horizon = Micros(300_000),
+                "the head's horizon is 300000 µs: give 0 to 200000 µs",
+            ),
+            (
+                |c| c.resting_head.orientation = Quat::from_xyzw(0.0, 0.0, 0.0, 2.0),
+                "the resting head's orientation has length 2: give one of length 1",
+            ),
+            (
+                |c| c.room_from_tracker.position.x = f32::NAN,
+                "the tracker's position is not finite: give three finite numbers",
+            ),
+            (
+                |c| {
+                    c.filter = Filter::OneEuro(OneEuroConfig {
+                        beta: f32::NAN,
+                        ..OneEuroConfig::default()
+                    });
+                },
+                "the filter's beta (Hz s/rad) is NaN: give 0 to 10000",
+            ),
+            (
+                |c| {
+                    c.screen = Some(Screen {
+                        corner: Vec3::ZERO,
+                        right: Vec3::X,
+                        down: Vec3::X,
+                        size: Vec2::ONE,
+                    });
+                },
+                "the screen's edges are not at right angles (the cosine is 1): measure its \
+                 corners again",
+            ),
+        ];
+        for (change, text) in cases {
+            assert_eq!(format!("{}", checked(change).unwrap_err()), text);
+        }
     }
 }

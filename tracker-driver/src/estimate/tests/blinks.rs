@@ -1,11 +1,8 @@
 //! Eyes that are not seen, as samples and messages say it.
 
 use super::*;
-use crate::clock::{ClockConfig, ClockEstimator};
 use crate::decoder::{Decoder, Event as Decoded, EyeEvent, EyeEventKind, Side};
 use crate::eye::{adhawk, asl, iscan};
-use crate::mock::{Line, Source, Tracker, TrackerConfig, Viewer, ViewerConfig};
-use crate::protocol::{Protocol, Reader};
 use crate::sample::Pupil;
 
 fn shut(i: u64) -> Sample {
@@ -213,105 +210,4 @@ fn eyes_that_the_device_says_are_shut_or_lost_blink() {
     assert!(run.estimate().blink);
     run.estimator.reset();
     assert_eq!(run.run(50, &open).state, State::Fresh);
-}
-
-/// A tracker that goes on with the gaze that it had while the eyes are shut, as some do:
-/// only its events tell.
-struct Pretends<S> {
-    tracker: S,
-    last: Option<Sample>,
-}
-
-impl<S: Source<Item = Sample>> Source for Pretends<S> {
-    type Item = Sample;
-
-    fn poll(&mut self, until: Micros) -> Option<Sample> {
-        let mut sample = self.tracker.poll(until)?;
-        if let Some(last) = self.last.filter(|_| sample.left.direction.is_none()) {
-            for (eye, before) in [
-                (&mut sample.left, last.left),
-                (&mut sample.right, last.right),
-            ] {
-                // Not the same to the last bit, which would be stuck.
-                let wobble = Vec3::X * (1.0e-6 * (sample.arrival.0 % 7) as f32);
-                eye.direction = before
-                    .direction
-                    .map(|way| Reading::tracked((way.value + wobble).normalize()));
-                eye.pupil = before.pupil;
-            }
-        } else {
-            self.last = Some(sample);
-        }
-        Some(sample)
-    }
-}
-
-/// From the mock's eyelids over an `AdHawk`'s packets, or our own link's frames, to the
-/// estimator's blinks.
-#[test]
-fn blinks_that_only_events_tell_come_through_the_line() {
-    for name in ["adhawk", "link"] {
-        let blinks = |asks: bool| {
-            let protocol = Protocol::named(name).unwrap();
-            let viewer = Viewer::new(ViewerConfig::default(), 5);
-            let config = TrackerConfig {
-                losses: 0.0,
-                ..TrackerConfig::default()
-            };
-            let mut truth = viewer.clone();
-            let tracker = Pretends {
-                tracker: Tracker::new(config, viewer, 5).unwrap(),
-                last: None,
-            };
-            let mut line = Line::new(tracker, &protocol);
-            if asks {
-                let mask = u32::MAX;
-                let enable = true;
-                let request = adhawk::Request::Events { mask, enable };
-                line.hear(&request.encode(1), Micros(0), &mut |_| {});
-            }
-            let mut reader = Reader::new(&protocol).unwrap();
-            let mut clock = ClockEstimator::new(ClockConfig::default()).unwrap();
-            let mut gaze: GazeEstimator = GazeEstimator::new(EstimatorConfig::default()).unwrap();
-            let (mut started, mut ended, mut marked) = (0, 0, 0);
-            let mut shut = 0;
-            for ms in 0..30_000_u64 {
-                let now = Micros::from_millis(ms);
-                let mut note = |event: Event| match event {
-                    Event::BlinkStarted { .. } => started += 1,
-                    Event::BlinkEnded { .. } => ended += 1,
-                    _ => {}
-                };
-                while let Some(chunk) = line.poll(now) {
-                    reader.feed(chunk.bytes(), chunk.arrival, &mut |decoded| match decoded {
-                        Decoded::Sample(mut sample) => {
-                            // An openness would tell as well.
-                            (sample.left.openness, sample.right.openness) = (None, None);
-                            let stamp = clock.stamp(&sample, &mut |_| {});
-                            gaze.push(&sample, stamp.time, &mut note);
-                        }
-                        Decoded::Message(message) => gaze.on_message(&message, &mut note),
-                        other => panic!("{other:?}"),
-                    });
-                }
-                marked += u64::from(gaze.estimate(now, &mut note).blink);
-                let measured = Micros(now.0.saturating_sub(config.latency.0));
-                shut += u64::from(truth.truth(measured).unwrap().openness < 0.3);
-            }
-            (started, ended, marked, shut)
-        };
-        let (started, ended, marked, shut) = blinks(true);
-        assert!(
-            started >= 3 && started - ended <= 1,
-            "{name}: {started} {ended}"
-        );
-        // As long as the lids are shut, to a sample at both ends.
-        assert!(
-            marked.abs_diff(shut) <= 4 * started,
-            "{name}: {marked} of {shut} ms"
-        );
-        if name == "adhawk" {
-            assert_eq!(blinks(false).0, 0, "the samples tell nothing");
-        }
-    }
 }

@@ -57,22 +57,19 @@ impl Request {
         let mut payload = Packet::new();
         push(&mut payload, &number.to_le_bytes());
         push(&mut payload, &[self.kind()]);
+        let mut switch = |property, mask: u32, enable| {
+            push(&mut payload, &[property]);
+            push(&mut payload, &mask.to_le_bytes());
+            push(&mut payload, &[u8::from(enable)]);
+        };
         match *self {
+            Self::Fields { mask, enable } => switch(PROPERTY_FIELDS, mask, enable),
+            Self::Events { mask, enable } => switch(PROPERTY_EVENTS, mask, enable),
             Self::Tracking(on) => push(&mut payload, &[EYE_TRACKING, u8::from(on)]),
             Self::Status => (),
-            Self::Fields { mask, enable } => {
-                push(&mut payload, &[PROPERTY_FIELDS]);
-                push(&mut payload, &mask.to_le_bytes());
-                push(&mut payload, &[u8::from(enable)]);
-            }
             Self::Rate { hertz } => {
                 push(&mut payload, &[PROPERTY_RATE]);
                 push(&mut payload, &hertz.to_le_bytes());
-            }
-            Self::Events { mask, enable } => {
-                push(&mut payload, &[PROPERTY_EVENTS]);
-                push(&mut payload, &mask.to_le_bytes());
-                push(&mut payload, &[u8::from(enable)]);
             }
         }
         packet(&payload, false)

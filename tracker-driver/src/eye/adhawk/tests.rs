@@ -2,7 +2,9 @@ use super::fields::{NOT_MEASURED, field_numbers};
 use super::*;
 use crate::protocol::Protocol;
 use crate::sample::{Eye, GazePoint, Part, Pupil, Reading, Sample};
-use crate::testing::{self, ARRIVAL, Random, dropped, events, hostile, mock_records, samples};
+use crate::testing::{
+    self, ARRIVAL, Random, dropped, events, hostile, mock_records, reply, samples, thrown,
+};
 use crate::time::DeviceTime;
 use glam::{Quat, Vec2, Vec3};
 use proptest::prelude::*;
@@ -272,8 +274,8 @@ fn requests_are_the_devices_bytes() {
 
 #[test]
 fn responses_and_states_become_messages() {
-    let reply = encode_response(7, Request::Status.kind(), 3, &[]);
-    let found = events(&mut AdHawk::new(), &reply);
+    let response = encode_response(7, Request::Status.kind(), 3, &[]);
+    let found = events(&mut AdHawk::new(), &response);
     let expected = Reply {
         to: 0x90,
         result: 3,
@@ -296,23 +298,24 @@ fn responses_and_states_become_messages() {
     );
     assert_eq!(decoder.counts().messages, 0);
     let mut decoder = AdHawk::new();
-    let all = [&reply[..], &long, &ready, &status, &temperature, &reply].concat();
+    let all = [
+        &response[..],
+        &long,
+        &ready,
+        &status,
+        &temperature,
+        &response,
+    ]
+    .concat();
     let found = events(&mut decoder, &all);
     let state = |code, meaning| Event::Message(Message::State { code, meaning });
     assert_eq!(
         found[1..5],
         [
-            Event::Message(Message::Reply(Reply {
-                to: 0x9A,
-                result: 0,
-                meaning: "",
-            })),
+            reply(0x9A, 0),
             state(2, "trackers ready"),
             state(15, "busy"),
-            Event::Dropped(crate::decoder::Dropped {
-                bytes: 6,
-                reason: DropReason::Unknown
-            }),
+            thrown(6, DropReason::Unknown),
         ]
     );
     assert_eq!(found.len(), 6);
@@ -377,11 +380,9 @@ fn spi_frames_hold_packets() {
 
 #[test]
 fn every_fault_is_over_within_three_packets() {
-    let docs = include_str!("../adhawk.rs");
-    let mock = mock_records(&Protocol::AdHawk);
-    for (name, records) in [("any values", stream()), ("mock", mock)] {
-        hostile(AdHawk::new, &[records], f64::exp2(-36.0)).assert_stated(name, docs);
-    }
+    let records = [stream(), mock_records(&Protocol::AdHawk)];
+    let found = hostile(AdHawk::new, &records, f64::exp2(-36.0));
+    found.assert_stated("any", include_str!("../adhawk.rs"));
 }
 
 /// Packets with every header, and random bytes where the sizes agree.

@@ -176,9 +176,6 @@ pub(super) fn answer(parameter: u8, front: Front<'_>, alone: bool) -> Option<Ste
         result: 0,
         meaning: "",
     };
-    Some(Step::take(
-        length,
-        said,
-        Event::Message(Message::Reply(reply)),
-    ))
+    let reply = Event::Message(Message::Reply(reply));
+    Some(Step::Take(length, said, reply))
 }

@@ -1,7 +1,9 @@
 use super::*;
-use crate::decoder::{Dropped, Message, Reply};
+use crate::decoder::Message;
 use crate::protocol::Protocol;
-use crate::testing::{come_back, events, head_records, hostile, moving_head, said, samples};
+use crate::testing::{
+    come_back, events, head_records, hostile, moving_head, reply, said, samples, thrown,
+};
 use std::vec::Vec as StdVec;
 
 fn config(mode: Mode, group: bool) -> Config {
@@ -42,9 +44,8 @@ fn vector_decodes_to_its_words_and_is_refused() {
     let inches = [words[0], words[1], words[2]].map(|word| f32::from(word) * 36.0 / 32_768.0);
     assert_eq!(inches[..2], [9.0, -18.0]);
     assert!((inches[2] - 1.3).abs() < 36.0 / 8_192.0);
-    let reason = DropReason::NotUnit;
-    let dropped = Event::Dropped(Dropped { bytes: 14, reason });
-    assert_eq!(events(&mut Flock::new(config), &vector), [dropped]);
+    let refused = thrown(14, DropReason::NotUnit);
+    assert_eq!(events(&mut Flock::new(config), &vector), [refused]);
     // With its last part 0 it is a pose.
     let mut record = vector;
     record[13] = 0;
@@ -139,9 +140,8 @@ fn birds_of_a_group_are_sensors() {
     for address in [0, 127] {
         let mut record = config.encode(&sample);
         record[14] = address;
-        let reason = DropReason::Field;
-        let dropped = Event::Dropped(Dropped { bytes: 15, reason });
-        assert_eq!(events(&mut Flock::new(config), &record), [dropped]);
+        let refused = thrown(15, DropReason::Field);
+        assert_eq!(events(&mut Flock::new(config), &record), [refused]);
     }
 }
 
@@ -151,10 +151,9 @@ fn a_record_that_breaks_off_is_truncated() {
     let record = config.encode(&moving_head(1)[0]);
     let stream = [&record[..5], &record, &[0x10, 0x20], &record].concat();
     let found = events(&mut Flock::new(config), &stream);
-    let dropped = |bytes, reason| Event::Dropped(Dropped { bytes, reason });
-    assert_eq!(found[0], dropped(5, DropReason::Truncated));
+    assert_eq!(found[0], thrown(5, DropReason::Truncated));
     assert!(matches!(found[1], Event::Sample(_)));
-    assert_eq!(found[2], dropped(2, DropReason::OutOfStep));
+    assert_eq!(found[2], thrown(2, DropReason::OutOfStep));
     assert!(matches!(found[3..], [Event::Sample(_)]));
 }
 
@@ -187,10 +186,10 @@ fn forms() -> impl Iterator<Item = Config> {
 fn every_fault_costs_its_record_only() {
     let docs = include_str!("../flock.rs");
     for config in forms() {
-        let values = match config.mode {
-            Mode::Angles | Mode::Position | Mode::PositionAngles => 1.0,
-            Mode::Quaternion | Mode::PositionQuaternion => 0.025,
-            Mode::Matrix | Mode::PositionMatrix => 1e-9,
+        let (form, values) = match config.mode {
+            Mode::Angles | Mode::Position | Mode::PositionAngles => ("angles or position", 1.0),
+            Mode::Quaternion | Mode::PositionQuaternion => ("quaternion", 0.025),
+            Mode::Matrix | Mode::PositionMatrix => ("matrix", 1e-9),
         };
         let share = 0.5_f64.powi(config.record_bytes() as i32) * values;
         let encode = |sample: &Sample| config.encode(sample).to_vec();
@@ -203,9 +202,8 @@ fn every_fault_costs_its_record_only() {
         let records = head_records(&Protocol::Flock(config), encode);
         for confirm in [false, true] {
             let config = Config { confirm, ..config };
-            let group = if config.group { ", group" } else { "" };
             let confirmed = if confirm { ", confirmed" } else { "" };
-            let name = std::format!("{:?}{group}{confirmed}", config.mode);
+            let name = std::format!("{form}{confirmed}");
             hostile(|| Flock::new(config), &records, share).assert_stated(&name, docs);
         }
     }
@@ -237,17 +235,12 @@ fn a_confirmed_record_has_its_own_arrival() {
 fn answers_are_read_where_they_were_asked_for() {
     let config = Config::default();
     let record = config.encode(&moving_head(1)[0]);
-    let said = |message| Event::Message(message);
-    let reply = said(Message::Reply(Reply {
-        to: u32::from(b'O'),
-        result: 0,
-        meaning: "",
-    }));
-    let fault = said(Message::Fault {
+    let reply = reply(b'O'.into(), 0);
+    let fault = Event::Message(Message::Fault {
         code: 6,
         meaning: "a command that does not exist",
     });
-    let state = said(Message::State {
+    let state = Event::Message(Message::State {
         code: 0xD011,
         meaning: "",
     });
@@ -316,9 +309,8 @@ fn what_cannot_be_an_answer_is_none() {
         let mut heard = StdVec::new();
         let stream = [noise, &record].concat();
         decoder.feed(&stream, Micros(1), &mut |event| heard.push(event));
-        let reason = DropReason::OutOfStep;
-        let bytes = noise.len() as u32;
-        assert_eq!(heard[0], Event::Dropped(Dropped { bytes, reason }));
+        let expected = thrown(noise.len() as u32, DropReason::OutOfStep);
+        assert_eq!(heard[0], expected);
         assert!(
             matches!(heard[1..], [Event::Sample(_)]),
             "{question:?} {noise:?}: {heard:?}"

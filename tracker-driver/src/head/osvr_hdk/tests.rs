@@ -1,4 +1,5 @@
 use super::*;
+use crate::testing::thrown;
 use core::f32::consts::FRAC_1_SQRT_2;
 use proptest::prelude::*;
 use std::format;
@@ -168,10 +169,6 @@ fn event(decoder: &mut OsvrHdk, report: &[u8]) -> Event {
     events[0]
 }
 
-fn dropped(bytes: u32, reason: DropReason) -> Event {
-    Event::Dropped(Dropped { bytes, reason })
-}
-
 #[test]
 fn decoder_counts_gaps_across_the_wrap() {
     let mut decoder = OsvrHdk::new();
@@ -187,7 +184,7 @@ fn decoder_counts_gaps_across_the_wrap() {
         let sample = decode(&report).unwrap().sample(Micros(9));
         assert_eq!(event(&mut decoder, &report), Event::Sample(sample));
         if sequence == 1 {
-            let repeated = dropped(16, DropReason::Duplicate);
+            let repeated = thrown(16, DropReason::Duplicate);
             assert_eq!(event(&mut decoder, &report), repeated);
         }
     }
@@ -209,12 +206,12 @@ fn decoder_says_why_a_report_was_dropped() {
     let mut next = VERSION_1;
     next[1] = 9;
     event(&mut decoder, &VERSION_1);
-    let not_unit = dropped(16, DropReason::NotUnit);
+    let not_unit = thrown(16, DropReason::NotUnit);
     assert_eq!(event(&mut decoder, &damaged), not_unit);
-    assert_eq!(event(&mut decoder, &[0; 3]), dropped(3, DropReason::Length));
+    assert_eq!(event(&mut decoder, &[0; 3]), thrown(3, DropReason::Length));
     assert_eq!(
         event(&mut decoder, &[0x0F; 16]),
-        dropped(16, DropReason::Unknown)
+        thrown(16, DropReason::Unknown)
     );
     event(&mut decoder, &next);
     let counts = decoder.counts();

@@ -216,12 +216,11 @@ pub(super) fn write_whole(
 }
 
 /// Writes a number's decimal digits.
-pub(super) fn push_number(bytes: &mut crate::command::Bytes, number: u8) -> Result<(), u8> {
-    if number >= 100 {
-        bytes.push(b'0' + number / 100)?;
+pub(crate) fn push_number(bytes: &mut crate::command::Bytes, number: u16) -> Result<(), u8> {
+    for power in [10_000, 1_000, 100, 10, 1] {
+        if number >= power || power == 1 {
+            bytes.push(b'0' + (number / power % 10) as u8)?;
+        }
     }
-    if number >= 10 {
-        bytes.push(b'0' + number / 10 % 10)?;
-    }
-    bytes.push(b'0' + number % 10)
+    Ok(())
 }
