@@ -230,7 +230,7 @@ pub(crate) fn is_in_a_room(position: DVec3) -> bool {
         .all(|c| c.abs() <= Wall::FARTHEST)
 }
 
-/// What keeps a name from being part of a file's name on some system.
+/// The reason why a name cannot be part of a file's name on some system.
 pub(crate) fn name_fault(name: &str) -> Option<&'static str> {
     if name.is_empty() {
         Some("is empty")
@@ -307,7 +307,7 @@ impl BuiltInCave {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::ThreeWall, Self::Cube, Self::Dome];
 
-    /// What it is called.
+    /// The name on command lines.
     pub const fn name(self) -> &'static str {
         match self {
             Self::ThreeWall => "three-wall",

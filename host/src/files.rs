@@ -3,9 +3,35 @@
 
 pub mod description;
 
+use miette::Diagnostic;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;
+use thiserror::Error;
+
+/// What is wrong with an input, and what to do about it.
+#[derive(Debug, Clone, PartialEq, Eq, Error, Diagnostic)]
+#[error("{message}")]
+pub struct Fault {
+    message: String,
+    #[help]
+    help: String,
+}
+
+impl Fault {
+    pub(crate) fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
+        let (message, help) = (message.into(), help.into());
+        Self { message, help }
+    }
+
+    /// The message and the help of another error.
+    pub(crate) fn of(error: &impl Diagnostic) -> Self {
+        let help = error
+            .help()
+            .map_or_else(String::new, |help| help.to_string());
+        Self::new(error.to_string(), help)
+    }
+}
 
 /// Reads a whole regular file: a device or a pipe might never end.
 ///

@@ -98,7 +98,7 @@ pub enum PictureError {
 }
 
 impl Picture {
-    /// Transparent black.
+    /// A picture of transparent black.
     ///
     /// # Errors
     ///
@@ -122,11 +122,11 @@ impl Picture {
         })
     }
 
-    /// From `width * height` linear premultiplied pixels, rows from the top.
+    /// A picture of linear premultiplied pixels, rows from the top.
     ///
     /// # Errors
     ///
-    /// When there are more or fewer of them.
+    /// When there are not `width * height` of them.
     pub fn from_pixels(
         width: u32,
         height: u32,
@@ -154,7 +154,7 @@ impl Picture {
             .and_then(|index| self.pixels.get(index).copied())
     }
 
-    /// Sets a pixel; outside the picture, nothing.
+    /// Sets a pixel, if it is in the picture.
     pub fn set_pixel(&mut self, x: u32, y: u32, value: [f32; 4]) {
         if let Some(pixel) = self
             .index(x, y)
@@ -258,7 +258,8 @@ impl Picture {
     pub fn png_bytes(&self) -> io::Result<Vec<u8>> {
         let coded: Vec<[u8; 3]> = self.pixels.iter().copied().map(srgb_of_pixel).collect();
         let mut file = Vec::new();
-        self.encode_png(&mut file, ColorType::Rgb, coded.as_flattened(), &[])?;
+        let (size, bytes) = ([self.width, self.height], coded.as_flattened());
+        encode_png(&mut file, size, ColorType::Rgb, bytes, &[])?;
         Ok(file)
     }
 
@@ -302,42 +303,8 @@ impl Picture {
                     *coded = bytes(pixel);
                 }
             });
-        write_file(path, |file| {
-            self.encode_png(file, colour, coded.as_flattened(), metadata)
-                .map_err(|error| match error {
-                    // The crate's own conversion forgets the kind.
-                    png::EncodingError::IoError(reason) => reason,
-                    other => io::Error::other(other),
-                })
-        })
-    }
-
-    fn encode_png(
-        &self,
-        file: impl Write,
-        colour: ColorType,
-        bytes: &[u8],
-        metadata: &[(&str, String)],
-    ) -> Result<(), png::EncodingError> {
-        let mut encoder = png::Encoder::new(file, self.width, self.height);
-        encoder.set_color(colour);
-        encoder.set_depth(BitDepth::Eight);
-        // A frame's files must not take longer than its rays.
-        encoder.set_compression(png::Compression::Fast);
-        // With the best of five, chosen anew for each row, files of rendered pictures are
-        // smaller by 0 to 7 %, and take a third longer.
-        encoder.set_filter(png::Filter::Paeth);
-        encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
-        for (key, value) in metadata {
-            if value.is_ascii() {
-                encoder.add_text_chunk((*key).to_owned(), value.clone())?;
-            } else {
-                encoder.add_itxt_chunk((*key).to_owned(), value.clone())?;
-            }
-        }
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(bytes)?;
-        writer.finish()
+        let (size, bytes) = ([self.width, self.height], coded.as_flattened());
+        write_file(path, |file| encode_png(file, size, colour, bytes, metadata))
     }
 
     /// Writes linear 32-bit RGBA with premultiplied alpha (which is
@@ -395,7 +362,7 @@ impl Picture {
         })
     }
 
-    /// What both file formats ask for.
+    /// Refuses pictures and metadata that neither file format can hold.
     fn check(&self, path: &Path, metadata: &[(&str, String)]) -> Result<(), PictureError> {
         let (width, height, found) = (self.width, self.height, self.pixels.len());
         if found as u64 != u64::from(width) * u64::from(height) {
@@ -445,6 +412,42 @@ pub fn srgb_from_linear(linear: f32) -> u8 {
 fn srgb_of_pixel(pixel: [f32; 4]) -> [u8; 3] {
     let [red, green, blue, _] = fast_srgb8::f32x4_to_srgb8(pixel);
     [red, green, blue]
+}
+
+/// Encodes 8-bit sRGB or sRGB with alpha, row by row from the top.
+pub(crate) fn encode_png(
+    file: impl Write,
+    [width, height]: [u32; 2],
+    colour: ColorType,
+    bytes: &[u8],
+    metadata: &[(&str, String)],
+) -> io::Result<()> {
+    let mut encoder = png::Encoder::new(file, width, height);
+    encoder.set_color(colour);
+    encoder.set_depth(BitDepth::Eight);
+    // A frame's files must not take longer than its rays: the best of five filters, chosen anew
+    // for each row, saves little and takes a third longer.
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_filter(png::Filter::Paeth);
+    encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
+    let encoded = (|| {
+        for (key, value) in metadata {
+            let (key, value) = ((*key).to_owned(), value.clone());
+            if value.is_ascii() {
+                encoder.add_text_chunk(key, value)?;
+            } else {
+                encoder.add_itxt_chunk(key, value)?;
+            }
+        }
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(bytes)?;
+        writer.finish()
+    })();
+    encoded.map_err(|error| match error {
+        // The crate's own conversion forgets the kind.
+        png::EncodingError::IoError(reason) => reason,
+        other => io::Error::other(other),
+    })
 }
 
 fn write_file(

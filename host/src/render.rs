@@ -33,8 +33,8 @@ use crate::picture::{Picture, PictureError};
 use crate::render::spectrum::Dispersion;
 use effects::Effects;
 use fill::Source;
-pub(crate) use fill::pixels_of;
 pub use fill::{Capture, CaptureOptions, Filling};
+pub(crate) use fill::{hemispheres, pixels_of};
 use images::images;
 pub use ledger::{Account, account};
 use miette::Diagnostic;
@@ -515,7 +515,11 @@ pub fn view<'a>(screen: impl Into<Screen<'a>>, observer: &Observer) -> Result<Vi
 
 /// The tiles of a view, in rows.
 pub(crate) fn tiles(view: &View, side: u32) -> impl Iterator<Item = Tile> + use<> {
-    let (columns, rows) = (view.columns(), view.rows());
+    grid([view.columns(), view.rows()], side)
+}
+
+/// The tiles of some columns and rows, in rows.
+pub(crate) fn grid([columns, rows]: [u32; 2], side: u32) -> impl Iterator<Item = Tile> {
     let step = side.max(1) as usize;
     (0..rows).step_by(step).flat_map(move |y| {
         (0..columns).step_by(step).map(move |x| Tile {

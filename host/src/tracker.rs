@@ -5,7 +5,6 @@
 //! simulated device for other programs.
 
 pub mod calibration;
-mod fault;
 mod feed;
 mod hid;
 mod live;
@@ -22,12 +21,11 @@ mod settings;
 mod spec;
 mod times;
 
-pub use fault::{SpecError, UnknownProtocol};
-pub use feed::{Feed, FeedClock, FeedError, PAUSE, Senses, simulated};
+pub use feed::{Feed, FeedClock, PAUSE, Senses, simulated};
 pub use hid::features;
-pub use notice::{Features, LiveError, Notice, Trouble};
+pub use notice::{Features, Notice, Trouble};
 pub use protocol::ProtocolSpec;
-pub use recording::{Recorder, Recording, RecordingError};
+pub use recording::{Recorder, Recording};
 pub use settings::settings;
 pub use spec::{HidName, HidSpec, MockSpec, ReplaySpec, SerialSpec, Spec};
 pub use times::Times;

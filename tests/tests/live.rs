@@ -190,12 +190,7 @@ fn a_fovea_is_whole_whatever_there_is() {
                 let mut frames = Vec::new();
                 for number in 0..6 {
                     let eyes = eyes(7 * number);
-                    let (quality, steps) = (&Quality::FULL, Some(steps));
-                    let frame = if whole {
-                        engine.render_whole_fovea(&eyes, quality, steps)
-                    } else {
-                        engine.render(&eyes, quality, steps)
-                    };
+                    let frame = engine.render_frame(&eyes, &Quality::FULL, Some(steps), whole);
                     let frame = frame.expect("a frame");
                     cut += usize::from(frame.unfinished_fovea);
                     frames.push((

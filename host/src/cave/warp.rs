@@ -15,7 +15,7 @@ pub mod bourke;
 pub mod mpcdi;
 mod projector;
 
-pub use projector::{Aim, Lens, Projector, Throw};
+pub use projector::Projector;
 
 use crate::cave::DomeScreen;
 use glam::{DVec2, DVec3};

@@ -30,11 +30,6 @@ impl<F> Located<F> {
         }
     }
 
-    /// What is wrong.
-    pub fn fault(&self) -> &F {
-        &self.fault
-    }
-
     /// Where: the line, counted from 1; `None` where the fault is of the
     /// whole file.
     pub fn line(&self) -> Option<usize> {
@@ -77,11 +72,13 @@ impl<F: Diagnostic> Diagnostic for Located<F> {
 }
 
 /// Why a file of a scene, walls or a projector could not be used.
-#[derive(Debug)]
+#[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
-pub enum FileError<F> {
+pub enum FileError<F: Diagnostic + 'static> {
     /// The file could not be read.
+    #[error("cannot read {what} in {}", path.display())]
+    #[diagnostic(help("{help}"))]
     Read {
         what: &'static str,
         help: &'static str,
@@ -89,58 +86,13 @@ pub enum FileError<F> {
         source: io::Error,
     },
     /// It was read, and there is a fault in it.
-    Fault(Located<F>),
-}
-
-impl<F> From<Located<F>> for FileError<F> {
-    fn from(fault: Located<F>) -> Self {
-        Self::Fault(fault)
-    }
-}
-
-impl<F: fmt::Display> fmt::Display for FileError<F> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Read { what, path, .. } => write!(f, "cannot read {what} in {}", path.display()),
-            Self::Fault(fault) => fault.fmt(f),
-        }
-    }
-}
-
-impl<F: std::error::Error> std::error::Error for FileError<F> {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match self {
-            Self::Read { source, .. } => Some(source),
-            Self::Fault(fault) => fault.source(),
-        }
-    }
-}
-
-impl<F: Diagnostic> Diagnostic for FileError<F> {
-    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        match self {
-            Self::Read { help, .. } => Some(Box::new(help)),
-            Self::Fault(fault) => Diagnostic::help(fault),
-        }
-    }
-
-    fn source_code(&self) -> Option<&dyn SourceCode> {
-        match self {
-            Self::Read { .. } => None,
-            Self::Fault(fault) => fault.source_code(),
-        }
-    }
-
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        match self {
-            Self::Read { .. } => None,
-            Self::Fault(fault) => fault.labels(),
-        }
-    }
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Fault(#[from] Located<F>),
 }
 
 /// The text of a file that describes `what`.
-pub(crate) fn read_description<F>(
+pub(crate) fn read_description<F: Diagnostic>(
     path: &Path,
     what: &'static str,
     help: &'static str,

@@ -197,21 +197,12 @@ where
         self.render_frame(eyes, quality, steps, false)
     }
 
-    /// Renders what these eyes see in at most `steps`, but always finishes the
+    /// As [`render`](Self::render); with `whole_fovea` it always finishes the
     /// [`FOVEA`](super::FOVEA) of eyes whose line of sight is known.
     ///
     /// # Errors
     /// As [`render`](Self::render).
-    pub fn render_whole_fovea(
-        &mut self,
-        eyes: &[Observer],
-        quality: &Quality,
-        steps: Option<u64>,
-    ) -> Result<Rendered, RenderError> {
-        self.render_frame(eyes, quality, steps, true)
-    }
-
-    fn render_frame(
+    pub fn render_frame(
         &mut self,
         eyes: &[Observer],
         quality: &Quality,
@@ -340,7 +331,7 @@ where
             let mut tile = lock(&shared.tiles[number as usize]);
             let tile = &mut *tile;
             let capture = plan.capture.as_mut();
-            let capture = capture.filter(|one| one.has(number as usize));
+            let capture = capture.filter(|one| number as usize >= one.tile);
             let is_captured = capture.is_some();
             if let Some(capture) = capture {
                 capture.take(number as usize, tile);

@@ -114,7 +114,7 @@ impl Governor {
         if let (Some(steps), true) = (steps, self.governs) {
             self.ladder_mut().choose(steps as f64);
         }
-        let rung = self.ladder().rung();
+        let rung = self.ladder().rung;
         // Late is better than a hole where the viewer looks. Without a gaze the least
         // quality covers all walls.
         let is_time = matches!(allowance, Allowance::Time(_));
@@ -175,14 +175,14 @@ impl Governor {
     /// All of a frame at the rung above, for a frame that is not shown: as long as its cost is
     /// a guess, quality may never rise to it.
     pub fn better(&self) -> Option<Decision> {
-        let rung = self.ladder().rung().checked_sub(1);
+        let rung = self.ladder().rung.checked_sub(1);
         rung.filter(|_| self.governs).map(Decision::whole)
     }
 
     /// All of a frame at this rung, the one above and the one below, for frames that are not
     /// shown: their ratios differ from place to place.
     pub fn around(&self) -> impl Iterator<Item = Decision> + use<> {
-        let rung = self.ladder().rung();
+        let rung = self.ladder().rung;
         let rungs = [Some(rung), rung.checked_sub(1), Some(rung + 1)];
         let known = rungs.into_iter().flatten();
         known

@@ -219,11 +219,7 @@ where
         eyes = &plain;
     }
     let quality = Quality::LADDER.get(order.rung).unwrap_or(&Quality::FULL);
-    let rendered = if order.whole_fovea {
-        engine.render_whole_fovea(eyes, quality, order.steps)
-    } else {
-        engine.render(eyes, quality, order.steps)
-    }?;
+    let rendered = engine.render_frame(eyes, quality, order.steps, order.whole_fovea)?;
     let done = FrameResult {
         frame: order.frame,
         steps: rendered.steps,
@@ -295,7 +291,7 @@ where
     fn refreshes(&self) -> u64 {
         match self.report.allowance {
             Allowance::Time(time) => {
-                let part = time.as_secs_f64() / self.pacing.period().as_secs_f64();
+                let part = time.as_secs_f64() / self.pacing.period.as_secs_f64();
                 ((part - 0.01).ceil() as u64).max(1)
             }
             Allowance::Unlimited | Allowance::Steps(_) => 1,
@@ -416,7 +412,7 @@ where
             self.report.record_part();
             self.governor.follow(self.gaze(&look));
             let decision = self.governor.decide(self.tracing_allowance());
-            let due = self.pacing.next() + self.refreshes() - 1;
+            let due = self.pacing.next + self.refreshes() - 1;
             let (rendered, _) = self.render(&look, &decision, Purpose::Shown)?;
             let shown = self.pacing.shown(rendered.done);
             sleep_until(self.pacing.at(shown));

@@ -261,10 +261,10 @@ fn listen(
             });
             following.samples += 1;
             let thinning = &mut sensors[usize::from(sample.sensor)];
-            let before = thinning.one_of();
+            let before = thinning.one_of;
             let is_used = thinning.uses(arrival);
-            if before == 1 && thinning.one_of() > 1 {
-                events.push(TrackerEvent::Flood(thinning.one_of(), arrival));
+            if before == 1 && thinning.one_of > 1 {
+                events.push(TrackerEvent::Flood(thinning.one_of, arrival));
             }
             if is_used {
                 following.estimator.push(&sample, stamp.time, &mut |event| {

@@ -49,17 +49,17 @@ const COLOURS: [RGBColor; 7] = [
 /// A chart.
 #[derive(Debug, Clone)]
 pub struct Chart {
-    /// Above it.
+    /// The title, above the chart.
     pub title: String,
-    /// To the right.
+    /// The axis to the right.
     pub x: Axis,
-    /// Upwards.
+    /// The axis upwards.
     pub y: Axis,
-    /// What it shows.
+    /// The lines and dots.
     pub lines: Vec<Line>,
     /// Where the names of the lines stand.
     pub names: Names,
-    /// What is written beside places of it.
+    /// Words beside places.
     pub notes: Vec<Note>,
 }
 
@@ -79,7 +79,7 @@ pub struct Note {
 pub enum Names {
     /// In a corner, over what is there.
     In(Corner),
-    /// Below the chart, which is so much higher.
+    /// In rows below the chart, which is higher by them.
     Below,
 }
 
@@ -99,14 +99,14 @@ pub enum Corner {
 /// A line through points.
 #[derive(Debug, Clone)]
 pub struct Line {
-    /// What it is called.
+    /// The name.
     pub name: String,
     /// Points from left to right (dots in any order); the line breaks where y is `None`, and a
     /// single point is a dot.
     pub points: Vec<(f64, Option<f64>)>,
-    /// Which colour it has, counted round.
+    /// The number of its colour; more than there are begin again.
     pub colour: usize,
-    /// Whether it is there for comparison only.
+    /// Whether it is drawn thin and pale, for comparison.
     pub faint: bool,
     /// Whether its points are dots that no line joins.
     pub dots: bool,
@@ -304,7 +304,7 @@ impl Chart {
         area.present()
     }
 
-    /// Rows of the names below it.
+    /// The height of the names below the chart, in pixels.
     fn names_height(&self) -> u32 {
         if self.names == Names::Below && self.lines.len() > 1 {
             // And half of one to the edge.
@@ -314,7 +314,7 @@ impl Chart {
         }
     }
 
-    /// The names below it, each beside what its line looks like.
+    /// Draws the names below the chart, each beside a piece of its line.
     fn draw_names(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), DrawingError> {
         if self.names_height() == 0 {
             return Ok(());
@@ -341,7 +341,7 @@ impl Chart {
         Ok(())
     }
 
-    /// The number of circles in its picture if all dots are inside its axes: one for each dot,
+    /// The number of circles in the picture if all dots are inside the axes: one for each dot,
     /// and one beside each name.
     pub fn circles(&self) -> usize {
         let named = usize::from(self.lines.len() > 1);

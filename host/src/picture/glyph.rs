@@ -7,9 +7,21 @@ use font8x8::{
 /// Columns and rows of a letter.
 pub(crate) const GLYPH: u32 = 8;
 
-/// The rows from the top, the leftmost column in the lowest bit; of letters that there
-/// are not, those of a question mark.
-pub(crate) fn glyph(character: char) -> [u8; 8] {
+/// The dots of a line of letters: columns and rows from its upper left corner.
+pub(crate) fn dots(text: &str) -> impl Iterator<Item = (u32, u32)> {
+    let letters = (0..).step_by(GLYPH as usize).zip(text.chars());
+    letters.flat_map(|(left, character)| {
+        let rows = (0..).zip(glyph(character));
+        rows.flat_map(move |(row, bits)| {
+            let lit = (0..GLYPH).filter(move |column| (bits >> column) & 1 == 1);
+            lit.map(move |column| (left + column, row))
+        })
+    })
+}
+
+/// The rows from the top, the leftmost column in the lowest bit. Letters that the font does not
+/// have become question marks.
+fn glyph(character: char) -> [u8; 8] {
     BASIC_FONTS
         .get(character)
         .or_else(|| LATIN_FONTS.get(character))

@@ -1,15 +1,14 @@
 //! What shows where the gaze skips rays.
 
 use super::{
-    Frame, Job, Observer, Options, RenderError, WallPicture, jobs, share_out, tiles, trace,
-    write_back,
+    Frame, Job, Observer, Options, RenderError, WallPicture, in_full, jobs, share_out, tiles,
+    trace, write_back,
 };
 use crate::picture::Picture;
-use crate::render::effects;
 use glam::{DVec3, Mat3};
 use rayon::ThreadPool;
 use shisen_core::frame::{
-    BLEND, Budget, DomePose, Fill, LevelOfDetail, Pixel, Renderer, Settings, Spectrum, Statistics,
+    BLEND, Budget, DomePose, Fill, LevelOfDetail, Pixel, Renderer, Spectrum, Statistics,
     Surroundings, SurroundingsError, Tile, TileJob, View,
 };
 use shisen_core::scene::Scene;
@@ -76,7 +75,7 @@ const LEAST_PART: u64 = 256;
 pub(super) struct Plan<'a, const W: usize> {
     pose: DomePose,
     options: CaptureOptions,
-    pub(super) views: Vec<(View, Renderer<'a, W>)>,
+    pub(super) views: [(View, Renderer<'a, W>); 2],
     pub(super) tiles: Vec<(usize, Tile)>,
 }
 
@@ -102,23 +101,14 @@ where
             position: place.as_vec3(),
             room_from_capture: Mat3::from_cols(sight.right(), sight.up(), -sight.forward()),
         };
-        // A ray a pixel: of several, some would pass the rim.
-        let settings = Settings {
-            samples: 1,
-            ..frame.settings
-        };
-        let mut renderer =
-            effects::renderer(*scene, frame.simd, settings, &frame.effects, spectrum)?
-                .at_level(options.level);
+        let mut views = hemispheres(scene, pose, options, frame, spectrum)?;
         // Eyes with a gaze each need what either skips.
         if gazes.all(|other| same_field(&lod, &other)) {
-            renderer = renderer.below_level(lod.gaze, needed_below(&lod, options.size));
+            let level = needed_below(&lod, options.size);
+            for (_, renderer) in &mut views {
+                *renderer = renderer.below_level(lod.gaze, level);
+            }
         }
-        let views: Vec<_> = Surroundings::views(pose, options.size)
-            .map_err(SurroundingsError::from)?
-            .into_iter()
-            .map(|view| (view, renderer))
-            .collect();
         let tiles: Vec<_> = views
             .iter()
             .enumerate()
@@ -179,6 +169,24 @@ where
         let pictures = hemispheres.each_ref().map(Picture::core_pixels);
         Ok(Surroundings::new(self.pose, self.options.size, pictures)?)
     }
+}
+
+/// The hemispheres of a capture, one ray a pixel: of several, some would pass the rim.
+pub(crate) fn hemispheres<'a, const W: usize>(
+    scene: &Scene<'a, W>,
+    pose: DomePose,
+    capture: CaptureOptions,
+    frame: &Options,
+    spectrum: Spectrum<'a>,
+) -> Result<[(View, Renderer<'a, W>); 2], RenderError>
+where
+    Simd: Runs<W>,
+{
+    let mut options = *frame;
+    options.settings.samples = 1;
+    let renderer = in_full(scene, &options, spectrum)?.at_level(capture.level);
+    let views = Surroundings::views(pose, capture.size).map_err(SurroundingsError::from)?;
+    Ok(views.map(|view| (view, renderer)))
 }
 
 fn same_field(one: &LevelOfDetail, other: &LevelOfDetail) -> bool {

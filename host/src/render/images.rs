@@ -46,12 +46,12 @@ fn shares(
     table.phase(0).iter().enumerate().map(share).collect()
 }
 
-/// What is summed up over wavelengths.
+/// A result that is summed up over wavelengths.
 pub(super) trait Image {
     /// All its pictures, in an order that is always the same.
     fn pictures(&mut self) -> Vec<&mut Picture>;
 
-    /// What each of its parts took: rays and steps, and seconds.
+    /// The rays, steps and seconds of each of its parts.
     fn costs(&mut self) -> Vec<(&mut Statistics, &mut f64)>;
 }
 

@@ -9,7 +9,7 @@ use shisen_core::{Runs, Simd};
 /// One of the viewer's eyes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Observer {
-    /// Which.
+    /// Left, right or centre.
     pub eye: Eye,
     /// Where it is: metres, in the room.
     pub place: DVec3,
@@ -53,7 +53,7 @@ impl Observer {
         }
     }
 
-    /// Where it looks, if anybody knows: a direction in the room.
+    /// Its line of sight, if that is known: a direction in the room.
     pub(crate) fn forward(&self) -> Option<Vec3> {
         let gaze = self.lod.map(|lod| lod.gaze.line_of_sight().forward());
         gaze.or(self.ahead)

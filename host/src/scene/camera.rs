@@ -2,7 +2,6 @@
 
 use crate::scene::mesh::TriangleMesh;
 use glam::{DVec3, Mat3};
-use miette::Diagnostic;
 use shisen_core::frame::DomePose;
 use thiserror::Error;
 
@@ -76,72 +75,53 @@ pub struct CameraPath {
     keys: Vec<CameraKey>,
 }
 
-/// Why keys make no path. `key` is the number of the key that is wrong, from 0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error, Diagnostic)]
-#[non_exhaustive]
-#[allow(missing_docs, reason = "every `key` is as the type says")]
-pub enum CameraPathError {
-    /// A key whose frame is not after that of the key before it.
-    #[error("the camera's `frame` is not after that of the camera before it")]
-    #[diagnostic(help("put cameras in the order of their frames, each at its own"))]
-    Order { key: usize },
-    /// A key beyond [`TriangleMesh::FARTHEST`] on an axis.
-    #[error("the camera's `position` is too far away")]
-    #[diagnostic(help(
-        "coordinates may be up to {:e} m; move the scene nearer to its origin",
-        TriangleMesh::FARTHEST
-    ))]
-    Position { key: usize },
-    /// A key whose zenith and top are zero or along each other.
-    #[error("the camera's `zenith` and `top` point nowhere or along each other")]
-    #[diagnostic(help(
-        "give directions to the middle and to the top of the picture, such as [0, 1, 0] and [0, 0, 1]"
-    ))]
-    Direction { key: usize },
-    /// A zenith or top opposite to that of the key before: it could turn either way.
-    #[error("the camera's `zenith` or `top` is against that of the camera before it")]
-    #[diagnostic(help("add a camera between the two that says which way to turn"))]
-    Turn { key: usize },
-}
-
-impl CameraPathError {
-    /// The number of the key that is wrong, from 0.
-    pub const fn key(self) -> usize {
-        match self {
-            Self::Order { key }
-            | Self::Position { key }
-            | Self::Direction { key }
-            | Self::Turn { key } => key,
-        }
-    }
+/// A key that makes no path with the others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error("the camera's {fault}")]
+pub struct CameraPathError {
+    /// The number of the key, from 0.
+    pub key: usize,
+    fault: &'static str,
+    pub(super) help: &'static str,
 }
 
 impl CameraPath {
     /// A path through keys; without keys there is no camera.
     ///
     /// # Errors
-    /// See [`CameraPathError`].
+    /// A key beyond [`TriangleMesh::FARTHEST`] on an axis, whose zenith and top are zero or along
+    /// each other, whose frame is not after that of the key before it, or whose zenith or top is
+    /// opposite to that of the key before it: it could turn either way.
     pub fn new(keys: Vec<CameraKey>) -> Result<Self, CameraPathError> {
+        let error = |key, fault, help| Err(CameraPathError { key, fault, help });
         for (number, key) in keys.iter().enumerate() {
             let farthest = key.camera.position.abs().max_element();
             // NaN is refused too.
             if !(key.camera.position.is_finite() && farthest <= f64::from(TriangleMesh::FARTHEST)) {
-                return Err(CameraPathError::Position { key: number });
+                let help = "coordinates may be up to 1e12 m; move the scene nearer to its origin";
+                return error(number, "`position` is too far away", help);
             }
             if !key.camera.is_usable() {
-                return Err(CameraPathError::Direction { key: number });
+                let help = "give directions to the middle and to the top of the picture, such as \
+                            [0, 1, 0] and [0, 0, 1]";
+                let fault = "`zenith` and `top` point nowhere or along each other";
+                return error(number, fault, help);
             }
         }
         for (number, pair) in (1..).zip(keys.windows(2)) {
             let &[before, after] = pair else { continue };
             if after.frame <= before.frame {
-                return Err(CameraPathError::Order { key: number });
+                let help = "put cameras in the order of their frames, each at its own";
+                let fault = "`frame` is not after that of the camera before it";
+                return error(number, fault, help);
             }
             // Half a turn is the most that a straight line between directions
             // can make; at a hundred places of it, axes are never lost.
             let steps = (0..=100).map(|i| between(&before, &after, f64::from(i) / 100.0));
             if steps.into_iter().any(|camera| !camera.is_usable()) {
-                return Err(CameraPathError::Turn { key: number });
+                let help = "add a camera between the two that says which way to turn";
+                let fault = "`zenith` or `top` is against that of the camera before it";
+                return error(number, fault, help);
             }
         }
         Ok(Self { keys })
@@ -268,18 +248,21 @@ mod tests {
 
     #[test]
     fn keys_that_make_no_path_are_refused() {
-        use CameraPathError as Error;
         let [mut far, mut along, mut over] = [key(1, 0.0), key(1, 0.0), key(2, 0.0)];
         far.camera.position.x = 1.0e300;
         along.camera.top = DVec3::NEG_Y;
         over.camera.zenith = DVec3::NEG_Y;
-        for (keys, error) in [
-            (vec![key(4, 0.0), key(4, 1.0)], Error::Order { key: 1 }),
-            (vec![far], Error::Position { key: 0 }),
-            (vec![along], Error::Direction { key: 0 }),
-            (vec![key(1, 0.0), over], Error::Turn { key: 1 }),
+        for (keys, at, says) in [
+            (vec![key(4, 0.0), key(4, 1.0)], 1, "not after"),
+            (vec![far], 0, "too far"),
+            (vec![along], 0, "along each other"),
+            (vec![key(1, 0.0), over], 1, "against"),
         ] {
-            assert_eq!(CameraPath::new(keys), Err(error));
+            let error = CameraPath::new(keys).unwrap_err();
+            assert!(
+                error.key == at && error.to_string().contains(says),
+                "{error}"
+            );
         }
     }
 }

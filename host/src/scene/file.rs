@@ -61,6 +61,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
+const SYNTAX: &str = "a scene file has name, ambient, [background], [materials.NAME], \
+                      [media.NAME], [textures.NAME], [meshes.NAME], [[object]], [[light]] and \
+                      [[camera]]";
+
+/// The help for files that cannot be loaded.
+const FOLDER: &str = "relative paths start at the folder of the scene file";
+
 /// Where a scene's mesh comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum MeshSource {
@@ -121,10 +128,12 @@ impl Scene {
             name: source_name,
             text,
         };
-        let entry: SceneEntry = source.parse(|message| SceneFault::Syntax { message })?;
+        let entry: SceneEntry = source.parse(|message| SceneFault::new(message, SYNTAX))?;
         let check = Check { source };
         if entry.object.is_empty() {
-            return Err(check.fault(SceneFault::NoObjects, None));
+            let help = "add an [[object]] with a mesh, a sphere or a spheroid";
+            let fault = SceneFault::new("the scene has no objects", help);
+            return Err(check.fault(fault, None));
         }
         let material_numbers = numbers(&entry.materials);
         let mesh_numbers = numbers(&entry.meshes);
@@ -145,16 +154,16 @@ impl Scene {
         let mut meshes = Vec::with_capacity(entry.meshes.len());
         for (name, entry) in &entry.meshes {
             let source = read_mesh_source(&check, name, entry, base_dir)?;
-            let fault = |fault| check.fault(fault, Some(entry.span()));
-            let mesh = || name.as_ref().clone();
-            let loaded = load_mesh(&source).map_err(|error| {
-                let (mesh, source) = (mesh(), error.into());
-                fault(SceneFault::Mesh { mesh, source })
-            })?;
-            loaded.validate().map_err(|source| {
-                let mesh = mesh();
-                fault(SceneFault::InvalidMesh { mesh, source })
-            })?;
+            let fault = |done, help, source: Box<dyn std::error::Error + Send + Sync>| {
+                let message = format!("the mesh \"{}\" cannot be {done}", name.as_ref());
+                let fault = SceneFault::caused(message, Some(help), source);
+                check.fault(fault, Some(entry.span()))
+            };
+            let loaded =
+                load_mesh(&source).map_err(|error| fault("loaded", FOLDER, error.into()))?;
+            let repair = "repair it in the program that wrote it, or use another";
+            let checked = loaded.validate();
+            checked.map_err(|error| fault("used", repair, error.into()))?;
             meshes.push(loaded);
         }
         for (placed, entry) in objects.iter_mut().zip(&entry.object) {
@@ -218,10 +227,8 @@ fn read_background(check: &Check<'_>, entry: &Spanned<BackgroundEntry>) -> Check
             alpha: 1.0,
         },
         _ => {
-            let fault = SceneFault::Choice {
-                owner: "the background",
-                choice: "either `colour`, or `zenith`, `horizon` and `nadir`",
-            };
+            let choice = "either `colour`, or `zenith`, `horizon` and `nadir`";
+            let fault = SceneFault::choice("the background", choice);
             return Err(check.fault(fault, Some(entry.span())));
         }
     };
@@ -238,7 +245,10 @@ fn read_path(check: &Check<'_>, entries: &[Spanned<CameraEntry>]) -> Checked<Cam
         let frame = match &entry.frame {
             None if entries.len() == 1 => 1,
             None => {
-                let fault = SceneFault::CameraFrame;
+                let fault = SceneFault::new(
+                    "a camera among others needs `frame`",
+                    "add `frame = N`, the picture that is taken from here, counted from 1",
+                );
                 return Err(check.fault(fault, Some(entry.position.span())));
             }
             Some(frame) => check.whole("frame", frame, FRAMES)?,
@@ -255,8 +265,9 @@ fn read_path(check: &Check<'_>, entries: &[Spanned<CameraEntry>]) -> Checked<Cam
         });
     }
     CameraPath::new(keys).map_err(|error| {
-        let span = entries.get(error.key()).map(Spanned::span);
-        check.fault(SceneFault::CameraPath(error), span)
+        let span = entries.get(error.key).map(Spanned::span);
+        let fault = SceneFault::new(error.to_string(), error.help);
+        check.fault(fault, span)
     })
 }
 
@@ -279,10 +290,7 @@ fn read_mesh_source(
                 .map(MeshSource::BuiltIn)
         }
         _ => {
-            let fault = SceneFault::Choice {
-                owner: "a mesh",
-                choice: "one of `file` and `builtin`",
-            };
+            let fault = SceneFault::choice("a mesh", "one of `file` and `builtin`");
             Err(check.fault(fault, Some(name.span())))
         }
     }
@@ -308,8 +316,13 @@ impl Placed {
         };
         let (mesh, object) = (&meshes[mesh], entry.as_ref());
         if let Some(normalise) = object.normalise.as_ref().filter(|on| *on.get_ref()) {
-            let normalisation = Normalisation::of(mesh)
-                .ok_or_else(|| check.fault(SceneFault::Flat, Some(normalise.span())))?;
+            let normalisation = Normalisation::of(mesh).ok_or_else(|| {
+                let fault = SceneFault::new(
+                    "the mesh is flat along x, so it cannot be normalised",
+                    "leave out `normalise` and give the `scale` itself, or turn the mesh",
+                );
+                check.fault(fault, Some(normalise.span()))
+            })?;
             self.object.world_from_object = self.placement.world_from_object(&normalisation);
         }
         let material = self.object.material.map(|number| &materials[number]);
@@ -317,7 +330,11 @@ impl Placed {
             return Ok(());
         }
         let span = span(object.material.as_ref()).unwrap_or_else(|| entry.span());
-        Err(check.fault(SceneFault::NoCoordinates, Some(span)))
+        let fault = SceneFault::new(
+            "the object has a texture, but its mesh has no texture coordinates",
+            "export the mesh with coordinates (UVs), or take a material without a texture",
+        );
+        Err(check.fault(fault, Some(span)))
     }
 }
 
@@ -329,10 +346,7 @@ fn read_object(
     materials: &BTreeMap<&str, usize>,
 ) -> Checked<Placed> {
     let object = entry.as_ref();
-    let choice = |choice| {
-        let owner = "an object";
-        check.fault(SceneFault::Choice { owner, choice }, Some(entry.span()))
-    };
+    let choice = |choice| check.fault(SceneFault::choice("an object", choice), Some(entry.span()));
     let length = |key, value| Ok(check.number(key, value, LENGTH)? as f32);
     let shape = match (&object.mesh, &object.sphere, &object.spheroid) {
         (Some(name), None, None) => Shape::Mesh(check.named("mesh", name, meshes)?),
@@ -352,8 +366,8 @@ fn read_object(
         ];
         for (key, span) in spans {
             if span.is_some() {
-                let owner = "objects with a mesh";
-                return Err(check.fault(SceneFault::NotHere { key, owner }, span));
+                let fault = SceneFault::not_here(key, "objects with a mesh");
+                return Err(check.fault(fault, span));
             }
         }
     }

@@ -1,97 +1,60 @@
 //! Meshes from files: Wavefront OBJ, PLY and glTF 2.0.
 
-use std::fmt;
-use std::path::{Path, PathBuf};
-
-use glam::Vec3;
-use thiserror::Error;
-
 use crate::scene::mesh::{MeshError, TriangleMesh};
-use crate::scene::texture::ImageError;
+use crate::scene::texture::{Image, ImageError, Pattern, Texture};
+use glam::Vec3;
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::fmt;
+use std::hash::Hash;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use thiserror::Error;
 
 mod gltf;
 mod obj;
 mod ply;
 
 /// A file, and a line in it where one is known.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Place {
-    /// The file.
-    pub path: PathBuf,
-    /// The line, counted from 1; none for binary files and for faults of the
-    /// file as a whole.
-    pub line: Option<usize>,
+#[derive(Clone, Copy)]
+struct Place<'p> {
+    path: &'p Path,
+    line: Option<usize>,
 }
 
-impl Place {
-    fn line(path: &Path, line: usize) -> Self {
-        Self {
-            path: path.to_owned(),
-            line: Some(line),
-        }
+impl<'p> From<&'p Path> for Place<'p> {
+    fn from(path: &'p Path) -> Self {
+        Self { path, line: None }
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Place<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.path.display())?;
-        match self.line {
-            Some(line) => write!(f, ":{line}"),
-            None => Ok(()),
-        }
+        self.line.map_or(Ok(()), |line| write!(f, ":{line}"))
     }
 }
 
 /// Why a file gives no mesh.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum ImportError {
-    /// An extension of no known format.
-    #[error(
-        "{}: the file name's extension names no mesh format; export as .obj, .ply, .gltf or .glb",
-        .path.display()
-    )]
-    UnknownFormat { path: PathBuf },
     /// A file that is not there or cannot be read.
     #[error("{}: {fault}; check the file's name and permissions", .path.display())]
     Read {
+        /// The file.
         path: PathBuf,
+        /// The system's error.
         fault: std::io::Error,
-    },
-    /// Contents that are not the format's.
-    #[error("{place}: {}; correct it there, or export the mesh again", problem.trim_end_matches('.'))]
-    Syntax { place: Place, problem: String },
-    /// A length or count beyond the end of the file.
-    #[error(
-        "{place}: {what} takes {claimed} bytes at least, but only {available} are there; \
-         the file is cut off or damaged: export the mesh again"
-    )]
-    Claim {
-        place: Place,
-        what: String,
-        claimed: u128,
-        available: u64,
-    },
-    /// A face with a vertex that does not exist.
-    #[error(
-        "{place}: face {face} (counted from 0) names vertex {index}, but the vertices \
-         go from {first} to {last}; correct it there, or export the mesh again"
-    )]
-    VertexOutOfRange {
-        place: Place,
-        /// The face, counted from 0 in the file's order.
-        face: usize,
-        index: i64,
-        first: i64,
-        last: i64,
     },
     /// A texture of one of its materials that cannot be loaded.
     #[error(transparent)]
     Texture(#[from] ImageError),
-    /// A file without faults whose mesh cannot be used.
-    #[error("{place}: {fault}; repair the mesh in a modelling program and export it again")]
-    Mesh { place: Place, fault: MeshError },
+    /// A file of no known format, or whose contents are no mesh that can be used: where, and what
+    /// to do.
+    #[error("{0}")]
+    Contents(String),
 }
 
 /// Reads a triangle mesh. The extension, in upper or lower case, decides the format.
@@ -106,14 +69,13 @@ pub enum ImportError {
 ///
 /// - `.obj`: groups and objects become one mesh. Without normals and texture
 ///   coordinates the vertices are the file's, in its order; with either, each
-///   position with its normal and `vt` is one vertex, in order of first use.
-///   Only the first three numbers of a `v` count, and two of a `vt`. Lines, points and curves are skipped. The materials come
-///   from the `.mtl` files named in it, as far as these exist: `Kd` and
-///   `Ks` are the diffuse and specular reflectance, `Ns` the shininess and
-///   `Ni` the index of refraction, `map_Kd` the texture; `illum` 3, 5 or 8 makes `Ks` the mirror
-///   reflectance too. What `d` (or 1 - `Tr`) leaves of the light is
-///   transmitted, filtered by `Tf`, and dims `Kd`; `illum` 4, 6, 7 or 9
-///   without `d` and `Tr` transmits `Tf`, or all.
+///   position with its normal and `vt` is one vertex, in order of first use. Only the first three
+///   numbers of a `v` count, and two of a `vt`. Lines, points and curves are skipped. The
+///   materials come from the `.mtl` files named in it, as far as these exist: `Kd` and `Ks` are
+///   the diffuse and specular reflectance, `Ns` the shininess and `Ni` the index of refraction,
+///   `map_Kd` the texture; `illum` 3, 5 or 8 makes `Ks` the mirror reflectance, too. The light
+///   that `d` (or 1 - `Tr`) does not stop is transmitted, filtered by `Tf`, and dims `Kd`;
+///   `illum` 4, 6, 7 or 9 without `d` and `Tr` transmits `Tf`, or all.
 /// - `.ply`: ASCII and binary, either endianness; `x`, `y`, `z`, optionally
 ///   `nx`, `ny`, `nz`, and `s`, `t` or `u`, `v` or `texture_u`, `texture_v`;
 ///   faces from `vertex_indices` or `vertex_index`.
@@ -136,9 +98,11 @@ pub fn load(path: &Path) -> Result<TriangleMesh, ImportError> {
         Some("ply") => ply::parse,
         Some("gltf" | "glb") => gltf::parse,
         _ => {
-            return Err(ImportError::UnknownFormat {
-                path: path.to_owned(),
-            });
+            return Err(ImportError::Contents(format!(
+                "{}: the file name's extension names no mesh format; export as .obj, .ply, .gltf \
+                 or .glb",
+                path.display()
+            )));
         }
     };
     parse(path, &read(path)?)
@@ -151,29 +115,44 @@ fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
     })
 }
 
-impl From<&Path> for Place {
-    fn from(path: &Path) -> Self {
-        Self {
-            path: path.to_owned(),
-            line: None,
-        }
-    }
+/// The error of a length or count beyond the end of the file.
+fn claim(path: &Path, what: &str, claimed: u128, available: usize) -> ImportError {
+    ImportError::Contents(format!(
+        "{}: {what} takes {claimed} bytes at least, but only {available} are there; the file is \
+         cut off or damaged: export the mesh again",
+        path.display()
+    ))
 }
 
-fn claim(path: &Path, what: impl Into<String>, claimed: u128, available: usize) -> ImportError {
-    ImportError::Claim {
-        place: path.into(),
-        what: what.into(),
-        claimed,
-        available: available as u64,
-    }
+/// The error of contents that are not the format's.
+fn syntax<'p>(place: impl Into<Place<'p>>, problem: impl AsRef<str>) -> ImportError {
+    let problem = problem.as_ref().trim_end_matches('.');
+    ImportError::Contents(format!(
+        "{}: {problem}; correct it there, or export the mesh again",
+        place.into()
+    ))
 }
 
-fn syntax(place: impl Into<Place>, problem: impl Into<String>) -> ImportError {
-    ImportError::Syntax {
-        place: place.into(),
-        problem: problem.into(),
-    }
+/// The error of a file without faults whose mesh cannot be used.
+fn unusable<'p>(place: impl Into<Place<'p>>, fault: &MeshError) -> ImportError {
+    ImportError::Contents(format!(
+        "{}: {fault}; repair the mesh in a modelling program and export it again",
+        place.into()
+    ))
+}
+
+/// The error of a face, counted from 0, that names a vertex which does not exist.
+fn no_vertex<'p>(
+    place: impl Into<Place<'p>>,
+    face: usize,
+    index: i64,
+    [first, last]: [i64; 2],
+) -> ImportError {
+    let problem = format!(
+        "face {face} (counted from 0) names vertex {index}, but the vertices go from {first} to \
+         {last}"
+    );
+    syntax(place, problem)
 }
 
 /// Validates the mesh; `line_of` returns the line of a triangle where it is known.
@@ -182,20 +161,54 @@ fn validated(
     path: &Path,
     line_of: impl Fn(usize) -> Option<usize>,
 ) -> Result<TriangleMesh, ImportError> {
-    match mesh.validate() {
-        Ok(()) => Ok(mesh),
-        Err(fault) => {
-            let line = match fault {
-                MeshError::IndexOutOfRange { triangle, .. }
-                | MeshError::RepeatedVertex { triangle, .. } => line_of(triangle),
-                _ => None,
-            };
-            let path = path.to_owned();
-            Err(ImportError::Mesh {
-                place: Place { path, line },
-                fault,
-            })
+    mesh.validate().map_err(|fault| {
+        let line = match fault {
+            MeshError::IndexOutOfRange { triangle, .. }
+            | MeshError::RepeatedVertex { triangle, .. } => line_of(triangle),
+            _ => None,
+        };
+        unusable(Place { path, line }, &fault)
+    })?;
+    Ok(mesh)
+}
+
+/// The images of a mesh's materials, each loaded once.
+struct Textures<K> {
+    /// Bytes that further images may take.
+    left: u64,
+    images: HashMap<K, Option<Arc<Image>>>,
+}
+
+impl<K: Hash + Eq> Textures<K> {
+    fn new() -> Self {
+        Self {
+            left: Image::MOST_BYTES,
+            images: HashMap::new(),
         }
+    }
+
+    /// The texture with an image, which `read` has the bytes of, if that is a PNG file.
+    fn get<'b>(
+        &mut self,
+        key: K,
+        path: &Path,
+        read: impl FnOnce() -> Result<Cow<'b, [u8]>, ImportError>,
+    ) -> Result<Option<Texture>, ImportError> {
+        let image = match self.images.entry(key) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(new) => {
+                let bytes = read()?;
+                new.insert(if Image::is_png(&bytes) {
+                    Some(Arc::new(Image::from_png(path, &bytes, &mut self.left)?))
+                } else {
+                    None
+                })
+            }
+        };
+        Ok(image.clone().map(|image| Texture {
+            pattern: Pattern::Image(image),
+            repeats: [1.0; 2],
+        }))
     }
 }
 

@@ -100,15 +100,7 @@ impl TriangleMesh {
             });
         }
         for (vertex, &position) in self.positions.iter().enumerate() {
-            if position.iter().any(|c| !c.is_finite()) {
-                return Err(MeshError::NotFinite { vertex, position });
-            }
-            if position.iter().any(|c| c.abs() > Self::FARTHEST) {
-                return Err(MeshError::TooFar {
-                    vertex,
-                    limit: Self::FARTHEST,
-                });
-            }
+            Self::check_position(vertex, position)?;
         }
         let vertices = self.positions.len();
         for (triangle, &[a, b, c]) in self.triangles.iter().enumerate() {
@@ -163,6 +155,18 @@ impl TriangleMesh {
             });
         }
         Ok(())
+    }
+
+    /// Checks one position.
+    pub(super) fn check_position(vertex: usize, position: [f32; 3]) -> Result<(), MeshError> {
+        let limit = Self::FARTHEST;
+        if position.iter().any(|c| !c.is_finite()) {
+            Err(MeshError::NotFinite { vertex, position })
+        } else if position.iter().any(|c| c.abs() > limit) {
+            Err(MeshError::TooFar { vertex, limit })
+        } else {
+            Ok(())
+        }
     }
 
     /// Whether it shows a texture: that of `material`, or without one those of its own materials.

@@ -124,6 +124,11 @@ impl Image {
             path: path.to_owned(),
             fault,
         };
+        let too_large = |[width, height]: [u32; 2]| ImageError::TooLarge {
+            path: path.to_owned(),
+            width,
+            height,
+        };
         // Sixteen bits a channel, and a line before it.
         let limits = Limits {
             bytes: 3 * Self::MOST_BYTES as usize,
@@ -133,20 +138,12 @@ impl Image {
         let mut reader = decoder
             .read_info()
             .map_err(|fault| match (fault, sides(bytes)) {
-                (DecodingError::LimitsExceeded, Some([width, height])) => ImageError::TooLarge {
-                    path: path.to_owned(),
-                    width,
-                    height,
-                },
+                (DecodingError::LimitsExceeded, Some(sides)) => too_large(sides),
                 (fault, _) => malformed(fault),
             })?;
         let (width, height) = reader.info().size();
         if width.max(height) > LARGEST_SIDE {
-            return Err(ImageError::TooLarge {
-                path: path.to_owned(),
-                width,
-                height,
-            });
+            return Err(too_large([width, height]));
         }
         let taken = u64::from(width) * u64::from(height) * 4;
         *left = left.checked_sub(taken).ok_or_else(|| ImageError::TooMany {

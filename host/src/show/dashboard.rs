@@ -12,12 +12,13 @@ mod place_map;
 
 pub use canvas::{Canvas, Colour, Rect};
 pub use gauges::Latency;
-pub use place_map::{Coordinates, Place, PlaceMap, PlaceMapError};
+use place_map::{Coordinates, PlaceMap};
 
 use crate::cave::Cave;
 use crate::live::FrameRecord;
 use crate::picture::Picture;
 use crate::render::{self, Observer};
+use crate::show::ShowError;
 use crate::show::overview::viewer::ViewerCamera;
 use crate::show::stereo::Stereo;
 use glam::{DVec3, Vec3};
@@ -128,7 +129,7 @@ impl<'c> Dashboard<'c> {
     ///
     /// # Errors
     /// Screens that cannot be unfolded.
-    pub fn new(cave: &'c Cave, stereo: Stereo) -> Result<Self, PlaceMapError> {
+    pub fn new(cave: &'c Cave, stereo: Stereo) -> Result<Self, ShowError> {
         let coordinates = Coordinates::new(cave)?;
         Ok(Self {
             cave,
@@ -167,7 +168,7 @@ impl<'c> Dashboard<'c> {
         frame: &Frame,
         status: &Status,
         turn: usize,
-    ) -> Result<(), PlaceMapError> {
+    ) -> Result<(), ShowError> {
         canvas.clear(BACKGROUND);
         let [width, height] = canvas.size();
         let rows = height.saturating_sub(HEADER + gauges::ROWS);
@@ -186,7 +187,7 @@ impl<'c> Dashboard<'c> {
         picture::draw(canvas, &self.areas, frame, over, self.stereo, &self.codes);
         for area in &self.areas {
             if let Some((x, y)) = area.place_of(frame.forward()) {
-                picture::mark(canvas, area.rect(), x, y);
+                picture::mark(canvas, area.rect, x, y);
             }
         }
         header(canvas, frame, status);
@@ -204,7 +205,7 @@ impl<'c> Dashboard<'c> {
     }
 
     /// Places the eyes on the canvas.
-    fn lay_out(&mut self, walls: Rect, frame: &Frame, turn: usize) -> Result<(), PlaceMapError> {
+    fn lay_out(&mut self, walls: Rect, frame: &Frame, turn: usize) -> Result<(), ShowError> {
         let last = frame.eyes.len().saturating_sub(1);
         let (mut left, mut above) = (walls, walls);
         left.width /= 2;
@@ -237,7 +238,7 @@ impl<'c> Dashboard<'c> {
     }
 
     /// The walls as an eye sees them, at half the resolution.
-    fn seen(&self, rect: Rect, eye: usize, frame: &Frame) -> Result<PlaceMap, PlaceMapError> {
+    fn seen(&self, rect: Rect, eye: usize, frame: &Frame) -> Result<PlaceMap, ShowError> {
         let room_from_head = frame.head.orientation.as_dquat();
         let place = frame.eyes.get(eye).map_or(DVec3::ZERO, |eye| eye.place);
         let size = [rect.width, rect.height].map(|side| side.div_ceil(2).max(1));

@@ -3,6 +3,7 @@
 
 use crate::cave::Eye;
 use crate::picture::{Picture, PictureError};
+use crate::show::ShowError;
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
@@ -32,27 +33,6 @@ pub struct Presented {
     pub picture: Picture,
 }
 
-/// Why two pictures make no pair.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum StereoError {
-    /// Pictures of different sizes.
-    #[error(
-        "the left eye's picture is {} × {} pixels and the right eye's {} × {}: render both in one \
-         size",
-        left[0], left[1], right[0], right[1]
-    )]
-    Sizes {
-        /// Columns and rows of the left eye's picture.
-        left: [u32; 2],
-        /// Columns and rows of the right eye's picture.
-        right: [u32; 2],
-    },
-    /// Two pictures that are too large together.
-    #[error(transparent)]
-    Picture(#[from] PictureError),
-}
-
 /// A name that no format has.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("there is no stereo \"{0}\": use mono, sequential, side-by-side, top-bottom or anaglyph")]
@@ -65,30 +45,18 @@ pub struct UnknownStereo(pub String);
 /// E. Dubois, "A projection method to generate anaglyph stereo images", Proc. IEEE ICASSP
 /// 2001, vol. 3, pp. 1661–1664, with the numbers that he published. Each row adds up to 1
 /// within 10⁻⁵, so that greys seen by both eyes stay the same.
-pub const DUBOIS: [[f32; 6]; 3] = [
+const DUBOIS: [[[f32; 3]; 2]; 3] = [
     [
-        0.456_1,
-        0.500_484,
-        0.176_381,
-        -0.043_470_6,
-        -0.087_938_8,
-        -0.001_555_29,
+        [0.456_1, 0.500_484, 0.176_381],
+        [-0.043_470_6, -0.087_938_8, -0.001_555_29],
     ],
     [
-        -0.040_082_2,
-        -0.037_824_6,
-        -0.015_758_9,
-        0.378_476,
-        0.733_64,
-        -0.018_450_3,
+        [-0.040_082_2, -0.037_824_6, -0.015_758_9],
+        [0.378_476, 0.733_64, -0.018_450_3],
     ],
     [
-        -0.015_216_1,
-        -0.020_597_1,
-        -0.005_468_56,
-        -0.072_152_7,
-        -0.112_961,
-        1.226_4,
+        [-0.015_216_1, -0.020_597_1, -0.005_468_56],
+        [-0.072_152_7, -0.112_961, 1.226_4],
     ],
 ];
 
@@ -127,14 +95,11 @@ impl Stereo {
     ///
     /// # Errors
     /// Pictures of different sizes; a pair that is too large for a picture.
-    pub fn compose(self, left: &Picture, right: &Picture) -> Result<Vec<Presented>, StereoError> {
+    pub fn compose(self, left: &Picture, right: &Picture) -> Result<Vec<Presented>, ShowError> {
         let sizes = [left, right].map(|one| [one.width, one.height]);
         let counts = [left, right].map(|one| one.pixels.len());
         if sizes[0] != sizes[1] || counts[0] != counts[1] {
-            return Err(StereoError::Sizes {
-                left: sizes[0],
-                right: sizes[1],
-            });
+            return Err(ShowError::Sizes(sizes[0], sizes[1]));
         }
         let single = |eye: Eye, picture: &Picture| Presented {
             eye: Some(eye),
@@ -191,13 +156,14 @@ impl FromStr for Stereo {
     }
 }
 
-/// A pixel of an anaglyph by [`DUBOIS`], clamped to 0 to 1. It is covered where either eye's is.
+/// A pixel of an anaglyph by Dubois's weights, clamped to 0 to 1. It is covered where either eye's is.
 pub fn anaglyph(left: [f32; 4], right: [f32; 4]) -> [f32; 4] {
     let [lr, lg, lb, left_alpha] = left;
     let [rr, rg, rb, right_alpha] = right;
     let eyes = [lr, lg, lb, rr, rg, rb];
     let [red, green, blue] = DUBOIS.map(|row| {
-        let sum: f32 = row.iter().zip(eyes).map(|(part, light)| part * light).sum();
+        let weights = row.as_flattened().iter();
+        let sum: f32 = weights.zip(eyes).map(|(part, light)| part * light).sum();
         // A NaN would go on into the file.
         let is_number = !sum.is_nan();
         if is_number { sum.clamp(0.0, 1.0) } else { 0.0 }

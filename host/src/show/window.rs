@@ -116,23 +116,18 @@ impl From<ConnectError> for WindowError {
     }
 }
 
-impl From<ConnectionError> for WindowError {
-    fn from(reason: ConnectionError) -> Self {
-        Self::Gone(reason.to_string())
-    }
+/// Errors of the protocol's library after which the server counts as gone.
+macro_rules! gone {
+    ($($error:ty),*) => {
+        $(impl From<$error> for WindowError {
+            fn from(reason: $error) -> Self {
+                Self::Gone(reason.to_string())
+            }
+        })*
+    };
 }
 
-impl From<ReplyError> for WindowError {
-    fn from(reason: ReplyError) -> Self {
-        Self::Gone(reason.to_string())
-    }
-}
-
-impl From<ReplyOrIdError> for WindowError {
-    fn from(reason: ReplyOrIdError) -> Self {
-        Self::Gone(reason.to_string())
-    }
-}
+gone!(ConnectionError, ReplyError, ReplyOrIdError);
 
 /// The longest wait for a server, seconds.
 const ANSWER_SECONDS: u64 = 5;

@@ -28,13 +28,14 @@
 mod estimation;
 mod gather;
 
-pub use super::script::{ScriptError, TimedTarget, read_script};
+pub use super::script::{TimedTarget, read_script};
 pub use estimation::estimation;
-pub use gather::{GatherError, Gatherer, SETTLE};
+pub use gather::{Gatherer, SETTLE};
 
 use super::hid::usb_id;
 use super::protocol::ProtocolSpec;
 use super::spec::{HidName, Spec};
+use crate::files::Fault;
 use crate::files::description::{Located, Source};
 use glam::{Quat, Vec2, Vec3};
 use miette::Diagnostic;
@@ -49,36 +50,21 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 use toml::Spanned;
 
-/// What is wrong in a calibration file.
-#[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum CalibrationFault {
-    /// Text that is not TOML, or has other keys or types.
-    #[error("{0}")]
-    #[diagnostic(help(
-        "a calibration file has device, model, head, [room_from_tracker] (position and orientation), [screen] (corner, size and, if wanted, right and down) and [[target]] (direction, and of left, right and combined what the tracker says); all of them are optional"
-    ))]
-    Syntax(String),
-    /// An unknown model.
-    #[error("there is no model {0:?}")]
-    #[diagnostic(help("give affine or second-order"))]
-    Model(String),
-    /// Targets without a model.
-    #[error("there are targets and no model")]
-    #[diagnostic(help("give model = \"affine\" or model = \"second-order\""))]
-    NoModel,
-    /// The targets make no calibration.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Fit(#[from] FitError),
-    /// An impossible screen or place of the tracker.
-    #[error("{0}")]
-    #[diagnostic(help("lengths are metres, in the room: +X right, +Y up, −Z ahead"))]
-    Place(EstimatorConfigError),
-    /// A place of a target that is not finite.
-    #[error("a target's place is not finite")]
-    #[diagnostic(help("give three numbers, or leave it out: it is for people"))]
-    TargetPlace,
+const SYNTAX: &str = "a calibration file has device, model, head, [room_from_tracker] (position and \
+                      orientation), [screen] (corner, size and, if wanted, right and down) and \
+                      [[target]] (direction, and of left, right and combined what the tracker \
+                      says); all of them are optional";
+
+/// An impossible screen or place of the tracker.
+fn misplaced(reason: EstimatorConfigError) -> Fault {
+    let help = "lengths are metres, in the room: +X right, +Y up, −Z ahead";
+    Fault::new(reason.to_string(), help)
+}
+
+/// A place of a target that is not finite.
+fn nowhere() -> Fault {
+    let help = "give three numbers, or leave it out: it is for people";
+    Fault::new("a target's place is not finite", help)
 }
 
 /// Why a calibration cannot be used.
@@ -92,7 +78,7 @@ pub enum CalibrationFileError {
     /// A fault in the file.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Fault(#[from] Located<CalibrationFault>),
+    Fault(#[from] Located<Fault>),
     /// A calibration of another device.
     #[error("{} is the calibration of {calibrated}, and this is {found}", path.display())]
     #[diagnostic(help(
@@ -259,13 +245,13 @@ impl CalibrationFile {
     /// Reads a file's text; messages call it `source_name`.
     ///
     /// # Errors
-    /// The first [`CalibrationFault`] and its place.
-    pub fn from_toml(text: &str, source_name: &str) -> Result<Self, Located<CalibrationFault>> {
+    /// The first fault and its place.
+    pub fn from_toml(text: &str, source_name: &str) -> Result<Self, Located<Fault>> {
         let source = Source {
             name: source_name,
             text,
         };
-        let entry: Entry = source.parse(CalibrationFault::Syntax)?;
+        let entry: Entry = source.parse(|message| Fault::new(message, SYNTAX))?;
         let mut file = Self {
             device: entry.device,
             head: entry.head.map_or(Vec3::ZERO, Vec3::from_array),
@@ -278,16 +264,19 @@ impl CalibrationFile {
                 let named = |one: &Model| model_name(*one) == found.as_str();
                 let known = [Model::Affine, Model::SecondOrder].into_iter().find(named);
                 file.model = known.ok_or_else(|| {
-                    let fault = CalibrationFault::Model(found.clone());
+                    let message = format!("there is no model {found:?}");
+                    let fault = Fault::new(message, "give affine or second-order");
                     located(fault, Some(model.span()))
                 })?;
             }
             None if !entry.target.is_empty() => {
-                return Err(located(CalibrationFault::NoModel, None));
+                let help = "give model = \"affine\" or model = \"second-order\"";
+                let fault = Fault::new("there are targets and no model", help);
+                return Err(located(fault, None));
             }
             None => {}
         }
-        let misplaced = |span| move |reason| located(CalibrationFault::Place(reason), span);
+        let misplaced = |span| move |reason| located(misplaced(reason), span);
         if let Some(room) = &entry.room_from_tracker {
             file.room_from_tracker = Some(RoomFromTracker {
                 position: Vec3::from_array(room.as_ref().position),
@@ -309,11 +298,11 @@ impl CalibrationFile {
         file.targets = entry.target.iter().map(|t| t.as_ref().seen()).collect();
         if let Some(at) = file.targets.iter().position(SeenTarget::is_nowhere) {
             let span = Some(entry.target[at].span());
-            return Err(located(CalibrationFault::TargetPlace, span));
+            return Err(located(nowhere(), span));
         }
         if let Err(error) = file.fit() {
             let at = file.target_of(&error).map(|at| entry.target[at].span());
-            return Err(located(error.into(), at));
+            return Err(located(Fault::of(&error), at));
         }
         Ok(file)
     }
@@ -375,11 +364,11 @@ impl CalibrationFile {
     ///
     /// # Errors
     /// Targets that make no calibration, and impossible places.
-    pub fn to_toml(&self) -> Result<String, CalibrationFault> {
-        let fits = self.fit()?;
-        self.check().map_err(CalibrationFault::Place)?;
+    pub fn to_toml(&self) -> Result<String, Fault> {
+        let fits = self.fit().map_err(|error| Fault::of(&error))?;
+        self.check().map_err(misplaced)?;
         if self.targets.iter().any(SeenTarget::is_nowhere) {
-            return Err(CalibrationFault::TargetPlace);
+            return Err(nowhere());
         }
         let mut text = String::from(
             "# Written by `shisen tracker calibrate`. The calibration is fitted to the\n\

@@ -1,44 +1,19 @@
 //! The events of a tracker of any kind.
 
 use super::live::{DeviceSpec, Live};
-use super::notice::{LiveError, Notice};
+use super::notice::Notice;
 use super::protocol::ProtocolSpec;
-use super::recording::{Recording, RecordingError};
-use super::script::{ScriptError, read_script, scripted};
+use super::recording::Recording;
+use super::script::{read_script, scripted};
 use super::spec::{MockSpec, Spec};
-use miette::Diagnostic;
+use crate::files::Fault;
 use shisen_tracker::decoder::{Counts, Decoder, Event};
-use shisen_tracker::mock::{
-    Line, Source, Tracker, TrackerConfig, TrackerConfigError, Viewer, ViewerConfig,
-};
+use shisen_tracker::mock::{Line, Source, Tracker, TrackerConfig, Viewer, ViewerConfig};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::collections::VecDeque;
 use std::fmt;
 use std::time::Instant;
-use thiserror::Error;
-
-/// Why a feed does not open.
-#[derive(Debug, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum FeedError {
-    /// A configuration that the mock refuses.
-    #[error("{0}")]
-    #[diagnostic(help("change the mock's options"))]
-    Mock(TrackerConfigError),
-    /// A table of the mock's targets that cannot be read.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Script(#[from] ScriptError),
-    /// A device that cannot be used.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Live(#[from] LiveError),
-    /// A recording that cannot be read.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Recording(#[from] RecordingError),
-}
 
 /// The clock of a [`Feed`], on which samples arrive.
 #[derive(Debug, Clone, Copy)]
@@ -123,7 +98,7 @@ impl Replay {
 ///
 /// # Errors
 /// A rate that the tracker refuses, and targets that cannot be read.
-pub fn simulated(spec: &MockSpec) -> Result<Tracker<'static>, FeedError> {
+pub fn simulated(spec: &MockSpec) -> Result<Tracker<'static>, Fault> {
     let config = TrackerConfig {
         rate: spec.rate,
         latency: spec.delay(),
@@ -141,7 +116,8 @@ pub fn simulated(spec: &MockSpec) -> Result<Tracker<'static>, FeedError> {
         }
         None => Viewer::new(moves, spec.seed),
     };
-    Tracker::new(config, viewer, spec.seed).map_err(FeedError::Mock)
+    Tracker::new(config, viewer, spec.seed)
+        .map_err(|reason| Fault::new(reason.to_string(), "change the mock's options"))
 }
 
 impl fmt::Debug for Feed {
@@ -155,8 +131,11 @@ impl Feed {
     ///
     /// # Errors
     /// A device that cannot be opened, and a file that is no recording.
-    pub fn open(spec: &Spec) -> Result<Self, FeedError> {
-        let live = |spec| Live::open(spec).map(|live| Kind::Live(Box::new(live)));
+    pub fn open(spec: &Spec) -> Result<Self, Fault> {
+        let live = |spec| match Live::open(spec) {
+            Ok(live) => Ok(Kind::Live(Box::new(live))),
+            Err(error) => Err(Fault::of(&error)),
+        };
         let kind = match spec {
             Spec::Mock(spec) => {
                 let tracker = simulated(spec)?;

@@ -82,8 +82,7 @@ pub struct Features {
 
 /// Why a device cannot be used.
 #[derive(Debug, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum LiveError {
+pub(super) enum LiveError {
     /// A path that the system does not open.
     #[error("{0} cannot be opened: {1}")]
     #[diagnostic(help("{}", advice(.0, .1)))]
@@ -95,12 +94,7 @@ pub enum LiveError {
     /// Several devices have the name.
     #[error("{} devices are {name}: {}", paths.len(), paths.join(", "))]
     #[diagnostic(help("give one by its path, such as hid:{}", paths.first().map_or("", |p| p)))]
-    Several {
-        /// The name.
-        name: HidName,
-        /// Their paths.
-        paths: Vec<String>,
-    },
+    Several { name: HidName, paths: Vec<String> },
     /// A path of a device that is no tracker.
     #[error("{0}: {1}")]
     #[diagnostic(help("`shisen tracker list` marks the devices that are trackers"))]

@@ -1,8 +1,8 @@
 //! A device's protocol as a `SPEC` names it, with its settings, and what the device is
 //! asked for.
 
-use super::fault::{SpecError, UnknownProtocol};
 use super::settings::{self, Options};
+use crate::files::Fault;
 use shisen_tracker::command::Script;
 use shisen_tracker::decoder::Decoder;
 use shisen_tracker::mock::Device;
@@ -19,10 +19,10 @@ pub struct ProtocolSpec {
 }
 
 impl FromStr for ProtocolSpec {
-    type Err = SpecError;
+    type Err = Fault;
 
     /// `NAME`, or `NAME?key=value&…`, with settings.
-    fn from_str(text: &str) -> Result<Self, SpecError> {
+    fn from_str(text: &str) -> Result<Self, Fault> {
         let (name, rest) = text.split_once('?').unwrap_or((text, ""));
         let mut spec = Self::named(name)?;
         let mut options = Options::read(rest)?;
@@ -43,9 +43,11 @@ impl ProtocolSpec {
     ///
     /// # Errors
     /// A name that no protocol has.
-    pub fn named(name: &str) -> Result<Self, UnknownProtocol> {
-        let protocol = Protocol::named(name);
-        let protocol = protocol.ok_or_else(|| UnknownProtocol(name.into()))?;
+    pub fn named(name: &str) -> Result<Self, Fault> {
+        let protocol = Protocol::named(name).ok_or_else(|| {
+            let help = format!("give one of {}", Protocol::NAMES.join(", "));
+            Fault::new(format!("there is no protocol {name:?}"), help)
+        })?;
         Ok(Self {
             protocol,
             asked: Asked::default(),
@@ -53,7 +55,7 @@ impl ProtocolSpec {
     }
 
     /// Takes its settings out of the options.
-    pub(super) fn set(&mut self, options: &mut Options<'_>) -> Result<(), SpecError> {
+    pub(super) fn set(&mut self, options: &mut Options<'_>) -> Result<(), Fault> {
         settings::set(&mut self.protocol, &mut self.asked, options)
     }
 

@@ -20,7 +20,7 @@ pub struct Pty {
     /// Bytes still to send of a message that was sent in part.
     rest: Vec<u8>,
     name: PathBuf,
-    link: Option<PathBuf>,
+    link: PathBuf,
 }
 
 impl Pty {
@@ -58,7 +58,7 @@ impl Pty {
             line: Some(line),
             rest: Vec::new(),
             name,
-            link: Some(link.to_owned()),
+            link: link.to_owned(),
         })
     }
 
@@ -140,10 +140,8 @@ impl Pty {
 impl Drop for Pty {
     fn drop(&mut self) {
         // Another device may have taken the name.
-        if let Some(link) = self.link.take()
-            && fs::read_link(&link).is_ok_and(|to| to == self.name)
-        {
-            let _ = fs::remove_file(link);
+        if fs::read_link(&self.link).is_ok_and(|to| to == self.name) {
+            let _ = fs::remove_file(&self.link);
         }
     }
 }

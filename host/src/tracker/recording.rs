@@ -8,8 +8,7 @@
 
 mod table;
 
-use crate::files::explain;
-use miette::Diagnostic;
+use crate::files::{Fault, explain};
 use shisen_tracker::decoder::{Counts, Decoder, Event, Message, Text};
 use shisen_tracker::link;
 use shisen_tracker::sample::Sample;
@@ -18,7 +17,6 @@ use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use thiserror::Error;
 
 /// The time between samples of a recording without times.
 const UNTIMED_STEP: Micros = Micros(10_000);
@@ -27,45 +25,6 @@ const UNTIMED_STEP: Micros = Micros(10_000);
 fn is_table(path: &Path) -> bool {
     let extension = path.extension();
     extension.is_some_and(|found| found.eq_ignore_ascii_case("csv"))
-}
-
-/// A recording that cannot be read or written.
-#[derive(Debug, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum RecordingError {
-    /// A file that cannot be read.
-    #[error("{}: {}", .0.display(), .1)]
-    #[diagnostic(help(
-        "give the path of a recording that you may read; `shisen tracker record` writes one"
-    ))]
-    Read(PathBuf, io::Error),
-    /// A file that cannot be written.
-    #[error("{}: cannot write: {}", .0.display(), explain(.1))]
-    #[diagnostic(help("give the path of a file that you may write"))]
-    Write(PathBuf, io::Error),
-    /// A file without samples.
-    #[error("{} holds no sample", .0.display())]
-    #[diagnostic(help(
-        "give a file that `shisen tracker record` wrote; a table needs the extension .csv"
-    ))]
-    Empty(PathBuf),
-    /// A table with other columns.
-    #[error("{}: line 1 is not the header of a recording", .0.display())]
-    #[diagnostic(help("give a table that `shisen tracker record` wrote; it has these columns: {}", table::header().join(",")))]
-    Header(PathBuf),
-    /// A line that cannot be used.
-    #[error("{}: line {line}: {what}", path.display())]
-    #[diagnostic(help(
-        "each line has a cell for each column, empty where there is nothing; numbers are finite, directions and quaternions have length 1"
-    ))]
-    Line {
-        /// The file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: u64,
-        /// What is wrong.
-        what: String,
-    },
 }
 
 /// A recording in memory.
@@ -83,16 +42,23 @@ impl Recording {
     /// # Errors
     /// A file that cannot be read or holds no sample, or a table with an unusable line.
     /// Damaged frames are [`Event::Dropped`].
-    pub fn read(path: &Path) -> Result<Self, RecordingError> {
-        let bytes = std::fs::read(path);
-        let bytes = bytes.map_err(|reason| RecordingError::Read(path.into(), reason))?;
+    pub fn read(path: &Path) -> Result<Self, Fault> {
+        let shown = path.display();
+        let bytes = std::fs::read(path).map_err(|reason| {
+            let help = "give the path of a recording that you may read; `shisen tracker record` \
+                        writes one";
+            Fault::new(format!("{shown}: {reason}"), help)
+        })?;
         let recording = if is_table(path) {
             table::read(path, &bytes)?
         } else {
             from_link(&bytes)
         };
         if recording.samples().next().is_none() {
-            return Err(RecordingError::Empty(path.into()));
+            return Err(Fault::new(
+                format!("{shown} holds no sample"),
+                "give a file that `shisen tracker record` wrote; a table needs the extension .csv",
+            ));
         }
         Ok(recording)
     }
@@ -112,9 +78,11 @@ impl Recording {
     }
 }
 
-fn unwritten(path: &Path) -> impl FnOnce(io::Error) -> RecordingError {
-    let path = path.to_owned();
-    move |reason| RecordingError::Write(path, reason)
+fn unwritten(path: &Path) -> impl FnOnce(io::Error) -> Fault {
+    move |reason| {
+        let message = format!("{}: cannot write: {}", path.display(), explain(&reason));
+        Fault::new(message, "give the path of a file that you may write")
+    }
 }
 
 /// Writes a recording, event after event. Its file keeps its contents until the first event.
@@ -149,8 +117,8 @@ impl Recorder {
     /// Opens or creates the file.
     ///
     /// # Errors
-    /// [`RecordingError::Write`].
-    pub fn create(path: &Path) -> Result<Self, RecordingError> {
+    /// A file that cannot be written.
+    pub fn create(path: &Path) -> Result<Self, Fault> {
         let existed = path.exists();
         let mut options = File::options();
         let file = options.write(true).create(true).truncate(false).open(path);
@@ -163,8 +131,8 @@ impl Recorder {
     /// records missing so far, for which a table has no column.
     ///
     /// # Errors
-    /// [`RecordingError::Write`].
-    pub fn push(&mut self, event: &Event, lost: u64) -> Result<(), RecordingError> {
+    /// A file that cannot be written.
+    pub fn push(&mut self, event: &Event, lost: u64) -> Result<(), Fault> {
         let is_table = is_table(&self.path);
         let is_kept = match event {
             Event::Sample(_) => true,
@@ -204,8 +172,8 @@ impl Recorder {
     /// Writes what is still in memory. Removes a new file for which no event came.
     ///
     /// # Errors
-    /// [`RecordingError::Write`].
-    pub fn finish(mut self) -> Result<(), RecordingError> {
+    /// A file that cannot be written.
+    pub fn finish(mut self) -> Result<(), Fault> {
         let flushed = match &mut self.to {
             Output::Nothing(_, true) => Ok(()),
             Output::Nothing(_, false) => std::fs::remove_file(&self.path),

@@ -9,12 +9,11 @@
 //! Times are seconds on the recording's clock (its `arrival_us`), or since the
 //! tracker was opened; places are metres in the room.
 
+use crate::files::Fault;
 use glam::Vec3;
-use miette::Diagnostic;
 use shisen_tracker::mock::ScriptedTarget;
 use shisen_tracker::time::Micros;
-use std::path::{Path, PathBuf};
-use thiserror::Error;
+use std::path::Path;
 
 const COLUMNS: [&str; 5] = ["start_s", "end_s", "x", "y", "z"];
 
@@ -34,58 +33,39 @@ pub struct TimedTarget {
     pub place: Vec3,
 }
 
-/// A table of targets that cannot be used.
-#[derive(Debug, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum ScriptError {
-    /// A file that cannot be read.
-    #[error("cannot read the targets in {}: {}", .0.display(), .1)]
-    #[diagnostic(help("give the path of a table with the columns {}", COLUMNS.join(",")))]
-    Read(PathBuf, std::io::Error),
-    /// Other columns, or none.
-    #[error("{}: line 1 is not the header of a table of targets", .0.display())]
-    #[diagnostic(help("its first line is {}", COLUMNS.join(",")))]
-    Header(PathBuf),
-    /// A line that cannot be used.
-    #[error("{}: line {line}: {what}", path.display())]
-    #[diagnostic(help(
-        "start and end are seconds from 0 to {LATEST}, each target's after those of the one before; x, y and z are metres in the room, within ±{FARTHEST}"
-    ))]
-    Line {
-        /// The file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: u64,
-        /// What is wrong.
-        what: String,
-    },
-    /// No target at all.
-    #[error("{} holds no target", .0.display())]
-    #[diagnostic(help("add lines of start_s,end_s,x,y,z"))]
-    Empty(PathBuf),
-}
-
 /// Reads a table.
 ///
 /// # Errors
 /// A file that cannot be read, another header, lines that do not ascend in
 /// time or have other than five numbers in their ranges.
-pub fn read_script(path: &Path) -> Result<Vec<TimedTarget>, ScriptError> {
-    let text = crate::files::read_text(path);
-    let text = text.map_err(|reason| ScriptError::Read(path.into(), reason))?;
+pub fn read_script(path: &Path) -> Result<Vec<TimedTarget>, Fault> {
+    let (shown, columns) = (path.display(), COLUMNS.join(","));
+    let text = crate::files::read_text(path).map_err(|reason| {
+        Fault::new(
+            format!("cannot read the targets in {shown}: {reason}"),
+            format!("give the path of a table with the columns {columns}"),
+        )
+    })?;
     let mut table = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .from_reader(text.as_bytes());
     let same = table.headers().is_ok_and(|found| found.iter().eq(COLUMNS));
     if !same {
-        return Err(ScriptError::Header(path.into()));
+        return Err(Fault::new(
+            format!("{shown}: line 1 is not the header of a table of targets"),
+            format!("its first line is {columns}"),
+        ));
     }
     let mut targets: Vec<TimedTarget> = Vec::new();
     for (number, record) in table.records().enumerate() {
-        let wrong = |what: String| ScriptError::Line {
-            path: path.into(),
-            line: number as u64 + 2,
-            what,
+        let wrong = |what: String| {
+            Fault::new(
+                format!("{shown}: line {}: {what}", number + 2),
+                format!(
+                    "start and end are seconds from 0 to {LATEST}, each target's after those of \
+                     the one before; x, y and z are metres in the room, within ±{FARTHEST}"
+                ),
+            )
         };
         let record = record.map_err(|error| wrong(error.to_string()))?;
         let target = target(&record).map_err(wrong)?;
@@ -96,7 +76,8 @@ pub fn read_script(path: &Path) -> Result<Vec<TimedTarget>, ScriptError> {
         targets.push(target);
     }
     if targets.is_empty() {
-        return Err(ScriptError::Empty(path.into()));
+        let help = format!("add lines of {columns}");
+        return Err(Fault::new(format!("{shown} holds no target"), help));
     }
     Ok(targets)
 }

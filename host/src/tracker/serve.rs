@@ -85,7 +85,12 @@ pub fn serve(
         Begin::WithReader(reached) => {
             pty.release();
             reached(LineState::NoReader);
-            Some(Reader::new(protocol.is_told(), reached))
+            Some(Reader {
+                is_told: protocol.is_told(),
+                reached,
+                since: None,
+                heard: None,
+            })
         }
     };
     let start = Instant::now();
@@ -146,16 +151,7 @@ struct Reader<'a> {
     heard: Option<Micros>,
 }
 
-impl<'a> Reader<'a> {
-    fn new(is_told: bool, reached: &'a mut dyn FnMut(LineState)) -> Self {
-        Self {
-            is_told,
-            reached,
-            since: None,
-            heard: None,
-        }
-    }
-
+impl Reader<'_> {
     /// Whether the reader is done with set-up; `spoke` where it has just sent something.
     fn is_ready(
         &mut self,

@@ -1,6 +1,6 @@
 //! The settings of a protocol: `key=value` of a `SPEC`.
 
-use super::fault::SpecError;
+use crate::files::Fault;
 use glam::{Mat3, Quat, Vec3};
 use shisen_tracker::eye::asl::Layout;
 use shisen_tracker::eye::iscan::{self, Output, Outputs};
@@ -20,12 +20,13 @@ pub(super) struct Options<'a>(Vec<(&'a str, &'a str)>);
 
 impl<'a> Options<'a> {
     /// Reads options; a key that is given twice is an error.
-    pub(super) fn read(text: &'a str) -> Result<Self, SpecError> {
+    pub(super) fn read(text: &'a str) -> Result<Self, Fault> {
         let mut options: Vec<(&str, &str)> = Vec::new();
         for part in text.split('&').filter(|part| !part.is_empty()) {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
             if options.iter().any(|&(other, _)| other == key) {
-                return Err(SpecError::Twice(key.into()));
+                let message = format!("{key:?} is given twice");
+                return Err(Fault::new(message, "give it once"));
             }
             options.push((key, value));
         }
@@ -41,44 +42,37 @@ impl<'a> Options<'a> {
     /// Takes what `read` makes of a value; a value of which it makes `None` is an error.
     pub(super) fn one_of<T>(
         &mut self,
-        key: &'static str,
+        key: &str,
         allowed: &str,
         read: impl Fn(&str) -> Option<T>,
-    ) -> Result<Option<T>, SpecError> {
+    ) -> Result<Option<T>, Fault> {
         let Some(value) = self.take(key) else {
             return Ok(None);
         };
-        let known = read(value).ok_or_else(|| SpecError::Value {
-            key,
-            found: value.into(),
-            allowed: allowed.into(),
-        });
-        known.map(Some)
+        read(value)
+            .map(Some)
+            .ok_or_else(|| wrong(key, value, allowed))
     }
 
     /// Takes a number within a range.
     pub(super) fn number<T: FromStr + PartialOrd>(
         &mut self,
-        key: &'static str,
+        key: &str,
         (least, most): (T, T),
         allowed: &str,
-    ) -> Result<Option<T>, SpecError> {
+    ) -> Result<Option<T>, Fault> {
         self.one_of(key, allowed, |value| {
             let number = value.parse().ok();
             number.filter(|number| *number >= least && *number <= most)
         })
     }
 
-    pub(super) fn flag(&mut self, key: &'static str) -> Result<Option<bool>, SpecError> {
+    pub(super) fn flag(&mut self, key: &str) -> Result<Option<bool>, Fault> {
         self.word(key, &[("0", false), ("1", true)])
     }
 
     /// Takes one of some words, as what it stands for.
-    fn word<T: Copy>(
-        &mut self,
-        key: &'static str,
-        words: &[(&str, T)],
-    ) -> Result<Option<T>, SpecError> {
+    fn word<T: Copy>(&mut self, key: &str, words: &[(&str, T)]) -> Result<Option<T>, Fault> {
         let names: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
         let (last, others) = names.split_last().unwrap_or((&"", &[]));
         self.one_of(key, &format!("{} or {last}", others.join(", ")), |value| {
@@ -93,7 +87,7 @@ impl<'a> Options<'a> {
         kind: &'static str,
         allowed: &str,
         protocol: Option<&Protocol>,
-    ) -> Result<(), SpecError> {
+    ) -> Result<(), Fault> {
         let Some((key, _)) = self.0.first() else {
             return Ok(());
         };
@@ -103,12 +97,16 @@ impl<'a> Options<'a> {
             (one, "") | ("", one) => one.to_owned(),
             _ => format!("{allowed}; {settings}"),
         };
-        Err(SpecError::Key {
-            of: protocol.map_or(kind, Protocol::name),
-            key: (*key).into(),
-            allowed,
-        })
+        let of = protocol.map_or(kind, Protocol::name);
+        let message = format!("{of} has no option {key:?}");
+        Err(Fault::new(message, format!("give {allowed}")))
     }
+}
+
+/// A value that an option cannot have.
+pub(super) fn wrong(key: &str, found: &str, allowed: &str) -> Fault {
+    let message = format!("{key}={found:?} is not possible");
+    Fault::new(message, format!("give {allowed}"))
 }
 
 /// Sets a setting, if its option was given.
@@ -169,7 +167,7 @@ pub(super) fn set(
     protocol: &mut Protocol,
     asked: &mut Asked,
     options: &mut Options<'_>,
-) -> Result<(), SpecError> {
+) -> Result<(), Fault> {
     match protocol {
         Protocol::Link => {
             let rate = options.number("rate", (1, u16::MAX), "1 to 65535 Hz")?;
@@ -204,7 +202,7 @@ const UNITS: [(&str, Units); 2] = [("inches", Units::Inches), ("cm", Units::Cent
 pub(super) fn set_axes(
     axes: &mut eye_tracker::Axes,
     options: &mut Options<'_>,
-) -> Result<(), SpecError> {
+) -> Result<(), Fault> {
     let rotation = options.one_of("axes", FRAME, directions)?;
     assign(&mut axes.rotation, rotation);
     let metres = "three numbers of metres within ±10, such as 0,0.3,-0.5";
@@ -218,7 +216,7 @@ pub(super) fn set_axes(
     Ok(())
 }
 
-fn set_fastrak(config: &mut fastrak::Config, options: &mut Options<'_>) -> Result<(), SpecError> {
+fn set_fastrak(config: &mut fastrak::Config, options: &mut Options<'_>) -> Result<(), Fault> {
     let formats = [("binary", Format::Binary), ("ascii", Format::Ascii)];
     let format = options.word("format", &formats)?;
     set_items(&mut config.items, Family::Fastrak, format, options)?;
@@ -237,7 +235,7 @@ fn set_fastrak(config: &mut fastrak::Config, options: &mut Options<'_>) -> Resul
     set_frames(&mut config.axes, options)
 }
 
-fn set_liberty(config: &mut liberty::Config, options: &mut Options<'_>) -> Result<(), SpecError> {
+fn set_liberty(config: &mut liberty::Config, options: &mut Options<'_>) -> Result<(), Fault> {
     set_items(&mut config.items, Family::Liberty, None, options)?;
     assign(&mut config.units, options.word("units", &UNITS)?);
     let stations = options.number("stations", (1, liberty::MOST_STATIONS), "1 to 16")?;
@@ -270,7 +268,7 @@ fn set_flock(
     config: &mut flock::Config,
     asked: &mut Asked,
     options: &mut Options<'_>,
-) -> Result<(), SpecError> {
+) -> Result<(), Fault> {
     let modes = [
         ("position-quaternion", Mode::PositionQuaternion),
         ("position-angles", Mode::PositionAngles),
@@ -318,7 +316,7 @@ fn character(value: &str) -> Option<u8> {
     }
 }
 
-fn set_hatire(config: &mut hatire::Config, options: &mut Options<'_>) -> Result<(), SpecError> {
+fn set_hatire(config: &mut hatire::Config, options: &mut Options<'_>) -> Result<(), Fault> {
     let orders = [("little", false), ("big", true)];
     assign(&mut config.big_endian, options.word("bytes", &orders)?);
     let allowed = "yaw, pitch and roll in the order of the frame, with - before those that grow \
@@ -347,7 +345,7 @@ fn angles(value: &str) -> Option<([u8; 3], [bool; 3])> {
     (words.len() == 3).then_some((order, reversed))
 }
 
-fn set_iscan(config: &mut iscan::Config, options: &mut Options<'_>) -> Result<(), SpecError> {
+fn set_iscan(config: &mut iscan::Config, options: &mut Options<'_>) -> Result<(), Fault> {
     let allowed = "1 to 6 of pupil-x, pupil-y, pupil-diameter, gaze-x, gaze-y and other, in the \
                    order of the record";
     let outputs = options.one_of("outputs", allowed, |value| {
@@ -380,19 +378,22 @@ fn set_items(
     family: Family,
     format: Option<Format>,
     options: &mut Options<'_>,
-) -> Result<(), SpecError> {
+) -> Result<(), Fault> {
     let numbers = options.one_of("items", "numbers of items, such as 2,4,1", |value| {
         let numbers: Result<Vec<u8>, _> = value.split(',').map(str::parse).collect();
         numbers.ok()
     })?;
     let numbers = numbers.unwrap_or_else(|| items.numbers().collect());
     let format = format.unwrap_or(items.format());
-    *items = ItemList::new(family, format, &numbers)?;
+    *items = ItemList::new(family, format, &numbers).map_err(|reason| {
+        let help = "the items are those of the device's manual, in the order that it is to send";
+        Fault::new(format!("items: {reason}"), help)
+    })?;
     Ok(())
 }
 
 /// Sets where the axes of the device and of its sensor point.
-fn set_frames(axes: &mut Axes, options: &mut Options<'_>) -> Result<(), SpecError> {
+fn set_frames(axes: &mut Axes, options: &mut Options<'_>) -> Result<(), Fault> {
     let frame = options.one_of("frame", FRAME, directions)?;
     let sensor = options.one_of("sensor", FRAME, directions)?;
     if frame.is_some() || sensor.is_some() {

@@ -1,8 +1,8 @@
 //! The times of a `SPEC`: how late a tracker is, and after how long its data are stale or
 //! stuck.
 
-use super::fault::SpecError;
 use super::settings::Options;
+use crate::files::Fault;
 use shisen_tracker::clock::ClockConfig;
 use shisen_tracker::estimate::{EstimatorConfig, FallbackConfig};
 use shisen_tracker::time::Micros;
@@ -15,6 +15,11 @@ pub struct Times {
     given: [Option<Micros>; KEYS.len()],
     delay: Option<Micros>,
 }
+
+/// The options of every tracker that are times, in seconds (`S`).
+pub(super) const TIMES: &str = "stuck_after=S|never, head_stuck_after=S|never, hold_after=S, \
+                                widen_after=S, head_after=S, full_after=S, head_hold_after=S, \
+                                head_widen_after=S, head_full_after=S, longest_blink=S, delay=S";
 
 /// The field that a key sets.
 #[derive(Clone, Copy)]
@@ -52,7 +57,7 @@ fn seconds(value: &str, most: f64) -> Option<Micros> {
 
 impl Times {
     /// Takes the times out of the options.
-    pub(super) fn take(options: &mut Options<'_>) -> Result<Self, SpecError> {
+    pub(super) fn take(options: &mut Options<'_>) -> Result<Self, Fault> {
         let mut times = Self::default();
         for ((key, field), time) in KEYS.into_iter().zip(&mut times.given) {
             let (can_never, allowed) = match field {
@@ -68,7 +73,12 @@ impl Times {
         times.delay = options.one_of("delay", allowed, |value| seconds(value, 1.0))?;
         let mut config = EstimatorConfig::default();
         times.set(&mut config);
-        config.check().map_err(SpecError::Times)?;
+        config.check().map_err(|reason| {
+            Fault::new(
+                reason.to_string(),
+                format!("the times are seconds: {TIMES}"),
+            )
+        })?;
         Ok(times)
     }
 
@@ -111,7 +121,6 @@ impl Times {
 mod tests {
     use super::*;
     use crate::tracker::Spec;
-    use crate::tracker::fault::TIMES;
 
     #[test]
     fn each_key_sets_its_field_for_every_kind_of_tracker() {

@@ -1,6 +1,5 @@
 use super::*;
 use crate::scene::material::Material;
-use crate::scene::quadruped::quadruped;
 use std::f64::consts::TAU;
 
 fn levels(min: u32, max: u32, rungs: u32) -> PolygonLevels {
@@ -44,12 +43,6 @@ fn faces(ladder: &Ladder<'_>) -> Vec<u32> {
     ladder.rungs().iter().map(|r| r.len() as u32).collect()
 }
 
-/// How each rung hangs together.
-fn topologies(ladder: &Ladder<'_>) -> Vec<Topology> {
-    let of = |rung: &Vec<u32>| Topology::of(&ladder.versions().part(rung));
-    ladder.rungs().iter().map(of).collect()
-}
-
 /// Whether each rung has the faces that it should, to one collapse.
 fn as_asked(found: &[u32], finest: u32, min: u32) -> bool {
     let last = (found.len() - 1) as f64;
@@ -90,7 +83,7 @@ fn the_largest_deviation_is_half_a_step_or_what_a_rung_misses() {
 }
 
 #[test]
-fn every_kind_of_mesh_has_the_faces_asked_for_and_closed_ones_stay_closed() {
+fn open_and_crowded_meshes_have_the_faces_asked_for() {
     let mut open = torus(40, 20);
     open.triangles.drain(700..703);
     // A wall inside, along the first ring, from each of its edges to a point.
@@ -101,22 +94,16 @@ fn every_kind_of_mesh_has_the_faces_asked_for_and_closed_ones_stay_closed() {
     crowded.triangles.extend(wall);
     let topology = Topology::of(&crowded);
     assert_eq!((topology.open_edges, topology.crowded_edges), (20, 20));
-    for (mesh, min, max, rungs) in [
-        (torus(40, 20), 100, u32::MAX, 9),
-        (torus(40, 20), 200, 1000, 5),
-        (torus(40, 20), 1000, 1000, 3),
-        (quadruped(), 500, u32::MAX, 16),
-        (open, 100, u32::MAX, 12),
-        (crowded, 150, u32::MAX, 6),
-    ] {
-        let ladder = Ladder::new(&mesh, &levels(min, max, rungs)).unwrap();
+    for (mesh, min, rungs) in [(open, 100, 12), (crowded, 150, 6)] {
+        let levels = levels(min, u32::MAX, rungs);
+        let ladder = Ladder::new(&mesh, &levels).unwrap();
         let found = faces(&ladder);
         assert_eq!(found.len(), rungs as usize);
-        let finest = max.min(mesh.triangles.len() as u32);
-        assert!(as_asked(&found, finest, min), "{found:?}");
-        let is_closed = Topology::of(&mesh).is_closed();
-        assert!(!is_closed || topologies(&ladder).iter().all(Topology::is_closed));
-        let again = Ladder::new(&mesh, &levels(min, max, rungs)).unwrap();
+        assert!(
+            as_asked(&found, mesh.triangles.len() as u32, min),
+            "{found:?}"
+        );
+        let again = Ladder::new(&mesh, &levels).unwrap();
         assert_eq!(ladder.versions(), again.versions());
         assert_eq!(ladder.rungs(), again.rungs());
     }
@@ -173,7 +160,9 @@ fn parts_that_touch_at_a_vertex_stay_closed() {
         let ladder = Ladder::new(&mesh, &levels(80, u32::MAX, 8)).unwrap();
         let found = faces(&ladder);
         assert!(as_asked(&found, 800, 80), "{found:?}");
-        assert!(topologies(&ladder).iter().all(Topology::is_closed));
+        let rungs = ladder.rungs().iter();
+        let mut meshes = rungs.map(|rung| ladder.versions().part(rung));
+        assert!(meshes.all(|mesh| Topology::of(&mesh).is_closed()));
     }
 }
 

@@ -20,47 +20,11 @@ pub struct Projector {
 }
 
 /// The direction of a projector.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Aim {
-    /// Along a direction, with the part of another that is square to it upwards; of any length
-    /// but zero.
-    Look {
-        /// Where it points.
-        look: DVec3,
-        /// The upward direction.
-        up: DVec3,
-    },
-    /// Level to the front (−Z), then turned: degrees, −360 to 360.
-    Angles {
-        /// To the right.
-        yaw: f64,
-        /// Then upwards.
-        pitch: f64,
-        /// Then clockwise as it looks.
-        roll: f64,
-    },
-}
-
-/// The width of a picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Throw {
-    /// Between its left and right edge without lens shift: degrees, 1 to 179.
-    Degrees(f64),
-    /// Distance by width, 0.01 to 100.
-    Ratio(f64),
-}
-
-/// The lens of a projector.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lens {
-    /// The width of the picture.
-    pub throw: Throw,
-    /// Between the lower and upper edge without lens shift: degrees, 1 to 179.
-    /// `None` for square pixels.
-    pub vertical_degrees: Option<f64>,
-    /// How far the picture is moved to the right and upwards: in its widths and
-    /// heights, −2 to 2 each.
-    pub shift: DVec2,
+enum Aim {
+    /// Along a direction, with the part of another that is square to it upwards.
+    Look { look: DVec3, up: DVec3 },
+    /// Level to the front (−Z), then turned to the right, upwards, and clockwise as it looks.
+    Angles { yaw: f64, pitch: f64, roll: f64 },
 }
 
 const SYNTAX: &str = "a projector has name, position ([x, y, z] in metres), look ([x, y, z]) and, \
@@ -69,36 +33,6 @@ const SYNTAX: &str = "a projector has name, position ([x, y, z] in metres), look
     heights])";
 
 impl Projector {
-    /// Makes a projector.
-    ///
-    /// `name` is for file names and messages, `position` in metres in the room,
-    /// `resolution` columns and rows, 1 to [`Wall::MOST_PIXELS`](crate::cave::Wall::MOST_PIXELS) each.
-    ///
-    /// # Errors
-    /// The first fault found: a name, place, direction, angle, lens or size out of its range.
-    pub fn new(
-        name: impl Into<String>,
-        position: DVec3,
-        aim: Aim,
-        lens: Lens,
-        resolution: [u32; 2],
-    ) -> Result<Self, RoomError> {
-        let name = name.into();
-        let help = "files are named after projectors: use letters, digits, '-' and '_', such as \
-                    \"left\"";
-        RoomError::check_name("projector", &name, help)?;
-        RoomError::check_place("position", format_args!("the projector is"), position)?;
-        let axes = aim.axes()?;
-        RoomError::check_pixels("resolution", format_args!("the projector"), resolution)?;
-        Ok(Self {
-            name,
-            position,
-            axes,
-            edges: lens.edges(resolution)?,
-            resolution,
-        })
-    }
-
     /// For file names and messages.
     pub fn name(&self) -> &str {
         &self.name
@@ -134,8 +68,8 @@ impl Projector {
         (self.axes * DVec3::new(x, y, -1.0)).normalize()
     }
 
-    /// Yaw, pitch and roll of [`Aim::Angles`]: radians. Straight up and down the
-    /// roll is 0.
+    /// Yaw to the right, then pitch upwards, then roll clockwise as it looks: radians. Straight up
+    /// and down the roll is 0.
     pub fn angles(&self) -> [f64; 3] {
         let (right, up, ahead) = (self.axes.x_axis, self.axes.y_axis, -self.axes.z_axis);
         let level = libm::hypot(ahead.x, ahead.z);
@@ -174,7 +108,8 @@ impl Projector {
     ///
     /// # Errors
     /// The first fault found and its place: text that is not TOML, unknown or
-    /// missing keys, keys that exclude each other, what [`Self::new`] rejects.
+    /// missing keys, keys that exclude each other, a name, place, direction, angle, lens or size
+    /// out of its range.
     pub fn from_toml(text: &str, source_name: &str) -> Result<Self, Located<RoomError>> {
         let source = Source {
             name: source_name,
@@ -248,52 +183,6 @@ impl Aim {
     }
 }
 
-impl Lens {
-    /// The picture's left, right, lower and upper edge at distance 1.
-    fn edges(self, resolution: [u32; 2]) -> Result<[f64; 4], RoomError> {
-        let tangent = |key, direction: &str, degrees: f64| {
-            if (1.0..=179.0).contains(&degrees) {
-                return Ok(libm::tan(0.5 * degrees.to_radians()));
-            }
-            let message = format!("the projector's {direction} field of view is {degrees}°");
-            Err(RoomError::new(key, message, "give degrees from 1 to 179"))
-        };
-        let across = match self.throw {
-            Throw::Degrees(degrees) => tangent("horizontal_degrees", "horizontal", degrees)?,
-            Throw::Ratio(ratio) if (0.01..=100.0).contains(&ratio) => 0.5 / ratio,
-            Throw::Ratio(ratio) => {
-                return Err(RoomError::new(
-                    "throw",
-                    format!("the projector's throw is {ratio}"),
-                    "give the distance by the picture's width, from 0.01 to 100",
-                ));
-            }
-        };
-        let [columns, rows] = resolution.map(f64::from);
-        let upwards = match self.vertical_degrees {
-            Some(degrees) => tangent("vertical_degrees", "vertical", degrees)?,
-            None => across * rows / columns,
-        };
-        let shift = self.shift;
-        if !shift.to_array().iter().all(|part| part.abs() <= 2.0) {
-            return Err(RoomError::new(
-                "lens_shift",
-                format!(
-                    "the projector's lens is shifted by {}, {}",
-                    shift.x, shift.y
-                ),
-                "give picture widths and heights from -2 to 2, such as [0, 0.5]",
-            ));
-        }
-        Ok([
-            across * (2.0 * shift.x - 1.0),
-            across * (2.0 * shift.x + 1.0),
-            upwards * (2.0 * shift.y - 1.0),
-            upwards * (2.0 * shift.y + 1.0),
-        ])
-    }
-}
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Entry {
@@ -312,20 +201,46 @@ struct Entry {
 }
 
 impl Entry {
-    fn projector(&self) -> Result<Projector, RoomError> {
-        let aim = self.aim()?;
-        let lens = Lens {
-            throw: self.throw()?,
-            vertical_degrees: self.vertical_degrees,
-            shift: self.lens_shift.unwrap_or_default().into(),
+    fn projector(self) -> Result<Projector, RoomError> {
+        let (aim, across) = (self.aim()?, self.half_width()?);
+        let help = "files are named after projectors: use letters, digits, '-' and '_', such as \
+                    \"left\"";
+        RoomError::check_name("projector", &self.name, help)?;
+        let position = self.position.into();
+        RoomError::check_place("position", format_args!("the projector is"), position)?;
+        let axes = aim.axes()?;
+        let resolution = self.resolution;
+        RoomError::check_pixels("resolution", format_args!("the projector"), resolution)?;
+        Ok(Projector {
+            edges: self.edges(across)?,
+            name: self.name,
+            position,
+            axes,
+            resolution,
+        })
+    }
+
+    /// The picture's left, right, lower and upper edge at distance 1.
+    fn edges(&self, across: f64) -> Result<[f64; 4], RoomError> {
+        let [columns, rows] = self.resolution.map(f64::from);
+        let upwards = match self.vertical_degrees {
+            Some(degrees) => tangent("vertical_degrees", "vertical", degrees)?,
+            None => across * rows / columns,
         };
-        Projector::new(
-            self.name.as_str(),
-            self.position.into(),
-            aim,
-            lens,
-            self.resolution,
-        )
+        let [right, up] = self.lens_shift.unwrap_or_default();
+        if ![right, up].iter().all(|part| part.abs() <= 2.0) {
+            return Err(RoomError::new(
+                "lens_shift",
+                format!("the projector's lens is shifted by {right}, {up}"),
+                "give picture widths and heights from -2 to 2, such as [0, 0.5]",
+            ));
+        }
+        Ok([
+            across * (2.0 * right - 1.0),
+            across * (2.0 * right + 1.0),
+            upwards * (2.0 * up - 1.0),
+            upwards * (2.0 * up + 1.0),
+        ])
     }
 
     fn aim(&self) -> Result<Aim, RoomError> {
@@ -357,7 +272,8 @@ impl Entry {
         }
     }
 
-    fn throw(&self) -> Result<Throw, RoomError> {
+    /// Half the picture's width at distance 1.
+    fn half_width(&self) -> Result<f64, RoomError> {
         let choice = |key, found| {
             RoomError::new(
                 key,
@@ -366,10 +282,24 @@ impl Entry {
             )
         };
         match (self.horizontal_degrees, self.throw) {
-            (Some(degrees), None) => Ok(Throw::Degrees(degrees)),
-            (None, Some(ratio)) => Ok(Throw::Ratio(ratio)),
+            (Some(degrees), None) => tangent("horizontal_degrees", "horizontal", degrees),
+            (None, Some(ratio)) if (0.01..=100.0).contains(&ratio) => Ok(0.5 / ratio),
+            (None, Some(ratio)) => Err(RoomError::new(
+                "throw",
+                format!("the projector's throw is {ratio}"),
+                "give the distance by the picture's width, from 0.01 to 100",
+            )),
             (Some(_), Some(_)) => Err(choice("throw", "both")),
             (None, None) => Err(choice("", "none")),
         }
     }
+}
+
+/// The tangent of half a field of view, in degrees.
+fn tangent(key: &'static str, direction: &str, degrees: f64) -> Result<f64, RoomError> {
+    if (1.0..=179.0).contains(&degrees) {
+        return Ok(libm::tan(0.5 * degrees.to_radians()));
+    }
+    let message = format!("the projector's {direction} field of view is {degrees}°");
+    Err(RoomError::new(key, message, "give degrees from 1 to 179"))
 }

@@ -3,9 +3,7 @@
 use super::plan::LiveTile;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
 use glam::{DVec3, Mat3, Vec3};
-use shisen_core::frame::{
-    DomePose, Pixel, Renderer, Settings, Spectrum, Surroundings, SurroundingsError, Tile, View,
-};
+use shisen_core::frame::{DomePose, Pixel, Renderer, Spectrum, Surroundings, View};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 
@@ -16,9 +14,9 @@ type Part<'s, const W: usize> = (View, Renderer<'s, W>);
 pub(super) struct LiveCapture {
     options: CaptureOptions,
     /// The number of the first hemisphere among the parts.
-    part: usize,
+    pub(super) part: usize,
     /// The number of the first tile among the tiles.
-    tile: usize,
+    pub(super) tile: usize,
     count: usize,
     /// The first tile to renew next, counted from `tile`.
     next: usize,
@@ -51,21 +49,6 @@ impl LiveCapture {
         }
     }
 
-    /// The number of the first hemisphere.
-    pub(super) const fn first_part(&self) -> usize {
-        self.part
-    }
-
-    /// The number of its first tile.
-    pub(super) const fn first_tile(&self) -> usize {
-        self.tile
-    }
-
-    /// Whether a tile is of the capture.
-    pub(super) const fn has(&self, tile: usize) -> bool {
-        tile >= self.tile
-    }
-
     /// Whether every tile was traced.
     pub(super) fn is_whole(&self) -> bool {
         !self.missing.contains(&true)
@@ -73,21 +56,9 @@ impl LiveCapture {
 
     /// Its tiles.
     pub(super) fn tiles(&self) -> impl Iterator<Item = LiveTile> {
-        let (size, part) = (self.options.size, self.part);
-        let starts = move || (0..size).step_by(SIDE as usize);
-        let places = starts().flat_map(move |y| starts().map(move |x| (x, y)));
-        let places: Vec<_> = places.collect();
-        [part, part + 1].into_iter().flat_map(move |part| {
-            let tile = move |(x, y)| Tile {
-                x,
-                y,
-                width: SIDE.min(size - x),
-                height: SIDE.min(size - y),
-            };
-            let places = places.clone();
-            places
-                .into_iter()
-                .map(move |place| LiveTile::new(part, tile(place)))
+        let (size, part) = ([self.options.size; 2], self.part);
+        (part..part + 2).flat_map(move |part| {
+            render::grid(size, SIDE).map(move |tile| LiveTile::new(part, tile))
         })
     }
 
@@ -107,18 +78,7 @@ impl LiveCapture {
             position: middle.as_vec3(),
             ..self.pose
         };
-        // One ray a pixel: with several, some would pass the rim.
-        let options = Options {
-            settings: Settings {
-                samples: 1,
-                ..options.settings
-            },
-            ..*options
-        };
-        let renderer = render::in_full(scene, &options, spectrum)?.at_level(self.options.level);
-        let views = Surroundings::views(pose, self.options.size);
-        let views = views.map_err(SurroundingsError::from)?;
-        Ok(views.map(|view| (view, renderer)))
+        render::hemispheres(scene, pose, self.options, options, spectrum)
     }
 
     /// The tiles to renew next, a `part` of all in turns; all while one is missing.

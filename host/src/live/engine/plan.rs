@@ -40,7 +40,7 @@ pub(super) struct Plan<'s, const W: usize> {
 impl<'s, const W: usize> Plan<'s, W> {
     /// The pictures of screens.
     pub(super) fn screens(&self) -> &[(View, Renderer<'s, W>)] {
-        let count = self.capture.as_ref().map(LiveCapture::first_part);
+        let count = self.capture.as_ref().map(|capture| capture.part);
         let screens = self.parts.get(..count.unwrap_or(usize::MAX));
         screens.unwrap_or(&self.parts)
     }
@@ -110,7 +110,7 @@ where
         let plan = &mut *shared.write();
         let (parts, sights, order) = (&mut plan.parts, &mut plan.sights, &mut plan.order);
         let (capture, settled) = (&mut plan.capture, &mut plan.settled);
-        let screens = capture.as_ref().map(LiveCapture::first_part);
+        let screens = capture.as_ref().map(|capture| capture.part);
         let screens = screens.unwrap_or(parts.len());
         if pairs(self.cave, eyes, self.share).count() != screens {
             return Err(RenderError::Previous);
@@ -131,7 +131,7 @@ where
         }
         order.clear();
         shared.spent.store(0, Ordering::SeqCst);
-        let own = capture.as_ref().map(LiveCapture::first_tile);
+        let own = capture.as_ref().map(|capture| capture.tile);
         for (number, tile) in shared.tiles.iter().enumerate() {
             let mut tile = lock(tile);
             tile.job = TileJob::new(tile.job.tile());

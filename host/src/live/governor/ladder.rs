@@ -39,7 +39,8 @@ type Ratios = [f64; Quality::LADDER.len() - 1];
 /// The needs and the rung of frames with, or without, a gaze.
 #[derive(Debug, Clone)]
 pub(super) struct Ladder {
-    rung: usize,
+    /// The current rung.
+    pub(super) rung: usize,
     ratios: Ratios,
     /// How often each ratio was seen.
     seen: [u32; Quality::LADDER.len() - 1],
@@ -73,11 +74,6 @@ impl Ladder {
             cell: None,
             calm: 0,
         }
-    }
-
-    /// The current rung.
-    pub(super) const fn rung(&self) -> usize {
-        self.rung
     }
 
     /// Tells the next frame's line of sight.

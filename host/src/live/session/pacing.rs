@@ -13,10 +13,11 @@ const SHORTEST: Duration = Duration::from_micros(1);
 
 /// The refreshes of a display and the times of frames.
 pub(super) struct Pacing {
-    period: Duration,
+    /// The time between refreshes.
+    pub(super) period: Duration,
     start: Instant,
     /// The next refresh, counted from 1 after the start.
-    next: u64,
+    pub(super) next: u64,
     /// The newest frames' times from the gaze to the last pixel, a ring.
     traced: [Duration; REMEMBERED],
     known: usize,
@@ -57,16 +58,6 @@ impl Pacing {
     pub(super) fn learn(&mut self, traced: Duration) {
         self.traced[self.known % REMEMBERED] = traced;
         self.known += 1;
-    }
-
-    /// The time between refreshes.
-    pub(super) const fn period(&self) -> Duration {
-        self.period
-    }
-
-    /// The earliest refresh for the next frame.
-    pub(super) const fn next(&self) -> u64 {
-        self.next
     }
 
     /// The time of a refresh.
@@ -222,7 +213,7 @@ mod tests {
         // There is time for a frame until the next refresh, or there is not.
         for (now, next) in [(4.9, 5), (5.3, 6), (5.9, 7)] {
             pacing.advance(4, at(now));
-            assert_eq!(pacing.next(), next);
+            assert_eq!(pacing.next, next);
         }
         // No rate is too high.
         let mut pacing = Pacing::new(Duration::ZERO);

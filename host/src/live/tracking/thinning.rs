@@ -13,7 +13,8 @@ const OVER: Micros = Micros::from_millis(250);
 pub(super) struct Thinning {
     since: Option<Micros>,
     counted: u64,
-    one_of: u64,
+    /// One sample in this many is used, by the recent rate.
+    pub(super) one_of: u64,
 }
 
 impl Thinning {
@@ -23,11 +24,6 @@ impl Thinning {
         counted: 0,
         one_of: 1,
     };
-
-    /// One sample in this many is used, by the recent rate.
-    pub(super) const fn one_of(&self) -> u64 {
-        self.one_of
-    }
 
     /// Whether a sample is used that came at a time.
     pub(super) fn uses(&mut self, arrival: Micros) -> bool {

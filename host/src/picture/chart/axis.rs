@@ -5,11 +5,11 @@ use std::ops::Range;
 /// An axis of a chart.
 #[derive(Debug, Clone)]
 pub struct Axis {
-    /// In the file of numbers.
+    /// The column's name in the file of numbers.
     pub name: &'static str,
-    /// Beside the axis.
+    /// The words beside the axis.
     pub label: &'static str,
-    /// What is shown; numbers outside are in the file all the same.
+    /// The range that is drawn; numbers outside are in the file, too.
     pub range: Range<f64>,
     /// Whether equal steps are equal ratios; the range is above 0 then.
     pub logarithmic: bool,
@@ -43,8 +43,8 @@ impl Axis {
         value.clamp(self.range.start, self.range.end)
     }
 
-    /// From where to where, 0 to 1, what is between two values is in the
-    /// range; an empty range where nothing is.
+    /// The part, from 0 to 1, of the way between two values that is in the range; the end is
+    /// before the start where no part is.
     pub(super) fn inside(&self, first: f64, last: f64) -> (f64, f64) {
         let (first, last) = (self.place(first), self.place(last));
         let (low, high) = (self.place(self.range.start), self.place(self.range.end));
@@ -62,8 +62,8 @@ impl Axis {
         (a.min(b).max(0.0), a.max(b).min(1.0))
     }
 
-    /// Whether a tick of a logarithmic axis, other than 1, 2 and 5 times a power of
-    /// ten, has no room for its number beside its neighbours' ones.
+    /// Whether a tick of a logarithmic axis has no room for its number: all but 1, 2 and 5 times
+    /// a power of ten on a long axis.
     fn is_crowded_at(&self, value: f64) -> bool {
         let digit = value / 10f64.powf(value.log10().floor());
         let is_round = [1.0, 2.0, 5.0, 10.0]
@@ -73,7 +73,7 @@ impl Axis {
         decades > 0.5 && !is_round
     }
 
-    /// What is written at a tick.
+    /// The number at a tick.
     pub(super) fn tick(&self, value: f64) -> String {
         if self.logarithmic && self.is_crowded_at(value) {
             return String::new();

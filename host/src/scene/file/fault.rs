@@ -2,126 +2,57 @@
 
 use super::entries::{Number, Numbers};
 use crate::files::description::{Located, Source, suggestion};
-use crate::scene::camera::CameraPathError;
-use crate::scene::mesh::MeshError;
-use crate::scene::texture::ImageError;
 use glam::DVec3;
 use miette::Diagnostic;
-use shisen_core::spectrum::{Medium, MediumError};
+use shisen_core::spectrum::Medium;
 use std::collections::BTreeMap;
+use std::error::Error as StdError;
 use std::ops::Range;
 use thiserror::Error;
 use toml::Spanned;
 
-/// What is wrong in a scene file.
+/// What is wrong in a scene file, and what to do about it.
 #[derive(Debug, Error, Diagnostic)]
-#[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
-pub enum SceneFault {
-    /// Not TOML, or not the keys and types that a scene has.
-    #[error("{message}")]
-    #[diagnostic(help(
-        "a scene file has name, ambient, [background], [materials.NAME], [media.NAME], [textures.NAME], [meshes.NAME], [[object]], [[light]] and [[camera]]"
-    ))]
-    Syntax { message: String },
-    /// A scene without objects.
-    #[error("the scene has no objects")]
-    #[diagnostic(help("add an [[object]] with a mesh, a sphere or a spheroid"))]
-    NoObjects,
-    /// A number that is not finite or not within its limits.
-    #[error("`{key}` is {value}, but it must be from {low} to {high}")]
-    #[diagnostic(help("give a number from {low} to {high}"))]
-    OutOfRange {
-        key: Key,
-        value: f64,
-        low: f64,
-        high: f64,
-    },
-    /// A name that is not described.
-    #[error("there is no {kind} \"{given}\"")]
-    UnknownName {
-        kind: &'static str,
-        given: String,
-        #[help]
-        suggestion: String,
-    },
+#[error("{message}")]
+pub struct SceneFault {
+    message: String,
+    #[help]
+    help: Option<String>,
+    source: Option<Box<dyn StdError + Send + Sync>>,
+}
+
+impl SceneFault {
+    pub(super) fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self {
+            message: message.into(),
+            help: Some(help.into()),
+            source: None,
+        }
+    }
+
+    /// A fault of something that the file names.
+    pub(super) fn caused(
+        message: String,
+        help: Option<&str>,
+        source: impl Into<Box<dyn StdError + Send + Sync>>,
+    ) -> Self {
+        Self {
+            message,
+            help: help.map(String::from),
+            source: Some(source.into()),
+        }
+    }
+
     /// Keys that exclude each other, or a choice of keys of which none is there.
-    #[error("{owner} has {choice}")]
-    #[diagnostic(help("leave out or add keys until it does"))]
-    Choice {
-        owner: &'static str,
-        choice: &'static str,
-    },
-    /// A key that is not there.
-    #[error("{owner} needs `{key}`")]
-    #[diagnostic(help("add `{key} = {example}`"))]
-    Missing {
-        owner: &'static str,
-        key: &'static str,
-        example: &'static str,
-    },
+    pub(super) fn choice(owner: &str, choice: &str) -> Self {
+        let help = "leave out or add keys until it does";
+        Self::new(format!("{owner} has {choice}"), help)
+    }
+
     /// A key in the wrong table.
-    #[error("`{key}` is for {owner} only")]
-    #[diagnostic(help("remove it here"))]
-    NotHere {
-        key: &'static str,
-        owner: &'static str,
-    },
-    /// A direction that points nowhere.
-    #[error("the light's `direction` is zero")]
-    #[diagnostic(help("give the way the light travels, such as [0, -1, 0] for straight down"))]
-    ZeroDirection,
-    /// A light that could be turned any way about its direction.
-    #[error("the light's `up` is zero or along its `direction`")]
-    #[diagnostic(help("give the way to its upper side, or leave it out"))]
-    LightUp,
-    /// Coefficients that are no A and pairs of B and C.
-    #[error("the medium has {found} coefficients, which are not A and pairs of B and C")]
-    #[diagnostic(help(
-        "give A, B, C, B, C and so on, with up to {} pairs",
-        Medium::MOST_TERMS
-    ))]
-    Coefficients { found: usize },
-    /// A medium whose numbers make no usable index.
-    #[error("the medium \"{medium}\" cannot be used: {source}")]
-    Medium { medium: String, source: MediumError },
-    /// An image that cannot be loaded.
-    #[error("the texture \"{texture}\" cannot be loaded")]
-    #[diagnostic(help("relative paths start at the folder of the scene file"))]
-    Texture { texture: String, source: ImageError },
-    /// A texture on a mesh that does not say where it is on it.
-    #[error("the object has a texture, but its mesh has no texture coordinates")]
-    #[diagnostic(help(
-        "export the mesh with coordinates (UVs), or take a material without a texture"
-    ))]
-    NoCoordinates,
-    /// A number that has to be a whole one.
-    #[error("`{key}` is {value}, but it must be a whole number")]
-    #[diagnostic(help("give a number without a fraction"))]
-    NotWhole { key: &'static str, value: f64 },
-    /// One of several cameras without its place in time.
-    #[error("a camera among others needs `frame`")]
-    #[diagnostic(help("add `frame = N`, the picture that is taken from here, counted from 1"))]
-    CameraFrame,
-    /// Cameras that make no path.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    CameraPath(CameraPathError),
-    /// A mesh that cannot be loaded.
-    #[error("the mesh \"{mesh}\" cannot be loaded")]
-    #[diagnostic(help("relative paths start at the folder of the scene file"))]
-    Mesh {
-        mesh: String,
-        source: Box<dyn std::error::Error + Send + Sync>,
-    },
-    /// A mesh that was loaded but cannot be traced.
-    #[error("the mesh \"{mesh}\" cannot be used")]
-    #[diagnostic(help("repair it in the program that wrote it, or use another"))]
-    InvalidMesh { mesh: String, source: MeshError },
-    /// A mesh without width, which no scale makes 1 m wide.
-    #[error("the mesh is flat along x, so it cannot be normalised")]
-    #[diagnostic(help("leave out `normalise` and give the `scale` itself, or turn the mesh"))]
-    Flat,
+    pub(super) fn not_here(key: &str, owner: &str) -> Self {
+        Self::new(format!("`{key}` is for {owner} only"), "remove it here")
+    }
 }
 
 /// The least and the most a number may be.
@@ -147,9 +78,6 @@ pub(super) const LIGHT_SAMPLES: Limits = Limits(1.0, 64.0);
 
 /// A checked value, or the fault and its place.
 pub(super) type Checked<T> = Result<T, Located<SceneFault>>;
-
-/// A key of a scene file.
-type Key = &'static str;
 
 /// Where a value is in the text, if it is there.
 pub(super) fn span<T>(value: Option<&Spanned<T>>) -> Option<Range<usize>> {
@@ -177,7 +105,7 @@ impl Check<'_> {
 
     pub(super) fn numbers<const N: usize>(
         &self,
-        key: Key,
+        key: &str,
         values: &Spanned<[f64; N]>,
         Limits(low, high): Limits,
     ) -> Checked<[f64; N]> {
@@ -188,37 +116,36 @@ impl Check<'_> {
         else {
             return Ok(checked);
         };
-        let fault = SceneFault::OutOfRange {
-            key,
-            value,
-            low,
-            high,
-        };
+        let fault = SceneFault::new(
+            format!("`{key}` is {value}, but it must be from {low} to {high}"),
+            format!("give a number from {low} to {high}"),
+        );
         Err(self.fault(fault, Some(values.span())))
     }
 
-    pub(super) fn number(&self, key: Key, value: &Number, limits: Limits) -> Checked<f64> {
+    pub(super) fn number(&self, key: &str, value: &Number, limits: Limits) -> Checked<f64> {
         let one = Spanned::new(value.span(), [*value.as_ref()]);
         Ok(self.numbers(key, &one, limits)?[0])
     }
 
-    pub(super) fn whole(&self, key: Key, value: &Number, limits: Limits) -> Checked<u32> {
+    pub(super) fn whole(&self, key: &str, value: &Number, limits: Limits) -> Checked<u32> {
         let number = self.number(key, value, limits)?;
         if number.fract() == 0.0 {
             return Ok(number as u32);
         }
-        let fault = SceneFault::NotWhole { key, value: number };
+        let message = format!("`{key}` is {number}, but it must be a whole number");
+        let fault = SceneFault::new(message, "give a number without a fraction");
         Err(self.fault(fault, Some(value.span())))
     }
 
-    pub(super) fn colour(&self, key: Key, value: &Numbers, limits: Limits) -> Checked<[f32; 3]> {
+    pub(super) fn colour(&self, key: &str, value: &Numbers, limits: Limits) -> Checked<[f32; 3]> {
         let channels = self.numbers(key, value, limits)?;
         Ok(channels.map(|channel| channel as f32))
     }
 
     pub(super) fn colour_or(
         &self,
-        key: Key,
+        key: &str,
         value: Option<&Numbers>,
         limits: Limits,
         default: [f32; 3],
@@ -228,7 +155,7 @@ impl Check<'_> {
 
     pub(super) fn vector_or(
         &self,
-        key: Key,
+        key: &str,
         value: Option<&Numbers>,
         default: DVec3,
     ) -> Checked<DVec3> {
@@ -239,7 +166,7 @@ impl Check<'_> {
     /// Returns the entry of a name.
     pub(super) fn named<T: Copy>(
         &self,
-        kind: &'static str,
+        kind: &str,
         name: &Spanned<String>,
         known: &BTreeMap<&str, T>,
     ) -> Checked<T> {
@@ -249,11 +176,7 @@ impl Check<'_> {
                 let tables = plural(kind);
                 format!("the file describes no {kind}: add [{tables}.{given}] with its keys")
             });
-            let fault = SceneFault::UnknownName {
-                kind,
-                given: given.clone(),
-                suggestion,
-            };
+            let fault = SceneFault::new(format!("there is no {kind} \"{given}\""), suggestion);
             self.fault(fault, Some(name.span()))
         })
     }

@@ -27,11 +27,10 @@ pub(super) fn read_light(check: &Check<'_>, entry: &Spanned<LightEntry>) -> Chec
     let kind = check.named("type of light", &light.kind, &known.into())?;
     check_keys(check, light, kind)?;
     let missing = |owner, key, example| {
-        let fault = SceneFault::Missing {
-            owner,
-            key,
-            example,
-        };
+        let fault = SceneFault::new(
+            format!("{owner} needs `{key}`"),
+            format!("add `{key} = {example}`"),
+        );
         check.fault(fault, Some(light.kind.span()))
     };
     let owner = match kind {
@@ -49,7 +48,9 @@ pub(super) fn read_light(check: &Check<'_>, entry: &Spanned<LightEntry>) -> Chec
     let direction = || {
         let (direction, span) = vector("direction", &light.direction)?;
         if direction == DVec3::ZERO {
-            return Err(check.fault(SceneFault::ZeroDirection, Some(span)));
+            let help = "give the way the light travels, such as [0, -1, 0] for straight down";
+            let fault = SceneFault::new("the light's `direction` is zero", help);
+            return Err(check.fault(fault, Some(span)));
         }
         Ok(direction)
     };
@@ -92,7 +93,11 @@ fn right_of(check: &Check<'_>, light: &LightEntry, forward: DVec3) -> Checked<DV
             let left = forward.cross(vector.normalize_or_zero());
             // A ten-thousandth of a degree.
             if left.length() < 2e-6 {
-                return Err(check.fault(SceneFault::LightUp, Some(up.span())));
+                let fault = SceneFault::new(
+                    "the light's `up` is zero or along its `direction`",
+                    "give the way to its upper side, or leave it out",
+                );
+                return Err(check.fault(fault, Some(up.span())));
             }
             left
         }
@@ -107,41 +112,35 @@ fn right_of(check: &Check<'_>, light: &LightEntry, forward: DVec3) -> Checked<DV
 fn check_keys(check: &Check<'_>, light: &LightEntry, kind: LightKind) -> Checked<()> {
     use LightKind::{Directional, Point, Rectangle};
 
-    let not_point = "directional lights and rectangles";
-    let not_directional = "point lights and rectangles";
-    let large = "rectangles";
-    let keys: [(_, _, &[LightKind], _); 7] = [
+    const KEYS: [(&str, &[LightKind], &str); 7] = [
         (
             "position",
-            span(light.position.as_ref()),
             &[Point, Rectangle],
-            not_directional,
+            "point lights and rectangles",
         ),
         (
             "direction",
-            span(light.direction.as_ref()),
             &[Directional, Rectangle],
-            not_point,
+            "directional lights and rectangles",
         ),
-        (
-            "inverse_square",
-            span(light.inverse_square.as_ref()),
-            &[Point],
-            "point lights",
-        ),
-        ("size", span(light.size.as_ref()), &[Rectangle], large),
-        ("up", span(light.up.as_ref()), &[Rectangle], large),
-        ("samples", span(light.samples.as_ref()), &[Rectangle], large),
-        (
-            "two_sided",
-            span(light.two_sided.as_ref()),
-            &[Rectangle],
-            large,
-        ),
+        ("inverse_square", &[Point], "point lights"),
+        ("size", &[Rectangle], "rectangles"),
+        ("up", &[Rectangle], "rectangles"),
+        ("samples", &[Rectangle], "rectangles"),
+        ("two_sided", &[Rectangle], "rectangles"),
     ];
-    for (key, span, kinds, owner) in keys {
+    let spans = [
+        span(light.position.as_ref()),
+        span(light.direction.as_ref()),
+        span(light.inverse_square.as_ref()),
+        span(light.size.as_ref()),
+        span(light.up.as_ref()),
+        span(light.samples.as_ref()),
+        span(light.two_sided.as_ref()),
+    ];
+    for ((key, kinds, owner), span) in KEYS.into_iter().zip(spans) {
         if span.is_some() && !kinds.contains(&kind) {
-            return Err(check.fault(SceneFault::NotHere { key, owner }, span));
+            return Err(check.fault(SceneFault::not_here(key, owner), span));
         }
     }
     Ok(())

@@ -5,10 +5,10 @@ use super::fault::{
     ABSORPTION, Check, Checked, DIVISIONS, EXPONENT, FORM, INDEX_OF_REFRACTION, LINE_WIDTH,
     RADIANCE, REPEATS, SHARE, SceneFault, WAVELENGTH, span,
 };
-use super::numbers;
+use super::{FOLDER, numbers};
 use crate::scene::material::{Graticule, Material};
 use crate::scene::texture::{Image, Pattern, Texture};
-use shisen_core::spectrum::{Medium, line};
+use shisen_core::spectrum::{Medium, MediumError, line};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -80,17 +80,15 @@ fn read_material(
         ] {
             if span.is_some() {
                 let owner = "materials with a `transmission`";
-                return Err(check.fault(SceneFault::NotHere { key, owner }, span));
+                return Err(check.fault(SceneFault::not_here(key, owner), span));
             }
         }
     }
     let medium = match &entry.medium {
         None => None,
         Some(name) if entry.index_of_refraction.is_some() => {
-            let fault = SceneFault::Choice {
-                owner: "a material",
-                choice: "at most one of `medium` and `index_of_refraction`",
-            };
+            let choice = "at most one of `medium` and `index_of_refraction`";
+            let fault = SceneFault::choice("a material", choice);
             return Err(check.fault(fault, Some(name.span())));
         }
         Some(name) => Some(check.named("medium", name, media)?),
@@ -136,7 +134,13 @@ fn read_medium(check: &Check<'_>, name: &Spanned<String>, entry: &MediumEntry) -
         .map(|(a, rest)| (*a, rest.as_chunks()));
     let Some((a, (terms, []))) = terms else {
         let found = coefficients.len();
-        let fault = SceneFault::Coefficients { found };
+        let fault = SceneFault::new(
+            format!("the medium has {found} coefficients, which are not A and pairs of B and C"),
+            format!(
+                "give A, B, C, B, C and so on, with up to {} pairs",
+                Medium::MOST_TERMS
+            ),
+        );
         return Err(check.fault(fault, Some(entry.coefficients.span())));
     };
     let medium = if form == 1 {
@@ -144,9 +148,10 @@ fn read_medium(check: &Check<'_>, name: &Spanned<String>, entry: &MediumEntry) -
     } else {
         Medium::form2(range, a, terms)
     };
-    let fault = |source| {
-        let medium = name.as_ref().clone();
-        check.fault(SceneFault::Medium { medium, source }, Some(name.span()))
+    let fault = |source: MediumError| {
+        let message = format!("the medium \"{}\" cannot be used: {source}", name.as_ref());
+        let fault = SceneFault::caused(message, None, source);
+        check.fault(fault, Some(name.span()))
     };
     let medium = medium.map_err(fault)?;
     // Pictures without dispersion take its index there.
@@ -178,8 +183,8 @@ fn read_textures(
             (Some(file), None) => {
                 let image = Image::load_within(&base_dir.join(file), &mut left);
                 let image = image.map_err(|source| {
-                    let texture = name.as_ref().clone();
-                    let fault = SceneFault::Texture { texture, source };
+                    let message = format!("the texture \"{}\" cannot be loaded", name.as_ref());
+                    let fault = SceneFault::caused(message, Some(FOLDER), source);
                     check.fault(fault, Some(entry.span()))
                 })?;
                 Pattern::Image(Arc::new(image))
@@ -192,10 +197,7 @@ fn read_textures(
                 ])
             }
             _ => {
-                let fault = SceneFault::Choice {
-                    owner: "a texture",
-                    choice: "one of `file` and `checker`",
-                };
+                let fault = SceneFault::choice("a texture", "one of `file` and `checker`");
                 return Err(check.fault(fault, Some(name.span())));
             }
         };

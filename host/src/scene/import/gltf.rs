@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::path::Path;
 
 use glam::{Mat3, Mat4, Vec3};
@@ -10,13 +9,12 @@ use gltf::accessor::{DataType, Dimensions, Item, Iter};
 use gltf::{Accessor, Document, Node, Primitive, Semantic, buffer, json, mesh::Mode};
 
 use super::{
-    ImportError, bounded, bounded_colour, claim, syntax, unit_normals, usable_coordinates,
-    validated,
+    ImportError, Textures, bounded, bounded_colour, claim, syntax, unit_normals, unusable,
+    usable_coordinates, validated,
 };
 use crate::scene::material::Material;
 use crate::scene::mesh::{MeshError, TriangleMesh};
-use crate::scene::texture::{Image, Pattern, Texture};
-use std::sync::Arc;
+use crate::scene::texture::Texture;
 
 /// Metalness from which a smooth surface is a mirror.
 const METALLIC: f32 = 0.5;
@@ -112,7 +110,7 @@ impl Buffers {
             let available = contents[place].len();
             if buffer.length() > available {
                 let what = format!("the length of buffer {}", buffer.index());
-                return Err(claim(path, what, buffer.length() as u128, available));
+                return Err(claim(path, &what, buffer.length() as u128, available));
             }
             places.push(place);
         }
@@ -159,7 +157,7 @@ struct Importer<'a> {
 }
 
 impl Importer<'_> {
-    fn fault(&self, problem: impl Into<String>) -> ImportError {
+    fn fault(&self, problem: impl AsRef<str>) -> ImportError {
         syntax(self.path, problem)
     }
 
@@ -289,8 +287,7 @@ impl Importer<'_> {
     /// For each material, the texture of its base colour: of those on the
     /// first set of coordinates that are PNG files.
     fn textures(&self, document: &Document) -> Result<Vec<Option<Texture>>, ImportError> {
-        let mut left = Image::MOST_BYTES;
-        let mut images = HashMap::new();
+        let mut textures = Textures::new();
         document
             .materials()
             .map(|material| {
@@ -299,20 +296,14 @@ impl Importer<'_> {
                     return Ok(None);
                 };
                 let source = info.texture().source();
-                let image: &Option<Arc<Image>> = match images.entry(source.index()) {
-                    Entry::Occupied(known) => known.into_mut(),
-                    Entry::Vacant(new) => new.insert(self.image(&source, &mut left)?.map(Arc::new)),
-                };
-                Ok(image.clone().map(|image| Texture {
-                    pattern: Pattern::Image(image),
-                    repeats: [1.0; 2],
-                }))
+                textures.get(source.index(), self.path, || self.image(&source))
             })
             .collect()
     }
 
-    fn image(&self, image: &gltf::Image<'_>, left: &mut u64) -> Result<Option<Image>, ImportError> {
-        let bytes = match image.source() {
+    /// The bytes of an image's file.
+    fn image(&self, image: &gltf::Image<'_>) -> Result<Cow<'_, [u8]>, ImportError> {
+        Ok(match image.source() {
             gltf::image::Source::Uri { uri, .. } => Cow::Owned(read_uri(self.path, uri)?),
             gltf::image::Source::View { view, .. } => {
                 let buffer = self.buffers.get(&view.buffer()).unwrap_or_default();
@@ -321,14 +312,10 @@ impl Importer<'_> {
                 Cow::Borrowed(bytes.ok_or_else(|| {
                     let claimed = view.offset() as u128 + view.length() as u128;
                     let what = format!("buffer view {}", view.index());
-                    claim(self.path, what, claimed, buffer.len())
+                    claim(self.path, &what, claimed, buffer.len())
                 })?)
             }
-        };
-        if !Image::is_png(&bytes) {
-            return Ok(None);
-        }
-        Ok(Some(Image::from_png(self.path, &bytes, left)?))
+        })
     }
 
     /// Appends the triangles among the last `count` vertices.
@@ -378,13 +365,8 @@ impl Importer<'_> {
     }
 
     fn too_many(&self, count: usize) -> ImportError {
-        ImportError::Mesh {
-            place: self.path.into(),
-            fault: MeshError::TooMany {
-                count,
-                limit: TriangleMesh::MOST_TRIANGLES,
-            },
-        }
+        let limit = TriangleMesh::MOST_TRIANGLES;
+        unusable(self.path, &MeshError::TooMany { count, limit })
     }
 
     /// Reads an accessor, once it is certain that all of it is there.
@@ -447,7 +429,7 @@ impl Importer<'_> {
             (format!("buffer view {}", view.index()), view_end, buffer),
         ] {
             if claimed > available as u128 {
-                return Err(claim(self.path, what, claimed, available));
+                return Err(claim(self.path, &what, claimed, available));
             }
         }
         Ok(())

@@ -6,10 +6,13 @@
 
 mod library;
 
-use super::{ImportError, Place, fan, syntax, unit_normals, usable_coordinates, validated};
+use super::{
+    ImportError, Place, Textures, fan, no_vertex, syntax, unit_normals, unusable,
+    usable_coordinates, validated,
+};
 use crate::scene::material::Material;
-use crate::scene::mesh::{MeshError, TriangleMesh};
-use library::{Textures, load_library, whitted};
+use crate::scene::mesh::TriangleMesh;
+use library::{load_library, texture, whitted};
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
@@ -33,7 +36,7 @@ struct Geometry {
     /// For each triangle, the face that it is a part of.
     faces: Vec<u32>,
     /// The line of each face.
-    lines: Vec<usize>,
+    lines: Vec<Option<usize>>,
     /// For each face, one more than its place in `names`; 0 before the first
     /// `usemtl`.
     material_names: Vec<u32>,
@@ -48,7 +51,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, ImportErr
     geometry.paint(path, &mut mesh)?;
     validated(mesh, path, |triangle| {
         let face = *geometry.faces.get(triangle)?;
-        geometry.lines.get(face as usize).copied()
+        *geometry.lines.get(face as usize)?
     })
 }
 
@@ -86,6 +89,10 @@ impl Geometry {
         let mut material = 0;
         let mut corners = Vec::new();
         for (line, statement) in statements(text) {
+            let at = Place {
+                path,
+                line: Some(line),
+            };
             let trimmed = statement.trim();
             let (keyword, rest) = trimmed
                 .split_once(char::is_whitespace)
@@ -94,27 +101,27 @@ impl Geometry {
                 .split_whitespace()
                 .take_while(|word| !word.starts_with('#'));
             match keyword {
-                "v" => geometry.add_position(path, line, words)?,
+                "v" => geometry.add_position(at, words)?,
                 "vn" => {
                     let problem = "a normal needs three numbers";
                     let normal = three_floats(words);
-                    let normal = normal.ok_or_else(|| syntax(Place::line(path, line), problem))?;
+                    let normal = normal.ok_or_else(|| syntax(at, problem))?;
                     geometry.normals.push(normal);
                 }
                 "vt" => {
                     let problem = "a texture coordinate needs a number or two";
                     let mut numbers = words.map_while(|word| f32::from_str(word).ok());
                     let u = numbers.next();
-                    let u = u.ok_or_else(|| syntax(Place::line(path, line), problem))?;
+                    let u = u.ok_or_else(|| syntax(at, problem))?;
                     let v = numbers.next().unwrap_or(0.0);
                     geometry.coordinates.push([u, v]);
                 }
                 "f" => {
                     corners.clear();
                     for word in words {
-                        corners.push(geometry.corner(path, line, word)?);
+                        corners.push(geometry.corner(at, word)?);
                     }
-                    geometry.add_face(path, line, material, &corners)?;
+                    geometry.add_face(at, material, &corners)?;
                 }
                 "usemtl" => {
                     geometry.names.push(rest.trim().to_owned());
@@ -131,32 +138,20 @@ impl Geometry {
 
     fn add_position<'a>(
         &mut self,
-        path: &Path,
-        line: usize,
+        at: Place<'_>,
         words: impl Iterator<Item = &'a str>,
     ) -> Result<(), ImportError> {
-        let place = || Place::line(path, line);
         let position = three_floats(words)
-            .ok_or_else(|| syntax(place(), "a vertex needs three coordinates that are numbers"))?;
-        let vertex = self.positions.len();
-        let limit = TriangleMesh::FARTHEST;
-        let fault = if position.iter().any(|c| !c.is_finite()) {
-            MeshError::NotFinite { vertex, position }
-        } else if position.iter().any(|c| c.abs() > limit) {
-            MeshError::TooFar { vertex, limit }
-        } else {
-            self.positions.push(position);
-            return Ok(());
-        };
-        Err(ImportError::Mesh {
-            place: place(),
-            fault,
-        })
+            .ok_or_else(|| syntax(at, "a vertex needs three coordinates that are numbers"))?;
+        TriangleMesh::check_position(self.positions.len(), position)
+            .map_err(|fault| unusable(at, &fault))?;
+        self.positions.push(position);
+        Ok(())
     }
 
     /// Reads `v`, `v/vt`, `v//vn` or `v/vt/vn`. Negative indices count back
     /// from the latest; whether positive ones exist shows at the end only.
-    fn corner(&self, path: &Path, line: usize, word: &str) -> Result<Corner, ImportError> {
+    fn corner(&self, at: Place<'_>, word: &str) -> Result<Corner, ImportError> {
         let mut fields = word.split('/');
         let mut index = || {
             let field = fields.next().unwrap_or_default();
@@ -167,16 +162,15 @@ impl Geometry {
             (&position, &texture, &normal, fields.next())
         else {
             return Err(syntax(
-                Place::line(path, line),
+                at,
                 format!("'{word}' is no corner of a face, such as 7, 7/1, 7//2 or 7/1/2"),
             ));
         };
         let position = from_zero(*position, self.positions.len())
-            .ok_or_else(|| self.no_vertex(path, line, self.lines.len(), *position))?;
+            .ok_or_else(|| self.no_vertex(at, self.lines.len(), *position))?;
         let normal = match normal {
             Some(Ok(index)) => Some(
-                from_zero(index, self.normals.len())
-                    .ok_or_else(|| self.no_normal(path, line, index))?,
+                from_zero(index, self.normals.len()).ok_or_else(|| self.no_normal(at, index))?,
             ),
             _ => None,
         };
@@ -192,35 +186,28 @@ impl Geometry {
         })
     }
 
-    fn no_vertex(&self, path: &Path, line: usize, face: usize, index: i64) -> ImportError {
-        ImportError::VertexOutOfRange {
-            place: Place::line(path, line),
-            face,
-            index,
-            first: 1,
-            last: self.positions.len() as i64,
-        }
+    fn no_vertex(&self, at: Place<'_>, face: usize, index: i64) -> ImportError {
+        no_vertex(at, face, index, [1, self.positions.len() as i64])
     }
 
-    fn no_normal(&self, path: &Path, line: usize, index: i64) -> ImportError {
+    fn no_normal(&self, at: Place<'_>, index: i64) -> ImportError {
         let known = self.normals.len();
         let problem = format!("the face names normal {index}, but the file has {known}");
-        syntax(Place::line(path, line), problem)
+        syntax(at, problem)
     }
 
     fn add_face(
         &mut self,
-        path: &Path,
-        line: usize,
+        at: Place<'_>,
         material: u32,
         corners: &[Corner],
     ) -> Result<(), ImportError> {
         if corners.len() < 3 {
             let problem = format!("a face needs three corners, but has {}", corners.len());
-            return Err(syntax(Place::line(path, line), problem));
+            return Err(syntax(at, problem));
         }
         let face = self.lines.len() as u32;
-        self.lines.push(line);
+        self.lines.push(at.line);
         self.material_names.push(material);
         let fan = fan(corners);
         self.faces.resize(self.faces.len() + fan.len(), face);
@@ -233,14 +220,15 @@ impl Geometry {
         let mut every_corner_has_a_normal = true;
         for (corners, &face) in self.triangles.iter().zip(&self.faces) {
             let line = self.lines[face as usize];
+            let at = Place { path, line };
             for corner in corners {
                 if corner.position as usize >= self.positions.len() {
                     let index = i64::from(corner.position) + 1;
-                    return Err(self.no_vertex(path, line, face as usize, index));
+                    return Err(self.no_vertex(at, face as usize, index));
                 }
                 match corner.normal {
                     Some(normal) if normal as usize >= self.normals.len() => {
-                        return Err(self.no_normal(path, line, i64::from(normal) + 1));
+                        return Err(self.no_normal(at, i64::from(normal) + 1));
                     }
                     Some(_) => {}
                     None => every_corner_has_a_normal = false,
@@ -304,13 +292,15 @@ impl Geometry {
     /// default one.
     fn paint(&self, path: &Path, mesh: &mut TriangleMesh) -> Result<(), ImportError> {
         let mut places = HashMap::new();
-        let mut textures = Textures::default();
+        let mut textures = Textures::new();
         for library in &self.libraries {
             let library = path.with_file_name(library);
             for material in load_library(&library)? {
                 places.insert(material.name.clone(), mesh.materials.len() as u32);
                 let texture = match &material.diffuse_texture {
-                    Some(map) if !mesh.coordinates.is_empty() => textures.load(&library, map)?,
+                    Some(map) if !mesh.coordinates.is_empty() => {
+                        texture(&mut textures, &library, map)?
+                    }
                     _ => None,
                 };
                 mesh.materials.push(Material {

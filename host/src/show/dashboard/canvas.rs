@@ -1,7 +1,8 @@
 //! A canvas: pixels of eight bits a channel, as a window takes them.
 
 use crate::files::write_atomically;
-use crate::picture::glyph::{GLYPH, glyph};
+use crate::picture::encode_png;
+use crate::picture::glyph::{GLYPH, dots};
 use std::io;
 use std::path::Path;
 
@@ -99,17 +100,10 @@ impl Canvas {
     /// Writes a line of letters of eight pixels with its upper left corner at (`x`, `y`), as far
     /// as it fits; returns the column where it ends.
     pub fn write(&mut self, x: u32, y: u32, text: &str, colour: Colour) -> u32 {
-        let mut left = x;
-        for character in text.chars() {
-            for (row, bits) in (0..).zip(glyph(character)) {
-                for column in (0..GLYPH).filter(|column| (bits >> column) & 1 == 1) {
-                    let (x, y) = (left.saturating_add(column), y.saturating_add(row));
-                    self.set(x, y, colour);
-                }
-            }
-            left = left.saturating_add(GLYPH);
+        for (column, row) in dots(text) {
+            self.set(x.saturating_add(column), y.saturating_add(row), colour);
         }
-        left
+        x.saturating_add(GLYPH * text.chars().count() as u32)
     }
 
     fn index(&self, x: u32, y: u32) -> Option<usize> {
@@ -124,23 +118,9 @@ impl Canvas {
         let pixels = self.pixels.iter();
         let bytes = pixels.flat_map(|pixel| pixel.to_be_bytes().into_iter().skip(1));
         let bytes: Vec<u8> = bytes.collect();
+        let (size, colour) = ([self.width, self.height], png::ColorType::Rgb);
         write_atomically(path, |file| {
-            let mut encoder = png::Encoder::new(file, self.width, self.height);
-            encoder.set_color(png::ColorType::Rgb);
-            encoder.set_depth(png::BitDepth::Eight);
-            encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
-            let written = (|| {
-                for (key, value) in metadata {
-                    encoder.add_itxt_chunk((*key).to_owned(), value.clone())?;
-                }
-                let mut writer = encoder.write_header()?;
-                writer.write_image_data(&bytes)?;
-                writer.finish()
-            })();
-            written.map_err(|error| match error {
-                png::EncodingError::IoError(reason) => reason,
-                other => io::Error::other(other),
-            })
+            encode_png(file, size, colour, &bytes, metadata)
         })
     }
 }

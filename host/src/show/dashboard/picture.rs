@@ -132,7 +132,7 @@ pub(super) struct Overlay<'r> {
 /// The walls as one eye sees them, on a part of the canvas.
 #[derive(Debug)]
 pub(super) struct Area {
-    rect: Rect,
+    pub(super) rect: Rect,
     eye: usize,
     shown: PlaceMap,
     is_net: bool,
@@ -153,10 +153,6 @@ impl Area {
 
     pub(super) fn is_net(&self, rect: Rect, eye: usize) -> bool {
         self.is_net && self.rect == rect && self.eye == eye
-    }
-
-    pub(super) const fn rect(&self) -> Rect {
-        self.rect
     }
 
     pub(super) fn contains(&self, x: u32, y: u32) -> bool {
@@ -227,7 +223,7 @@ impl Area {
         overlay: Overlay<'_>,
         codes: &Codes,
     ) -> Result<[f32; 4], Colour> {
-        let (screen, x, y) = match self.shown.places().get(index) {
+        let (screen, x, y) = match self.shown.places.get(index) {
             Some(&Place::Pixel { screen, x, y }) => (screen, u32::from(x), u32::from(y)),
             Some(&Place::Plain(colour)) => return Err(colour),
             None => return Err(0),

@@ -7,65 +7,41 @@
 use super::canvas::{Canvas, Colour};
 use crate::cave::{Cave, Screen};
 use crate::picture::{Picture, PictureError, srgb_from_linear};
-use crate::show::overview::net::{self, NetError};
-use crate::show::overview::viewer::{self, ViewError, ViewerCamera};
-use thiserror::Error;
+use crate::show::ShowError;
+use crate::show::overview::net;
+use crate::show::overview::viewer::{self, ViewerCamera};
 
 /// The most coordinates on a side of a picture: a window shows no more.
 const FINEST: u32 = 256;
 
 /// What is shown at a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub(super) enum Place {
     /// A border, a name or the background.
     Plain(Colour),
     /// A pixel of a screen's picture.
-    Pixel {
-        /// The number of the screen.
-        screen: u16,
-        /// The column.
-        x: u16,
-        /// The row.
-        y: u16,
-    },
+    Pixel { screen: u16, x: u16, y: u16 },
 }
 
 /// What is shown at each place of a rectangle.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PlaceMap {
+pub(super) struct PlaceMap {
     width: u32,
     height: u32,
-    places: Vec<Place>,
-}
-
-/// Why there is no map.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum PlaceMapError {
-    /// Walls that cannot be unfolded.
-    #[error(transparent)]
-    Net(#[from] NetError),
-    /// Walls that cannot be viewed.
-    #[error(transparent)]
-    View(#[from] ViewError),
-    /// Not enough memory.
-    #[error(transparent)]
-    Picture(#[from] PictureError),
+    /// The places row by row.
+    pub(super) places: Vec<Place>,
 }
 
 /// The coordinates of a room's screens.
 #[derive(Debug)]
-pub struct Coordinates<'c> {
+pub(super) struct Coordinates<'c> {
     screens: Vec<(Screen<'c>, Picture)>,
     sizes: Vec<[u32; 2]>,
 }
 
 impl<'c> Coordinates<'c> {
     /// The coordinates of all screens of a room.
-    ///
-    /// # Errors
-    /// Not enough memory.
-    pub fn new(cave: &'c Cave) -> Result<Self, PictureError> {
+    pub(super) fn new(cave: &'c Cave) -> Result<Self, PictureError> {
         let (mut screens, mut sizes) = (Vec::new(), Vec::new());
         for (number, screen) in cave.screens().enumerate() {
             let size = match screen {
@@ -79,18 +55,12 @@ impl<'c> Coordinates<'c> {
     }
 
     /// All screens unfolded by [`net::unfold`].
-    ///
-    /// # Errors
-    /// As [`net::unfold`].
-    pub fn net(&self) -> Result<PlaceMap, PlaceMapError> {
+    pub(super) fn net(&self) -> Result<PlaceMap, ShowError> {
         Ok(self.places_of(&net::unfold(&self.seen())?))
     }
 
     /// All screens as an eye sees them by [`viewer::render`].
-    ///
-    /// # Errors
-    /// As [`viewer::render`].
-    pub fn view(&self, camera: &ViewerCamera) -> Result<PlaceMap, PlaceMapError> {
+    pub(super) fn view(&self, camera: &ViewerCamera) -> Result<PlaceMap, ShowError> {
         Ok(self.places_of(&viewer::render(camera, &self.seen())?))
     }
 
@@ -145,25 +115,16 @@ fn coordinates(number: usize, [columns, rows]: [u32; 2]) -> Result<Picture, Pict
     Ok(picture)
 }
 
-fn colour(linear: [f32; 3]) -> Colour {
+/// The sRGB code of linear light.
+pub(super) fn colour(linear: [f32; 3]) -> Colour {
     linear.into_iter().fold(0, |colour, channel| {
         (colour << 8) | Colour::from(srgb_from_linear(channel))
     })
 }
 
 impl PlaceMap {
-    /// Columns and rows.
-    pub const fn size(&self) -> [u32; 2] {
-        [self.width, self.height]
-    }
-
-    /// The places row by row.
-    pub fn places(&self) -> &[Place] {
-        &self.places
-    }
-
     /// What is shown at a place; `None` outside.
-    pub fn place(&self, x: u32, y: u32) -> Option<Place> {
+    pub(super) fn place(&self, x: u32, y: u32) -> Option<Place> {
         let inside = x < self.width && y < self.height;
         let index = y as usize * self.width as usize + x as usize;
         inside.then(|| self.places.get(index).copied()).flatten()
@@ -171,10 +132,9 @@ impl PlaceMap {
 
     /// Scales the map to fit into some columns and rows, centred on `background`, without
     /// interpolation; at most [`Canvas::MOST`] on each side.
-    #[must_use]
-    pub fn fitted(&self, width: u32, height: u32, background: Colour) -> Self {
+    pub(super) fn fitted(&self, width: u32, height: u32, background: Colour) -> Self {
         let [width, height] = [width, height].map(|pixels| pixels.min(Canvas::MOST));
-        let [own_width, own_height] = self.size().map(f64::from);
+        let [own_width, own_height] = [self.width, self.height].map(f64::from);
         let scale = (f64::from(width) / own_width).min(f64::from(height) / own_height);
         let offset = |count: u32, own: f64| 0.5 * (f64::from(count) - own * scale);
         let (left, top) = (offset(width, own_width), offset(height, own_height));
@@ -218,9 +178,9 @@ mod tests {
         let shown = coordinates.net().unwrap();
         let seen: Vec<_> = cave.screens().zip(&pictures).collect();
         let net = net::unfold(&seen).unwrap();
-        assert_eq!(shown.size(), [net.width, net.height]);
+        assert_eq!([shown.width, shown.height], [net.width, net.height]);
         let mut pixels = 0;
-        for (place, &[red, green, blue, _]) in shown.places().iter().zip(&net.pixels) {
+        for (place, &[red, green, blue, _]) in shown.places.iter().zip(&net.pixels) {
             let found = match *place {
                 Place::Plain(plain) => plain,
                 Place::Pixel { screen, x, y } => {
@@ -240,8 +200,8 @@ mod tests {
     fn maps_are_no_finer_than_a_window_and_keep_their_shape() {
         let cave = Cave::built_in(BuiltInCave::Dome, [1_000; 2]).unwrap();
         let shown = Coordinates::new(&cave).unwrap().net().unwrap();
-        assert!(shown.size()[0] < 2 * FINEST, "{:?}", shown.size());
-        let columns = shown.places().iter().filter_map(|place| match place {
+        assert!(shown.width < 2 * FINEST, "{}", shown.width);
+        let columns = shown.places.iter().filter_map(|place| match place {
             Place::Pixel { x, .. } => Some(*x),
             Place::Plain(_) => None,
         });
@@ -253,13 +213,13 @@ mod tests {
             places: (0..6).map(Place::Plain).collect(),
         };
         let fitted = small.fitted(6, 6, 99);
-        let rows: Vec<&[Place]> = fitted.places().chunks(6).collect();
+        let rows: Vec<&[Place]> = fitted.places.chunks(6).collect();
         let plain = |row: [Colour; 6]| row.map(Place::Plain);
         let rows_of = [[99; 6], [0, 0, 1, 1, 2, 2], [3, 3, 4, 4, 5, 5]].map(plain);
         for (row, expected) in rows.iter().zip([0, 1, 1, 2, 2, 0]) {
             assert_eq!(*row, rows_of[expected]);
         }
         assert_eq!(fitted.place(6, 0), None);
-        assert_eq!(small.fitted(0, 0, 1).places().len(), 0);
+        assert_eq!(small.fitted(0, 0, 1).places.len(), 0);
     }
 }

@@ -1,7 +1,6 @@
 use super::*;
 use crate::cave::{BuiltInCave, Eye, Viewer};
 use crate::live::{Share, eyes_of};
-use crate::picture::srgb_from_linear;
 use crate::show::stereo::anaglyph;
 use shisen_core::frame::LevelOfDetail;
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
@@ -14,9 +13,7 @@ fn light(screen: usize, eye: usize) -> [f32; 4] {
 }
 
 fn colour([red, green, blue, _]: [f32; 4]) -> Colour {
-    [red, green, blue].into_iter().fold(0, |colour, channel| {
-        (colour << 8) | Colour::from(srgb_from_linear(channel))
-    })
+    place_map::colour([red, green, blue])
 }
 
 fn cave() -> Cave {

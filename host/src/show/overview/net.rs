@@ -3,11 +3,11 @@
 
 mod label;
 
-use crate::cave::{DomeScreen, RoomError, Screen, Wall, WallPlane};
-use crate::picture::{Picture, PictureError};
+use crate::cave::{DomeScreen, Screen, Wall, WallPlane};
+use crate::picture::Picture;
+use crate::show::ShowError;
 use glam::{DVec2, DVec3};
 use std::collections::VecDeque;
-use thiserror::Error;
 
 /// Behind the walls: opaque linear dark grey.
 pub const BACKGROUND: [f32; 4] = [0.02, 0.02, 0.02, 1.0];
@@ -26,24 +26,6 @@ const PIXEL_CENTRE: f64 = 1e-3;
 /// The most samples along each side of a pixel.
 const MAX_SAMPLES: f64 = 16.0;
 
-/// Why walls cannot be unfolded.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum NetError {
-    /// No walls.
-    #[error("there are no walls to unfold: give at least one")]
-    NoWalls,
-    /// A wall without area.
-    #[error(transparent)]
-    Wall(#[from] RoomError),
-    /// The picture of a named wall without pixels.
-    #[error("the picture of wall {0:?} has no pixels: render it before unfolding")]
-    EmptyPicture(String),
-    /// A net that is too large for a picture.
-    #[error(transparent)]
-    Picture(#[from] PictureError),
-}
-
 /// A screen in its own plane in the net's pixels, its lower left corner at the origin, y up.
 struct Sheet<'a> {
     name: &'a str,
@@ -55,7 +37,7 @@ struct Sheet<'a> {
 }
 
 impl<'a> Sheet<'a> {
-    fn new(screen: Screen<'a>, picture: &'a Picture, scale: f64) -> Result<Self, NetError> {
+    fn new(screen: Screen<'a>, picture: &'a Picture, scale: f64) -> Result<Self, ShowError> {
         match screen {
             Screen::Wall(wall) => Self::of_wall(wall, picture, scale),
             Screen::Dome(dome) => Ok(Self::of_dome(dome, picture, scale)),
@@ -77,7 +59,7 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    fn of_wall(wall: &'a Wall, picture: &'a Picture, scale: f64) -> Result<Self, NetError> {
+    fn of_wall(wall: &'a Wall, picture: &'a Picture, scale: f64) -> Result<Self, ShowError> {
         let plane = WallPlane::new(wall)?;
         let along = plane.right.normalize();
         let width = plane.right.length() * scale;
@@ -202,7 +184,7 @@ fn snapped_to_quarter(rotation: DVec2) -> DVec2 {
 /// # Errors
 /// No wall, a wall without area, a picture without pixels, or a net larger than a picture may
 /// be.
-pub fn unfold<'a, S>(screens: &[(S, &'a Picture)]) -> Result<Picture, NetError>
+pub fn unfold<'a, S>(screens: &[(S, &'a Picture)]) -> Result<Picture, ShowError>
 where
     S: Into<Screen<'a>> + Copy,
 {
@@ -214,7 +196,7 @@ where
     let first = screens()
         .position(|(screen, _)| screen.name() == "front")
         .unwrap_or(0);
-    let (screen, picture) = screens().nth(first).ok_or(NetError::NoWalls)?;
+    let (screen, picture) = screens().nth(first).ok_or(ShowError::NoWalls)?;
     let across = match screen {
         Screen::Wall(wall) => WallPlane::new(wall)?.right.length(),
         Screen::Dome(dome) => dome.width(),
@@ -224,7 +206,7 @@ where
         .map(|(screen, picture): (Screen<'_>, _)| {
             let empty = picture.width == 0 || picture.height == 0;
             if empty || picture.pixels.is_empty() {
-                return Err(NetError::EmptyPicture(screen.name().to_owned()));
+                return Err(ShowError::EmptyPicture(screen.name().to_owned()));
             }
             Sheet::new(screen, picture, scale)
         })
@@ -371,7 +353,7 @@ impl Canvas {
     }
 }
 
-fn draw(sheets: &[Sheet], placements: &[Placement]) -> Result<Picture, NetError> {
+fn draw(sheets: &[Sheet], placements: &[Placement]) -> Result<Picture, ShowError> {
     let placed = || sheets.iter().zip(placements);
     let corners = placed().flat_map(|(sheet, placement)| placement.outline(sheet));
     let (low, high) = bounds_of(corners);

@@ -1,7 +1,8 @@
 //! A perspective view of the screens from the viewer's eye, to check on a desk what a CAVE shows.
 
 use crate::cave::{DomeScreen, RoomError, Screen, WallPlane};
-use crate::picture::{Picture, PictureError};
+use crate::picture::Picture;
+use crate::show::ShowError;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::{PI, SQRT_2};
@@ -22,49 +23,10 @@ pub struct ViewerCamera {
     size: [u32; 2],
 }
 
-/// Why a camera is impossible.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[non_exhaustive]
-pub enum CameraError {
-    /// An eye without a finite place.
-    #[error("the viewer's eye is at {0}: give it finite coordinates, in metres")]
-    Eye(DVec3),
-    /// A view direction without length.
-    #[error("the view direction is {0}: give it a finite length above 0")]
-    Direction(DVec3),
-    /// An up direction without length or along the view direction.
-    #[error(
-        "the up direction {up} is zero, not finite or parallel to the view direction {forward}: \
-         choose another"
-    )]
-    Up {
-        /// The view direction.
-        forward: DVec3,
-        /// The up direction.
-        up: DVec3,
-    },
-    /// A field of view, in radians, that no perspective view has.
-    #[error(
-        "the horizontal field of view is {} degrees: choose one above 0 and below 180",
-        .0.to_degrees()
-    )]
-    FieldOfView(f64),
-    /// A picture of these columns and rows, without pixels.
-    #[error("the viewer's picture is {} × {} pixels: choose at least 1 × 1", .0[0], .0[1])]
-    Size([u32; 2]),
-}
-
-/// Why a view cannot be drawn.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum ViewError {
-    /// A wall without area.
-    #[error(transparent)]
-    Wall(#[from] RoomError),
-    /// A picture that is too large.
-    #[error(transparent)]
-    Picture(#[from] PictureError),
-}
+/// Why a camera is impossible, and what to give instead.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct CameraError(String);
 
 impl ViewerCamera {
     /// A camera at `eye` (metres, in the room) looking along `forward` with `up` upwards, of any
@@ -72,7 +34,8 @@ impl ViewerCamera {
     /// and π; `size` is columns and rows.
     ///
     /// # Errors
-    /// [`CameraError`].
+    /// An eye or a direction without finite numbers or of no length, directions along each other,
+    /// a field of view or a size out of its range.
     pub fn new(
         eye: DVec3,
         forward: DVec3,
@@ -80,22 +43,36 @@ impl ViewerCamera {
         horizontal_field_of_view: f64,
         size: [u32; 2],
     ) -> Result<Self, CameraError> {
+        let error = |text| Err(CameraError(text));
         if !eye.is_finite() {
-            return Err(CameraError::Eye(eye));
+            return error(format!(
+                "the viewer's eye is at {eye}: give it finite coordinates, in metres"
+            ));
         }
-        let direction = forward.try_normalize();
-        let direction = direction.ok_or(CameraError::Direction(forward))?;
+        let Some(direction) = forward.try_normalize() else {
+            return error(format!(
+                "the view direction is {forward}: give it a finite length above 0"
+            ));
+        };
         let right = direction.cross(up.normalize_or_zero());
         if right.length() < 1e-9 {
-            return Err(CameraError::Up { forward, up });
+            return error(format!(
+                "the up direction {up} is zero, not finite or parallel to the view direction \
+                 {forward}: choose another"
+            ));
         }
         let right = right.normalize();
         if !(horizontal_field_of_view > 0.0 && horizontal_field_of_view < PI) {
-            return Err(CameraError::FieldOfView(horizontal_field_of_view));
+            return error(format!(
+                "the horizontal field of view is {} degrees: choose one above 0 and below 180",
+                horizontal_field_of_view.to_degrees()
+            ));
         }
         let [columns, rows] = size;
         if columns == 0 || rows == 0 {
-            return Err(CameraError::Size(size));
+            return error(format!(
+                "the viewer's picture is {columns} × {rows} pixels: choose at least 1 × 1"
+            ));
         }
         let half_width = (0.5 * horizontal_field_of_view).tan();
         let half_height = half_width * f64::from(rows) / f64::from(columns);
@@ -126,7 +103,7 @@ impl ViewerCamera {
 pub fn render<'a, S>(
     camera: &ViewerCamera,
     screens: &[(S, &'a Picture)],
-) -> Result<Picture, ViewError>
+) -> Result<Picture, ShowError>
 where
     S: Into<Screen<'a>> + Copy,
 {

@@ -1,13 +1,12 @@
 //! Gathers samples while the viewer looks at targets.
 
 use super::{EYES, SeenTarget, TimedTarget, measured};
+use crate::files::Fault;
 use glam::{Vec2, Vec3};
-use miette::Diagnostic;
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::estimate::{EstimatorConfig, Event, Sensors};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
-use thiserror::Error;
 
 /// How long eyes take to rest on a target: a saccade begins 200 ms after its cue and lasts up
 /// to 100 ms.
@@ -18,20 +17,6 @@ const LEAST_SAMPLES: usize = 10;
 
 /// Glances elsewhere deviate by this many median deviations (3.4 standard ones of noise).
 const OUTLIER: f32 = 5.0;
-
-/// A target without enough samples.
-#[derive(Debug, Clone, Copy, PartialEq, Error, Diagnostic)]
-#[error("{samples} samples of the eyes came while they looked at target {target}")]
-#[diagnostic(help(
-    "{LEAST_SAMPLES} or more are needed of each target after the first {} ms: look at each for longer, and see what comes with `shisen tracker monitor`",
-    SETTLE.0 / 1_000
-))]
-pub struct GatherError {
-    /// The target, from 1.
-    pub target: usize,
-    /// The number of samples.
-    pub samples: usize,
-}
 
 /// A sample while a target was looked at.
 #[derive(Debug, Clone, Copy)]
@@ -136,13 +121,21 @@ impl Gatherer {
     ///
     /// # Errors
     /// The first target without enough samples.
-    pub fn finish(&self) -> Result<Vec<SeenTarget>, GatherError> {
-        let all = self.targets.iter().zip(&self.looks).enumerate();
-        all.map(|(index, (target, looks))| {
-            let seen = seen(target, looks);
-            seen.ok_or(GatherError {
-                target: index + 1,
-                samples: looks.len(),
+    pub fn finish(&self) -> Result<Vec<SeenTarget>, Fault> {
+        let all = (1..).zip(self.targets.iter().zip(&self.looks));
+        all.map(|(number, (target, looks))| {
+            seen(target, looks).ok_or_else(|| {
+                let samples = looks.len();
+                Fault::new(
+                    format!(
+                        "{samples} samples of the eyes came while they looked at target {number}"
+                    ),
+                    format!(
+                        "{LEAST_SAMPLES} or more are needed of each target after the first {} ms: \
+                         look at each for longer, and see what comes with `shisen tracker monitor`",
+                        SETTLE.0 / 1_000
+                    ),
+                )
             })
         })
         .collect()

@@ -1,6 +1,7 @@
 //! Recordings as tables, one line a sample.
 
-use super::{Recording, RecordingError};
+use super::Recording;
+use crate::files::Fault;
 use glam::{Quat, Vec2, Vec3};
 use shisen_tracker::decoder::{Counts, Decoder, DropReason, Event};
 use shisen_tracker::link;
@@ -96,21 +97,32 @@ impl Cells {
 }
 
 /// Reads the table of a file; a last line that was cut off is dropped and counted.
-pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, RecordingError> {
+pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Fault> {
     let mut table = csv::Reader::from_reader(bytes);
     let names = header();
     let found = table.headers();
     if !found.is_ok_and(|found| found.iter().eq(names.iter())) {
-        return Err(RecordingError::Header(path.into()));
+        return Err(Fault::new(
+            format!(
+                "{}: line 1 is not the header of a recording",
+                path.display()
+            ),
+            format!(
+                "give a table that `shisen tracker record` wrote; it has these columns: {}",
+                names.join(",")
+            ),
+        ));
     }
     let (mut events, mut counts) = (Vec::new(), Vec::<Counts>::new());
     let mut last = Micros(0);
     let mut record = csv::StringRecord::new();
     for line in 2.. {
-        let wrong = |what: String| RecordingError::Line {
-            path: path.into(),
-            line,
-            what,
+        let wrong = |what: String| {
+            Fault::new(
+                format!("{}: line {line}: {what}", path.display()),
+                "each line has a cell for each column, empty where there is nothing; numbers are \
+                 finite, directions and quaternions have length 1",
+            )
         };
         match table.read_record(&mut record) {
             Ok(true) => {}

@@ -1,34 +1,67 @@
 //! Reads a `SPEC`.
 
 use super::{HidName, HidSpec, MockSpec, ReplaySpec, SerialSpec, Spec};
-use crate::tracker::fault::{SpecError, TIMES, has_reset, has_stop};
+use crate::files::Fault;
 use crate::tracker::protocol::ProtocolSpec;
-use crate::tracker::settings::{Options, assign, set_axes};
-use crate::tracker::times::Times;
+use crate::tracker::settings::{Options, assign, set_axes, wrong};
+use crate::tracker::times::{TIMES, Times};
+use shisen_tracker::command::Script;
 use shisen_tracker::head::fastrak::BAUD_RATES;
 use shisen_tracker::hid::eye_tracker::Axes;
+use shisen_tracker::protocol::{Asked, Protocol};
 use std::str::FromStr;
 
 impl FromStr for Spec {
-    type Err = SpecError;
+    type Err = Fault;
 
-    fn from_str(text: &str) -> Result<Self, SpecError> {
+    fn from_str(text: &str) -> Result<Self, Fault> {
         let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
         let named = |kind| {
             let some = (!rest.is_empty()).then_some(rest);
-            some.ok_or(SpecError::Nothing(kind))
+            some.ok_or_else(|| nothing(kind))
         };
         match kind {
             "mock" => mock(rest).map(Self::Mock),
             "serial" => serial(named("serial")?).map(Self::Serial),
             "hid" => hid(named("hid")?).map(Self::Hid),
             "replay" => replay(named("replay")?).map(Self::Replay),
-            _ => Err(SpecError::Kind(kind.into())),
+            _ => Err(Fault::new(
+                format!("{kind:?} is not a kind of tracker"),
+                "give mock, mock:seed=7&rate=200&as=fastrak, \
+                 serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00, hid:usage=0012 or \
+                 replay:FILE",
+            )),
         }
     }
 }
 
-fn mock(text: &str) -> Result<MockSpec, SpecError> {
+/// A kind of tracker without a port, device or file.
+fn nothing(kind: &str) -> Fault {
+    Fault::new(
+        format!("{kind}: names no port, device or file"),
+        "give serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00, hid:/dev/hidraw0 or replay:FILE",
+    )
+}
+
+/// The names of the protocols for which `has` holds.
+fn names(has: fn(&Protocol) -> bool) -> String {
+    let named = Protocol::NAMES.into_iter();
+    let named = named.filter(|name| Protocol::named(name).is_some_and(|protocol| has(&protocol)));
+    named.collect::<Vec<_>>().join(", ")
+}
+
+/// Whether the devices of a protocol can be told to restart.
+fn has_reset(protocol: &Protocol) -> bool {
+    let asked = Asked::default();
+    protocol.start(&asked, true) != protocol.start(&asked, false)
+}
+
+/// Whether the devices of a protocol can be told to stop sending.
+fn has_stop(protocol: &Protocol) -> bool {
+    protocol.stop() != Script::new()
+}
+
+fn mock(text: &str) -> Result<MockSpec, Fault> {
     let mut options = Options::read(text)?;
     let mut spec = MockSpec::default();
     let whole = "a whole number from 0 to 18446744073709551615";
@@ -50,12 +83,15 @@ fn mock(text: &str) -> Result<MockSpec, SpecError> {
     one_sensor(spec.head, spec.protocol.as_ref(), "mock")?;
     let protocol = spec.protocol.as_ref();
     let sensors = protocol.map_or(0..=0, ProtocolSpec::simulated_sensors);
-    match spec.head.filter(|head| !sensors.contains(head)) {
-        None => {}
-        Some(head) if sensors.start() == sensors.end() => {
-            return Err(SpecError::OneSensor { of: "mock", head });
+    if let Some(head) = spec.head.filter(|head| !sensors.contains(head)) {
+        let (first, last) = (sensors.start(), sensors.end());
+        if first == last {
+            return Err(lone_sensor("mock", head));
         }
-        Some(head) => return Err(SpecError::NoSensor { head, sensors }),
+        return Err(Fault::new(
+            format!("the mock's sensors are {first} to {last}, so head={head} does not exist"),
+            "choose one of them, or give more birds",
+        ));
     }
     let protocol = protocol.map(ProtocolSpec::protocol);
     let allowed = "seed=N, rate=HZ, as=PROTOCOL, still=1, targets=FILE, head=N";
@@ -63,10 +99,10 @@ fn mock(text: &str) -> Result<MockSpec, SpecError> {
     Ok(spec)
 }
 
-fn serial(text: &str) -> Result<SerialSpec, SpecError> {
+fn serial(text: &str) -> Result<SerialSpec, Fault> {
     let (path, rest) = text.split_once('?').unwrap_or((text, ""));
     if path.is_empty() {
-        return Err(SpecError::Nothing("serial"));
+        return Err(nothing("serial"));
     }
     let mut options = Options::read(rest)?;
     let baud = options.number("baud", (50, 4_000_000), "50 to 4000000 baud")?;
@@ -74,24 +110,48 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
     let head = head(&mut options)?;
     let rts = options.flag("rts")?;
     let times = Times::take(&mut options)?;
+    let all = || names(Protocol::is_serial);
     let Some(name) = options.take("protocol") else {
-        return Err(SpecError::NoProtocol(path.into()));
+        return Err(Fault::new(
+            format!("serial:{path} does not name the protocol of its device"),
+            format!("append ?protocol=NAME, NAME being one of {}", all()),
+        ));
     };
-    let mut protocol =
-        ProtocolSpec::named(name).map_err(|_| SpecError::UnknownOnSerial(name.into()))?;
+    let mut protocol = ProtocolSpec::named(name).map_err(|unknown| {
+        let help = format!("give one of {}", all());
+        Fault::new(unknown.to_string(), help)
+    })?;
+    let name = protocol.name();
     if !protocol.protocol().is_serial() {
-        return Err(SpecError::NotSerial(protocol.name()));
+        return Err(Fault::new(
+            format!("{name} does not go over a serial line"),
+            format!(
+                "plug the device in and give hid:VENDOR:PRODUCT, or one of {}",
+                all()
+            ),
+        ));
     }
     one_sensor(head, Some(&protocol), "serial")?;
     if reset && !has_reset(protocol.protocol()) {
-        return Err(SpecError::NoReset(protocol.name()));
+        return Err(Fault::new(
+            format!("{name} has no command for a reset: reset=1 does nothing"),
+            format!("leave reset out; those with one are {}", names(has_reset)),
+        ));
     }
     let speed = match options.take("speed") {
         None => None,
         Some(_) if protocol.protocol().change_speed(BAUD_RATES[0]).is_none() => {
-            return Err(SpecError::NoSpeed(protocol.name()));
+            return Err(Fault::new(
+                format!("{name} has no command that changes the line's speed: speed does nothing"),
+                "leave speed out, and give baud=N as the device is set; that with one is fastrak",
+            ));
         }
-        Some(_) if reset => return Err(SpecError::ResetAndSpeed),
+        Some(_) if reset => {
+            return Err(Fault::new(
+                "a reset undoes a change of speed",
+                "reset the device in a run of its own, and give speed in the next",
+            ));
+        }
         Some(found) => {
             let baud = found.parse().ok().filter(|baud| BAUD_RATES.contains(baud));
             let allowed = "2400, 4800, 9600, 19200, 38400, 57600 or 115200 baud";
@@ -100,7 +160,10 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
     };
     let stop = options.flag("stop")? == Some(true);
     if stop && !has_stop(protocol.protocol()) {
-        return Err(SpecError::NoStop(protocol.name()));
+        return Err(Fault::new(
+            format!("{name} has no command that stops it: stop=1 does nothing"),
+            format!("leave stop out; those with one are {}", names(has_stop)),
+        ));
     }
     protocol.set(&mut options)?;
     let allowed = "protocol=NAME, baud=N, speed=N, reset=1, stop=1, head=N, rts=0|1";
@@ -118,7 +181,7 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
     })
 }
 
-fn hid(text: &str) -> Result<HidSpec, SpecError> {
+fn hid(text: &str) -> Result<HidSpec, Fault> {
     let (name, rest) = text.split_once('?').unwrap_or((text, ""));
     let mut options = Options::read(rest)?;
     let mut axes = Axes::default();
@@ -132,7 +195,7 @@ fn hid(text: &str) -> Result<HidSpec, SpecError> {
 }
 
 /// Reads `FILE?options`: a file's name may hold a `?`, but options have a `=` behind it.
-fn replay(text: &str) -> Result<ReplaySpec, SpecError> {
+fn replay(text: &str) -> Result<ReplaySpec, Fault> {
     let split = text.rsplit_once('?');
     let (path, rest) = split
         .filter(|(path, rest)| !path.is_empty() && rest.contains('='))
@@ -150,15 +213,7 @@ fn with_times(allowed: &str) -> String {
     format!("{allowed}, {TIMES}")
 }
 
-fn wrong(key: &'static str, found: &str, allowed: &str) -> SpecError {
-    SpecError::Value {
-        key,
-        found: found.into(),
-        allowed: allowed.into(),
-    }
-}
-
-fn head(options: &mut Options<'_>) -> Result<Option<u8>, SpecError> {
+fn head(options: &mut Options<'_>) -> Result<Option<u8>, Fault> {
     options.number("head", (0, u8::MAX), "a sensor from 0 to 255")
 }
 
@@ -167,18 +222,22 @@ fn one_sensor(
     head: Option<u8>,
     protocol: Option<&ProtocolSpec>,
     kind: &'static str,
-) -> Result<(), SpecError> {
+) -> Result<(), Fault> {
     let several = protocol.is_some_and(|spec| spec.protocol().has_sensors());
     match head.filter(|_| !several) {
         None => Ok(()),
-        Some(head) => Err(SpecError::OneSensor {
-            of: protocol.map_or(kind, ProtocolSpec::name),
-            head,
-        }),
+        Some(head) => Err(lone_sensor(protocol.map_or(kind, ProtocolSpec::name), head)),
     }
 }
 
-fn hid_name(text: &str) -> Result<HidName, SpecError> {
+fn lone_sensor(of: &str, head: u8) -> Fault {
+    Fault::new(
+        format!("{of} has one sensor, so head={head} cannot choose one"),
+        "leave head out; those with several are link, fastrak, liberty and flock, and recordings",
+    )
+}
+
+fn hid_name(text: &str) -> Result<HidName, Fault> {
     if text.starts_with('/') {
         return Ok(HidName::Path(text.into()));
     }

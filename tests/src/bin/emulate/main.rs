@@ -14,9 +14,10 @@ use shisen::cli::output::picture_files::{make_writable, metadata};
 use shisen::cli::output::print;
 use shisen::cli::program::{self, Examples, Program};
 use shisen::cli::tracker::{Recorded, with_help};
+use shisen::files::Fault;
 use shisen::picture::Picture;
 use shisen::render::frame_hash;
-use shisen::tracker::{Recording, Spec, SpecError, simulated};
+use shisen::tracker::{Recording, Spec, simulated};
 use shisen_core::frame::{FlatScreen, MAX_DEPTH};
 use shisen_core::scene::EffectSet;
 use shisen_tests::firmware::{
@@ -151,7 +152,7 @@ impl FromStr for TrackerChoice {
         if text == "none" {
             return Ok(Self(None));
         }
-        let spec: Spec = text.parse().map_err(|error: SpecError| with_help(&error))?;
+        let spec: Spec = text.parse().map_err(|error: Fault| with_help(&error))?;
         if spec.head().is_some() {
             return Err(
                 "the board takes the first sensor for the viewer's head: leave head \

@@ -7,7 +7,8 @@ use crate::cli::play::Change;
 use crate::cli::prelude::*;
 use crate::cli::run::frames::Command;
 use crate::scene::builtin::PaperScene;
-use crate::show::dashboard::{Canvas, Dashboard, Frame, PlaceMapError, Status, ViewName};
+use crate::show::ShowError;
+use crate::show::dashboard::{Canvas, Dashboard, Frame, Status, ViewName};
 use crate::show::stereo::Stereo;
 use crate::show::window::{Event, Window, WindowError};
 use std::sync::Arc;
@@ -60,7 +61,7 @@ pub(super) struct Presenter {
 
 enum Trouble {
     Window(WindowError),
-    Drawing(PlaceMapError),
+    Drawing(ShowError),
 }
 
 impl From<WindowError> for Trouble {
@@ -69,8 +70,8 @@ impl From<WindowError> for Trouble {
     }
 }
 
-impl From<PlaceMapError> for Trouble {
-    fn from(error: PlaceMapError) -> Self {
+impl From<ShowError> for Trouble {
+    fn from(error: ShowError) -> Self {
         Self::Drawing(error)
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::scene::texture::Pattern;
 
 /// Three vertices, three normals and three indices of 16 bits.
 pub(in crate::scene::import) fn triangle_bytes() -> Vec<u8> {

@@ -1,50 +1,25 @@
 //! The material libraries of OBJ files (MTL), and the images that they name.
 
-use super::super::{ImportError, Place, bounded, bounded_colour, read, syntax};
+use super::super::{ImportError, Place, Textures, bounded, bounded_colour, read, syntax};
 use super::three_floats;
 use crate::scene::material::Material;
-use crate::scene::texture::{Image, Pattern, Texture};
-use std::collections::HashMap;
+use crate::scene::texture::Texture;
 use std::path::Path;
-use std::sync::Arc;
 
-/// The images of a mesh's materials, each once.
-#[derive(Default)]
-pub(super) struct Textures {
-    left: Option<u64>,
-    images: HashMap<String, Option<Arc<Image>>>,
-}
-
-impl Textures {
-    /// What a `map_Kd` of a library names, if it is a PNG file.
-    pub(super) fn load(
-        &mut self,
-        library: &Path,
-        map: &str,
-    ) -> Result<Option<Texture>, ImportError> {
-        // Options, if any, come first.
-        let name = if map.starts_with('-') {
-            map.split_whitespace().last().unwrap_or_default()
-        } else {
-            map.trim()
-        };
-        if !self.images.contains_key(name) {
-            let path = library.with_file_name(name.replace('\\', "/"));
-            let bytes = read(&path)?;
-            let left = self.left.get_or_insert(Image::MOST_BYTES);
-            let image = if Image::is_png(&bytes) {
-                Some(Arc::new(Image::from_png(&path, &bytes, left)?))
-            } else {
-                None
-            };
-            self.images.insert(name.to_owned(), image);
-        }
-        let image = self.images.get(name).and_then(Option::as_ref);
-        Ok(image.map(|image| Texture {
-            pattern: Pattern::Image(Arc::clone(image)),
-            repeats: [1.0; 2],
-        }))
-    }
+/// What a `map_Kd` of a library names, if it is a PNG file.
+pub(super) fn texture(
+    textures: &mut Textures<String>,
+    library: &Path,
+    map: &str,
+) -> Result<Option<Texture>, ImportError> {
+    // Options, if any, come first.
+    let name = if map.starts_with('-') {
+        map.split_whitespace().last().unwrap_or_default()
+    } else {
+        map.trim()
+    };
+    let path = library.with_file_name(name.replace('\\', "/"));
+    textures.get(name.to_owned(), &path, || Ok(read(&path)?.into()))
 }
 
 /// Reads a material library; one that does not exist is empty, since meshes
@@ -68,7 +43,10 @@ fn parse_library(path: &Path, text: &str) -> Result<Vec<tobj::Material>, ImportE
         // itself, so that a line which fails alone is the one at fault.
         if (colour && words.count() < 3) || tobj::load_mtl_buf(&mut line.as_bytes()).is_err() {
             return Err(syntax(
-                Place::line(path, number),
+                Place {
+                    path,
+                    line: Some(number),
+                },
                 format!("'{}' is no material property with its numbers", line.trim()),
             ));
         }

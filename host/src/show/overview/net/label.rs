@@ -1,7 +1,7 @@
 //! Names on the net in a bitmap font, light with a dark outline.
 
 use crate::picture::Picture;
-use crate::picture::glyph::{GLYPH, glyph};
+use crate::picture::glyph::{GLYPH, dots};
 use glam::DVec2;
 
 /// A wall's shorter side in pixels of a glyph.
@@ -20,8 +20,8 @@ pub(super) fn write(picture: &mut Picture, name: &str, low: DVec2, high: DVec2, 
     // The outline stays inside, too.
     let margin = f64::from(scale);
     let fitting = ((size.x - 2.0 * margin) / advance).max(0.0) as usize;
-    let glyphs: Vec<[u8; 8]> = name.chars().take(fitting).map(glyph).collect();
-    let text = DVec2::new(advance * glyphs.len() as f64, advance);
+    let name: String = name.chars().take(fitting).collect();
+    let text = DVec2::new(advance * name.chars().count() as f64, advance);
     let start = if centred {
         0.5 * (low + high - text)
     } else {
@@ -30,28 +30,14 @@ pub(super) fn write(picture: &mut Picture, name: &str, low: DVec2, high: DVec2, 
     let start = start.min(high - text - margin).max(low);
     let (left, top) = (start.x.round() as u32, start.y.round() as u32);
 
-    let mut dots = Vec::new();
-    for (glyph, left) in glyphs
-        .iter()
-        .zip((left..).step_by((GLYPH * scale) as usize))
-    {
-        for (row, bits) in (0..).zip(glyph) {
-            let columns = (0..GLYPH).filter(|column| (bits >> column) & 1 == 1);
-            dots.extend(columns.map(|column| (left + column * scale, top + row * scale)));
-        }
-    }
+    // The outlines first: letters are not to cover each other.
     let reach = scale.div_ceil(2);
-    for &(x, y) in &dots {
-        square(
-            picture,
-            x.saturating_sub(reach),
-            y.saturating_sub(reach),
-            scale + 2 * reach,
-            OUTLINE,
-        );
-    }
-    for &(x, y) in &dots {
-        square(picture, x, y, scale, TEXT);
+    for (grow, colour) in [(reach, OUTLINE), (0, TEXT)] {
+        for (column, row) in dots(&name) {
+            let place = [left + column * scale, top + row * scale];
+            let [x, y] = place.map(|start| start.saturating_sub(grow));
+            square(picture, x, y, scale + 2 * grow, colour);
+        }
     }
 }
 

@@ -1,28 +1,5 @@
+use super::super::walls::{cube, painted, wall};
 use super::*;
-
-fn wall(name: &str, lower_left: [f64; 3], lower_right: [f64; 3], upper_left: [f64; 3]) -> Wall {
-    Wall {
-        name: name.to_owned(),
-        lower_left: lower_left.into(),
-        lower_right: lower_right.into(),
-        upper_left: upper_left.into(),
-        pixels: [0, 0],
-    }
-}
-
-/// The named walls of the cube from −1 to 1, seen from inside.
-fn cube(names: &[&str]) -> Vec<Wall> {
-    let walls = [
-        wall("front", [-1., -1., -1.], [1., -1., -1.], [-1., 1., -1.]),
-        wall("left", [-1., -1., 1.], [-1., -1., -1.], [-1., 1., 1.]),
-        wall("right", [1., -1., -1.], [1., -1., 1.], [1., 1., -1.]),
-        wall("back", [1., -1., 1.], [-1., -1., 1.], [1., 1., 1.]),
-        wall("floor", [-1., -1., 1.], [1., -1., 1.], [-1., -1., -1.]),
-        wall("ceiling", [-1., 1., -1.], [1., 1., -1.], [-1., 1., 1.]),
-    ];
-    let named = |name: &&str| walls.iter().find(|wall| wall.name == *name).cloned();
-    names.iter().filter_map(named).collect()
-}
 
 /// The colour of a point of the room.
 fn colour(point: DVec3) -> [f32; 4] {
@@ -30,23 +7,12 @@ fn colour(point: DVec3) -> [f32; 4] {
     [x, y, z, 1.0]
 }
 
-/// A picture of the wall's own points.
-fn painted(wall: &Wall, width: u32, height: u32) -> Picture {
-    let mut picture = Picture::new(width, height).unwrap();
-    for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
-        let along = (f64::from(x) + 0.5) / f64::from(width);
-        let up = 1.0 - (f64::from(y) + 0.5) / f64::from(height);
-        let point = wall.lower_left
-            + along * (wall.lower_right - wall.lower_left)
-            + up * (wall.upper_left - wall.lower_left);
-        picture.set_pixel(x, y, colour(point));
-    }
-    picture
-}
-
 /// The net of walls with pictures of one size.
 fn unfolded(walls: &[Wall], side: u32) -> (Picture, Vec<Picture>) {
-    let pictures: Vec<_> = walls.iter().map(|wall| painted(wall, side, side)).collect();
+    let pictures: Vec<_> = walls
+        .iter()
+        .map(|wall| painted(wall, [side; 2], colour))
+        .collect();
     let pairs: Vec<_> = walls.iter().zip(&pictures).collect();
     (unfold(&pairs).unwrap(), pictures)
 }
@@ -75,9 +41,9 @@ fn cells(net: &Picture, side: u32) -> Vec<String> {
 fn colours_continue_across_every_seam() {
     let names = ["front", "left", "right", "back", "floor", "ceiling"];
     for first in names {
-        let mut order = names.to_vec();
+        let mut order = names;
         order.sort_by_key(|name| *name != first);
-        let mut walls = cube(&order);
+        let mut walls = cube(order);
         // No wall is "front", so that the first lies upright.
         for wall in &mut walls {
             wall.name.clear();
@@ -100,10 +66,10 @@ fn colours_continue_across_every_seam() {
 
 #[test]
 fn other_resolutions_are_resampled_to_the_first_walls() {
-    let walls = cube(&["front", "right", "floor", "left"]);
-    let sizes = [(64, 64), (200, 160), (32, 48), (96, 64)];
+    let walls = cube(["front", "right", "floor", "left"]);
+    let sizes = [[64, 64], [200, 160], [32, 48], [96, 64]];
     let sized = walls.iter().zip(sizes);
-    let painted = sized.map(|(wall, (width, height))| painted(wall, width, height));
+    let painted = sized.map(|(wall, size)| painted(wall, size, colour));
     let pictures: Vec<_> = painted.collect();
     let pairs: Vec<_> = walls.iter().zip(&pictures).collect();
     let net = unfold(&pairs).unwrap();
@@ -128,12 +94,11 @@ fn other_resolutions_are_resampled_to_the_first_walls() {
 #[test]
 fn walls_that_do_not_fit_together_lie_apart_or_where_they_touch() {
     // A wall on the upper half of the front wall's edge hangs there.
-    let mut walls = cube(&["front", "floor"]);
-    walls.push(wall("right", [1., 0., -1.], [1., 0., 1.], [1., 1., -1.]));
-    let (net, _) = unfolded(&walls, 8);
+    let hung = wall("right", [[1., 0., -1.], [1., 0., 1.], [1., 1., -1.]]);
+    let (net, _) = unfolded(&[&cube(["front", "floor"])[..], &[hung]].concat(), 8);
     assert_eq!(cells(&net, 4), ["####", "##..", "##..", "##.."]);
     // A floor below the walls touches none.
-    let mut walls = cube(&["front", "floor"]);
+    let mut walls = cube(["front", "floor"]);
     let floor = &mut walls[1];
     floor.name = "W".repeat(1_000);
     for corner in [
@@ -151,7 +116,7 @@ fn walls_that_do_not_fit_together_lie_apart_or_where_they_touch() {
     let mut margin = (0..net.height).map(|y| net.pixel(net.width - 8, y));
     assert!(margin.all(|pixel| pixel == Some(BACKGROUND)), "a long name");
     // Two walls on one edge: only one can lie there.
-    let mut walls = cube(&["front", "right", "right"]);
+    let mut walls = cube(["front", "right", "right"]);
     walls[2].lower_right = DVec3::new(2.0, -1.0, 0.0);
     let (net, _) = unfolded(&walls, 64);
     assert!(net.height == 64 + 32 && net.width > 3 * 64 + 3 * 16 - 20);
@@ -160,8 +125,8 @@ fn walls_that_do_not_fit_together_lie_apart_or_where_they_touch() {
 #[test]
 fn oblique_and_tilted_walls_keep_their_shape() {
     // A parallelogram that rises along its lower edge.
-    let front = wall("front", [0., 0., 0.], [1., 0., 0.], [0., 1., 0.]);
-    let skewed = wall("side", [1., 0., 0.], [1., 0.5, 1.], [1., 1., 0.]);
+    let front = wall("front", [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]]);
+    let skewed = wall("side", [[1., 0., 0.], [1., 0.5, 1.], [1., 1., 0.]]);
     let (net, _) = unfolded(&[front, skewed], 64);
     // As high as the front and half of it.
     assert_eq!([net.width, net.height], [128 + 32, 96 + 32]);
@@ -175,8 +140,8 @@ fn oblique_and_tilted_walls_keep_their_shape() {
         }
     }
     // A screen over the front wall that leans towards the viewer by 45°.
-    let front = wall("front", [-1., 0., 0.], [1., 0., 0.], [-1., 2., 0.]);
-    let leaning = wall("leaning", [-1., 2., 0.], [1., 2., 0.], [-1., 3., 1.]);
+    let front = wall("front", [[-1., 0., 0.], [1., 0., 0.], [-1., 2., 0.]]);
+    let leaning = wall("leaning", [[-1., 2., 0.], [1., 2., 0.], [-1., 3., 1.]]);
     let (net, _) = unfolded(&[front, leaning], 50);
     let height = (2.0_f64.sqrt() / 2.0 * 50.0).ceil() as u32;
     assert_eq!([net.width, net.height], [50 + 32, 50 + height + 32]);
@@ -184,16 +149,19 @@ fn oblique_and_tilted_walls_keep_their_shape() {
 
 #[test]
 fn what_cannot_be_unfolded_is_refused() {
-    assert!(matches!(unfold::<&Wall>(&[]), Err(NetError::NoWalls)));
-    let walls = cube(&["front", "left"]);
-    let (picture, empty) = (painted(&walls[0], 4, 4), Picture::new(0, 4).unwrap());
+    assert!(matches!(unfold::<&Wall>(&[]), Err(ShowError::NoWalls)));
+    let walls = cube(["front", "left"]);
+    let (picture, empty) = (
+        painted(&walls[0], [4; 2], colour),
+        Picture::new(0, 4).unwrap(),
+    );
     let error = unfold(&[(&walls[0], &picture), (&walls[1], &empty)]).unwrap_err();
     assert!(error.to_string().contains("\"left\""), "{error}");
     let mut flat = walls[0].clone();
     flat.lower_right = flat.lower_left;
     let error = unfold(&[(&flat, &picture)]).unwrap_err();
-    assert!(matches!(error, NetError::Wall(_)), "{error}");
-    let far = wall("far", [0.; 3], [1e6, 0., 0.], [0., 1e6, 0.]);
+    assert!(matches!(error, ShowError::Wall(_)), "{error}");
+    let far = wall("far", [[0.; 3], [1e6, 0., 0.], [0., 1e6, 0.]]);
     let error = unfold(&[(&walls[0], &picture), (&far, &picture)]).unwrap_err();
-    assert!(matches!(error, NetError::Picture(_)), "{error}");
+    assert!(matches!(error, ShowError::Picture(_)), "{error}");
 }

@@ -1,5 +1,6 @@
+use super::super::walls::{cube, painted};
 use super::*;
-use crate::cave::{BuiltInCave, Cave, Wall};
+use crate::cave::{BuiltInCave, Cave};
 use std::f64::consts::FRAC_PI_2;
 
 /// Pixels along each side of a wall.
@@ -8,26 +9,6 @@ const PIXELS: u32 = 256;
 const EYE: DVec3 = DVec3::new(0.1, -0.15, 0.2);
 /// The least distance from the eye to a wall of the cube from −1 to 1.
 const LEAST_DISTANCE: f64 = 0.8;
-
-/// Front, right and floor of the cube from −1 to 1.
-fn three_walls() -> [Wall; 3] {
-    let wall = |name: &str, lower_left: [f64; 3], lower_right: [f64; 3], upper_left: [f64; 3]| {
-        let [lower_left, lower_right, upper_left] =
-            [lower_left, lower_right, upper_left].map(DVec3::from_array);
-        Wall {
-            name: name.to_owned(),
-            lower_left,
-            lower_right,
-            upper_left,
-            pixels: [PIXELS; 2],
-        }
-    };
-    [
-        wall("front", [-1., -1., -1.], [1., -1., -1.], [-1., 1., -1.]),
-        wall("right", [1., -1., -1.], [1., -1., 1.], [1., 1., -1.]),
-        wall("floor", [-1., -1., 1.], [1., -1., 1.], [-1., -1., -1.]),
-    ]
-}
 
 /// A smooth colour for each direction, of slope at most 1.5 per radian.
 fn colour(direction: DVec3) -> [f64; 3] {
@@ -39,27 +20,18 @@ fn colour(direction: DVec3) -> [f64; 3] {
     axes.map(|axis| 0.5 + 0.5 * (3.0 * direction.normalize().dot(axis)).sin())
 }
 
-fn paint(wall: &Wall) -> Picture {
-    let mut picture = Picture::new(PIXELS, PIXELS).unwrap();
-    let count = f64::from(PIXELS);
-    for (x, y) in (0..PIXELS).flat_map(|y| (0..PIXELS).map(move |x| (x, y))) {
-        let along = (f64::from(x) + 0.5) / count;
-        let up = 1.0 - (f64::from(y) + 0.5) / count;
-        let point = wall.lower_left
-            + along * (wall.lower_right - wall.lower_left)
-            + up * (wall.upper_left - wall.lower_left);
-        let [red, green, blue] = colour(point - EYE).map(|channel| channel as f32);
-        picture.set_pixel(x, y, [red, green, blue, 1.0]);
-    }
-    picture
-}
-
 /// Renders the three walls and compares each pixel with the function that they were painted
 /// with. Returns how many pixels were interpolated, fell within half a pixel of a wall's
 /// edge, and missed the walls.
 fn compare(forward: DVec3, field_of_view: f64) -> [usize; 3] {
-    let walls = three_walls();
-    let pictures = walls.each_ref().map(paint);
+    let walls = cube(["front", "right", "floor"]);
+    let paint = |point: DVec3| {
+        let [red, green, blue] = colour(point - EYE).map(|channel| channel as f32);
+        [red, green, blue, 1.0]
+    };
+    let pictures = walls
+        .each_ref()
+        .map(|wall| painted(wall, [PIXELS; 2], paint));
     let pairs: Vec<_> = walls.iter().zip(&pictures).collect();
     let camera = ViewerCamera::new(EYE, forward, DVec3::Y, field_of_view, [301, 203]).unwrap();
     let view = render(&camera, &pairs).unwrap();
@@ -117,7 +89,7 @@ fn the_view_is_what_the_walls_were_painted_with() {
 
 #[test]
 fn the_nearest_wall_hides_the_others() {
-    let [front, ..] = three_walls();
+    let [front] = cube(["front"]);
     let mut near = front.clone();
     near.lower_left *= 0.5;
     near.lower_right *= 0.5;
