@@ -33,7 +33,6 @@ pub mod tracker;
 use clap::Parser;
 use output::failure::{Failure, misuse};
 use program::{Examples, Program, Schemas, schema};
-use std::iter;
 use std::process::ExitCode;
 
 /// Renders what a viewer sees on the walls of a CAVE.
@@ -81,11 +80,15 @@ struct Elsewhere {
 impl Elsewhere {
     /// Fails with the command line of the program that has this command.
     fn run(&self, program: &str) -> Result<(), Failure> {
-        let words = self.words.iter().map(String::as_str);
-        let line: Vec<_> = iter::once(program).chain(words).collect();
+        let words: String = self.words.iter().map(|word| format!(" {word}")).collect();
         Err(misuse!(
-            "another program has this command: {}",
-            line.join(" ")
+            "another program has this command: {program}{words}"
+        ))
+    }
+
+    fn run_evidence(&self, command: &str) -> Result<(), Failure> {
+        self.run(&format!(
+            "cargo run --release -p shisen-evidence -- {command}"
         ))
     }
 }
@@ -129,13 +132,9 @@ impl Program for Shisen {
             Self::Dome(dome) => dome::run(dome),
             Self::Tracker(command) => tracker::run(command),
             Self::Completions(arguments) => completions::run(arguments),
-            Self::Bench(words) => words.run("cargo run --release -p shisen-evidence -- bench"),
-            Self::Selftest(words) => {
-                words.run("cargo run --release -p shisen-evidence -- selftest")
-            }
-            Self::Tradeoff(words) => {
-                words.run("cargo run --release -p shisen-evidence -- tradeoff")
-            }
+            Self::Bench(words) => words.run_evidence("bench"),
+            Self::Selftest(words) => words.run_evidence("selftest"),
+            Self::Tradeoff(words) => words.run_evidence("tradeoff"),
             Self::Firmware(Firmware::Run(words)) => words.run("tests/firmware/run"),
         }
     }
@@ -152,6 +151,7 @@ mod tests {
     use clap::{Arg, Command, CommandFactory as _};
     use program::{Request, read, sections};
     use serde_json::Value;
+    use std::iter;
 
     /// The names of all commands but those of other programs, with their arguments.
     fn commands(command: &Command, names: &str) -> Vec<(String, Vec<Arg>)> {

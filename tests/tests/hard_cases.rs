@@ -2,7 +2,7 @@
 
 use serde_json::json;
 use shisen_core::Simd;
-use shisen_evidence::selftest::{Effort, Outcome, run};
+use shisen_evidence::selftest::{Effort, run};
 use shisen_tests::command::{folder, refused, run as run_command};
 use shisen_tests::sizes::cases;
 
@@ -12,21 +12,18 @@ fn every_case_is_within_its_bound() {
         0 => Effort::Quick,
         _ => Effort::Full,
     };
-    let outcomes = run(effort, "", || ());
-    assert!(outcomes.len() >= 40, "{}", outcomes.len());
+    let rows = run(effort, "", || ());
+    assert!(rows.len() >= 40, "{}", rows.len());
     let mut broken = 0;
-    for Outcome { case, errors } in &outcomes {
-        let (ours, naive) = (errors.ours, errors.naive);
+    for row in &rows {
+        let (case, ours, naive) = (row.case, row.error, row.naive_error);
         println!("{}: {ours:.3e}, naive {naive:.3e}", case.name);
         broken += usize::from(naive > case.bound);
         assert!(ours <= case.bound, "{}: {ours:e}", case.name);
     }
     // They are hard: on most of them the naive way is beyond the bound.
-    assert!(
-        broken * 4 >= outcomes.len() * 3,
-        "{broken} of {}",
-        outcomes.len()
-    );
+    let count = rows.len();
+    assert!(broken * 4 >= count * 3, "{broken} of {count}");
 }
 
 #[test]

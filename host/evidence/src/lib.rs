@@ -6,7 +6,6 @@
 //! cargo run --release -p shisen-evidence -- tradeoff --quick --out report
 //! ```
 
-mod charts;
 #[doc(hidden)]
 pub mod cli;
 pub mod measure;

@@ -31,7 +31,7 @@ impl<T> Timed<T> {
     }
 }
 
-/// Runs all ways in turns, so many rounds; `run` gives seconds and a result.
+/// Runs all ways in turns for a number of rounds; `run` returns seconds and a result.
 ///
 /// # Errors
 /// The first error of a run.
@@ -43,7 +43,7 @@ pub fn in_turns<W, T, E>(
     in_turns_while(ways, |round| round < rounds, run)
 }
 
-/// The same in rounds counted from 0 as long as `goes_on` says so.
+/// Runs all ways in turns, round after round from 0, as long as `goes_on` returns true.
 ///
 /// # Errors
 /// The first error of a run.

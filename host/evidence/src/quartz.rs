@@ -40,7 +40,7 @@ impl Quartz {
         })
     }
 
-    /// Renders the frame with so many rays a pixel.
+    /// Renders the frame; `samples` is in rays a pixel.
     ///
     /// # Errors
     /// Threads or memory that cannot be had, as below.

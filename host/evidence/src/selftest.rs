@@ -112,43 +112,7 @@ pub struct Errors {
     pub naive: f64,
 }
 
-/// The outcome of a case.
-#[derive(Debug)]
-pub struct Outcome {
-    /// The case.
-    pub case: &'static Case,
-    /// The measured errors.
-    pub errors: Errors,
-}
-
-impl Outcome {
-    /// Whether the error is within its bound.
-    pub fn passed(&self) -> bool {
-        self.errors.ours <= self.case.bound
-    }
-
-    /// Whether the naive way is within the bound, too. Such a control shows that nothing is
-    /// lost on easy inputs, or the price of a guarantee elsewhere.
-    pub fn is_control(&self) -> bool {
-        self.errors.naive <= self.case.bound
-    }
-
-    /// Returns the row of reports.
-    pub fn row(&self) -> Row {
-        let Self { case, errors } = self;
-        let has = |(_, cases): &&(&str, &[Case])| cases.iter().any(|one| one.name == case.name);
-        Row {
-            group: GROUPS.iter().find(has).map_or("", |(group, _)| group),
-            case,
-            passed: self.passed(),
-            error: errors.ours,
-            naive_error: errors.naive,
-            control: self.is_control(),
-        }
-    }
-}
-
-/// An outcome for people and programs.
+/// What a case measured, for people and programs.
 #[derive(Debug, Serialize)]
 pub struct Row {
     /// The name of one of [`GROUPS`].
@@ -162,8 +126,22 @@ pub struct Row {
     pub error: f64,
     /// As [`Errors::naive`]; null in JSON where infinite.
     pub naive_error: f64,
-    /// As [`Outcome::is_control`].
+    /// Whether the naive way is within the bound, too. Such a control shows that nothing is
+    /// lost on easy inputs, or the price of a guarantee elsewhere.
     pub control: bool,
+}
+
+impl Row {
+    pub(crate) fn new(group: &'static str, case: &'static Case, errors: Errors) -> Self {
+        Self {
+            group,
+            case,
+            passed: errors.ours <= case.bound,
+            error: errors.ours,
+            naive_error: errors.naive,
+            control: errors.naive <= case.bound,
+        }
+    }
 }
 
 /// The group of whole frames, on every path through the tracer.
@@ -186,22 +164,23 @@ pub const GROUPS: [(&str, &[Case]); 13] = [
     ("numbers", numbers::CASES),
 ];
 
-/// Runs the cases whose name has `part` in it, on all threads, and returns their outcomes in
+/// Runs the cases whose name has `part` in it, on all threads, and returns their rows in
 /// order; calls `done` at the end of each.
-pub fn run(effort: Effort, part: &str, done: impl Fn() + Sync) -> Vec<Outcome> {
-    let cases: Vec<&'static Case> = selected(part).collect();
-    let run = |&case: &&'static Case| {
+pub fn run(effort: Effort, part: &str, done: impl Fn() + Sync) -> Vec<Row> {
+    let cases: Vec<_> = selected(part).collect();
+    let run = |&(group, case): &(&'static str, &'static Case)| {
         let errors = (case.measure)(effort);
         done();
-        Outcome { case, errors }
+        Row::new(group, case, errors)
     };
     cases.par_iter().map(run).collect()
 }
 
-/// Returns the cases whose name has `part` in it.
-pub fn selected(part: &str) -> impl Iterator<Item = &'static Case> {
-    let all = GROUPS.into_iter().flat_map(|(_, cases)| cases);
-    all.filter(move |case| case.name.contains(part))
+/// Returns the cases whose name has `part` in it, each with its group.
+pub fn selected(part: &str) -> impl Iterator<Item = (&'static str, &'static Case)> {
+    let all = GROUPS.into_iter();
+    let all = all.flat_map(|(group, cases)| cases.iter().map(move |case| (group, case)));
+    all.filter(move |(_, case)| case.name.contains(part))
 }
 
 /// The largest errors so far; what is not a number counts as infinite.
@@ -237,7 +216,8 @@ fn largest<R>(
     worst.0
 }
 
-/// The same for wrong verdicts: the case is broken with fewer than `least` inputs.
+/// Draws inputs from a seed, `count` times, and counts wrong verdicts. The case is broken with
+/// fewer than `least` inputs.
 fn wrong<R>(
     seed: u64,
     count: usize,
@@ -304,7 +284,7 @@ mod tests {
 
     #[test]
     fn names_are_words_and_each_is_there_once() {
-        let all: Vec<_> = selected("").map(|case| case.name).collect();
+        let all: Vec<_> = selected("").map(|(_, case)| case.name).collect();
         assert!(all.len() >= 40, "{}", all.len());
         assert_eq!(all.iter().collect::<HashSet<_>>().len(), all.len());
         for name in all {
@@ -337,13 +317,9 @@ mod tests {
 
     #[test]
     fn a_case_fails_beyond_its_bound_and_without_a_number() {
-        let outcome = |ours| Outcome {
-            case: &spheroids::CASES[0],
-            errors: Errors { ours, naive: 0.0 },
-        };
-        let bound = spheroids::CASES[0].bound;
-        assert!(outcome(bound).passed());
-        assert!(!outcome(bound * 1.01).passed());
-        assert!(!outcome(f64::INFINITY).passed() && !outcome(f64::NAN).passed());
+        let case = &spheroids::CASES[0];
+        let passes = |ours| Row::new("", case, Errors { ours, naive: 0.0 }).passed;
+        assert!(passes(case.bound) && !passes(case.bound * 1.01));
+        assert!(!passes(f64::INFINITY) && !passes(f64::NAN));
     }
 }

@@ -33,7 +33,7 @@ impl<'e, E> Table<'e, E> {
         self.text(name, |entry| cell(entry).to_string())
     }
 
-    /// Adds a field of numbers with so many digits after the point; `-` for no number.
+    /// Adds a field of numbers, rounded to `digits` after the point; `-` for no number.
     pub fn number(
         self,
         name: impl Into<String>,

@@ -1,6 +1,6 @@
 //! What accuracy costs: every setting that trades error for time, with both.
 //!
-//! A report has a section for each [`Topic`]; a section has comparisons, whose points are
+//! A report has a section for each topic; a section has comparisons, whose points are
 //! measured on the same work. A point is on its comparison's Pareto front where no other one
 //! is as good in one of error and cost and better in the other. Times are medians of at least
 //! three, taken in turns; steps are exact.
@@ -36,52 +36,32 @@ use std::error::Error;
 use std::time::Instant;
 use thiserror::Error;
 
+/// Measures a section of the report.
+type Measuring = fn(&Bench<'_>) -> Result<Section, Cause>;
+
 /// A subject of the report.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Topic {
-    /// Detail that follows the gaze.
-    Gaze,
-    /// Dome masters through a mirror.
-    Capture,
-    /// Wavelengths.
-    Spectrum,
-    /// Steps that a frame may take.
-    Budget,
-    /// Single precision.
-    Precision,
-    /// Effects that scenes ask for.
-    Effects,
-    /// Prediction of the gaze.
-    Latency,
-    /// The hard cases of [`crate::selftest`].
-    Cases,
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Topic {
+    /// The topic's name in files and on the command line.
+    pub(crate) id: &'static str,
+    measure: Measuring,
 }
 
 impl Topic {
     /// All topics, in the order of the report.
-    pub const ALL: [Self; 8] = [
-        Self::Gaze,
-        Self::Capture,
-        Self::Spectrum,
-        Self::Budget,
-        Self::Precision,
-        Self::Effects,
-        Self::Latency,
-        Self::Cases,
+    pub(crate) const ALL: [Self; 8] = [
+        Self::new("gaze", gaze::section),
+        Self::new("capture", capture::section),
+        Self::new("spectrum", spectrum::section),
+        Self::new("budget", budget::section),
+        Self::new("precision", precision::section),
+        Self::new("effects", effects::section),
+        Self::new("latency", latency::section),
+        Self::new("cases", cases::section),
     ];
 
-    /// The topic's name in files and on the command line.
-    pub const fn id(self) -> &'static str {
-        match self {
-            Self::Gaze => "gaze",
-            Self::Capture => "capture",
-            Self::Spectrum => "spectrum",
-            Self::Budget => "budget",
-            Self::Precision => "precision",
-            Self::Effects => "effects",
-            Self::Latency => "latency",
-            Self::Cases => "cases",
-        }
+    const fn new(id: &'static str, measure: Measuring) -> Self {
+        Self { id, measure }
     }
 
     /// Measures the topic.
@@ -90,20 +70,8 @@ impl Topic {
     /// What keeps a frame from being rendered: memory, threads, a mesh that
     /// cannot be scaled or has no such polygon levels.
     pub(crate) fn measure(self, bench: &Bench<'_>) -> Result<Section, TradeoffError> {
-        let section = match self {
-            Self::Gaze => gaze::section(bench),
-            Self::Capture => capture::section(bench),
-            Self::Spectrum => spectrum::section(bench),
-            Self::Budget => budget::section(bench),
-            Self::Precision => precision::section(bench),
-            Self::Effects => effects::section(bench),
-            Self::Latency => latency::section(bench),
-            Self::Cases => Ok(cases::section(bench)),
-        };
-        section.map_err(|source| TradeoffError {
-            section: self.id(),
-            source,
-        })
+        let section = self.id;
+        (self.measure)(bench).map_err(|source| TradeoffError { section, source })
     }
 }
 
@@ -235,9 +203,9 @@ pub(crate) struct Section {
     pub(crate) choice: String,
     /// The most important one first.
     pub(crate) comparisons: Vec<Comparison>,
-    /// Errors without a price, in [`Topic::Cases`] alone.
+    /// Errors without a price, in the section cases alone.
     pub(crate) hard_cases: Vec<Row>,
-    /// The tiles of a frame, in [`Topic::Budget`] alone.
+    /// The tiles of a frame, in the section budget alone.
     pub(crate) tiles: Vec<TilePrice>,
     #[serde(skip)]
     pub(crate) pictures: Vec<Figure>,
@@ -245,14 +213,14 @@ pub(crate) struct Section {
 
 impl Section {
     fn new(
-        topic: Topic,
+        id: &'static str,
         title: &'static str,
         about: impl Into<String>,
         comparisons: Vec<Comparison>,
     ) -> Self {
         let choice = comparisons.first().map(|first| first.choice.clone());
         Self {
-            id: topic.id(),
+            id,
             title,
             about: about.into(),
             choice: choice.unwrap_or_default(),
@@ -383,7 +351,7 @@ impl Point {
         }
     }
 
-    /// The same setting with its measurements.
+    /// Adds the measurements of the setting.
     fn measured<T>(self, errors: Vec<Option<f64>>, time: &Timed<T>, steps: Option<u64>) -> Self {
         Self {
             errors,

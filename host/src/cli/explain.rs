@@ -14,7 +14,7 @@ use crate::cli::prelude::*;
 use crate::live::quantiles::{median, quartiles};
 use crate::render::effects::{Effects, compiled_for};
 use crate::render::spectrum::Dispersion;
-use crate::render::{self, Account, Observer, Options};
+use crate::render::{self, Observer, Options};
 use crate::scene::builtin::PaperScene;
 use crate::scene::file::material_names;
 use crate::with_scene;
@@ -87,7 +87,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let all = EffectSet::NAMED.iter();
         all.filter_map(move |&(effect, _)| set.contains(effect).then_some(effect))
     };
-    let account = frames.account()?;
+    let account = with_scene!(&baked, |scene| render::account(
+        &scene, &cave, &observers, &options
+    ))?;
     let effects: Vec<EffectSet> = named(carried_out).collect();
     let (seconds, times) = frames.times(&effects, arguments.repeat)?;
     let met = Met::new(&records, &names(name));
@@ -169,13 +171,6 @@ struct Frames<'r> {
 }
 
 impl Frames<'_> {
-    fn account(&self) -> Result<Account, Failure> {
-        let (cave, observers, options) = (self.cave, self.observers, self.options);
-        Ok(with_scene!(self.baked, |scene| render::account(
-            &scene, cave, observers, options
-        ))?)
-    }
-
     fn seconds(&self, effects: Effects) -> Result<f64, Failure> {
         let (cave, observers) = (self.cave, self.observers);
         let options = Options {

@@ -284,14 +284,14 @@ impl Prepared {
         lock: &mut dyn SwapLock,
     ) -> Result<Played, Failure> {
         let share = lock.share();
-        let leads = Leads {
-            tracker,
-            settings,
-            lock,
+        let lead = |session: &mut dyn Session| session.lead(tracker, settings, lock);
+        let (report, interference) = self.engage(share, audience, lead)?;
+        let last = report.last.filter(|_| share.ranks() > 1);
+        let repeat = |last: Order| {
+            let repeat = |session: &mut dyn Session| session.repeat(&last);
+            self.engage(Share::ALL, audience, repeat)
         };
-        let (report, interference) = self.engage(share, audience, leads)?;
-        let repeats = report.last.filter(|_| share.ranks() > 1).map(Repeats);
-        let alone = repeats.map(|repeats| self.engage(Share::ALL, audience, repeats));
+        let alone = last.map(repeat);
         Ok(Played {
             report,
             interference,
@@ -305,26 +305,28 @@ impl Prepared {
         audience: &mut dyn Audience,
         lock: &mut dyn SwapLock,
     ) -> Result<(), Failure> {
-        self.engage(lock.share(), audience, Obeys { lock })
+        let share = lock.share();
+        let obey = |session: &mut dyn Session| session.obey(lock);
+        self.engage(share, audience, obey)
     }
 
-    fn engage<P: Part>(
+    fn engage<T>(
         &self,
         share: Share,
         audience: &mut dyn Audience,
-        part: P,
-    ) -> Result<P::Output, Failure> {
+        part: impl FnOnce(&mut dyn Session) -> Result<T, SessionError>,
+    ) -> Result<T, Failure> {
         with_scene!(&self.baked, |scene| self
             .trace(scene, share, audience, part))
     }
 
-    fn trace<P: Part, const W: usize>(
+    fn trace<T, const W: usize>(
         &self,
         scene: Scene<'_, W>,
         share: Share,
         audience: &mut dyn Audience,
-        part: P,
-    ) -> Result<P::Output, Failure>
+        part: impl FnOnce(&mut dyn Session) -> Result<T, SessionError>,
+    ) -> Result<T, Failure>
     where
         Simd: Runs<W>,
     {
@@ -339,7 +341,7 @@ impl Prepared {
         if ranks > pictures {
             return Err(Failure::from_error(SwapError::TooMany { ranks, pictures }));
         }
-        let mut display = Show {
+        let show = Show {
             arguments,
             cave,
             start: pose,
@@ -347,87 +349,55 @@ impl Prepared {
         };
         let (scene, capture) = ((scene, spectrum), arguments.capture);
         let played = with_engine(scene, cave, &eyes, options, capture, share, |engine| {
-            part.play(engine, &mut display)
+            part(&mut (engine, show))
         })?;
         Ok(played?)
     }
 }
 
-/// What to do with an engine.
-trait Part {
-    type Output;
+/// An engine of either layout, and where its frames go.
+trait Session {
+    /// Follows a tracker, and tells other machines what to render.
+    fn lead(
+        &mut self,
+        tracker: &LiveTracker,
+        settings: &SessionSettings,
+        lock: &mut dyn SwapLock,
+    ) -> Result<(SessionReport, Interference), SessionError>;
 
-    fn play<const W: usize>(
-        self,
-        engine: &mut Engine<'_, '_, W>,
-        display: &mut dyn Display<W>,
-    ) -> Result<Self::Output, SessionError>
-    where
-        Simd: Runs<W>;
+    /// Renders what another machine orders.
+    fn obey(&mut self, lock: &mut dyn SwapLock) -> Result<(), SessionError>;
+
+    /// Renders alone the whole frame that all machines rendered; returns its hash.
+    fn repeat(&mut self, last: &Order) -> Result<u64, SessionError>;
 }
 
-/// Follows a tracker, and tells other machines what to render.
-struct Leads<'s> {
-    tracker: &'s LiveTracker,
-    settings: &'s SessionSettings,
-    lock: &'s mut dyn SwapLock,
-}
-
-impl Part for Leads<'_> {
-    type Output = (SessionReport, Interference);
-
-    fn play<const W: usize>(
-        self,
-        engine: &mut Engine<'_, '_, W>,
-        display: &mut dyn Display<W>,
-    ) -> Result<Self::Output, SessionError>
-    where
-        Simd: Runs<W>,
-    {
+impl<const W: usize> Session for (&mut Engine<'_, '_, W>, Show<'_>)
+where
+    Simd: Runs<W>,
+{
+    fn lead(
+        &mut self,
+        tracker: &LiveTracker,
+        settings: &SessionSettings,
+        lock: &mut dyn SwapLock,
+    ) -> Result<(SessionReport, Interference), SessionError> {
+        let (engine, show) = self;
         // Read while the engine's threads exist: the system counts by thread.
         let before = Interference::so_far();
-        let report = crate::live::run(engine, self.tracker, self.settings, display, self.lock)?;
+        let report = crate::live::run(engine, tracker, settings, show, lock)?;
         Ok((report, Interference::so_far().since(&before)))
     }
-}
 
-/// Renders what another machine orders.
-struct Obeys<'s> {
-    lock: &'s mut dyn SwapLock,
-}
-
-impl Part for Obeys<'_> {
-    type Output = ();
-
-    fn play<const W: usize>(
-        self,
-        engine: &mut Engine<'_, '_, W>,
-        display: &mut dyn Display<W>,
-    ) -> Result<(), SessionError>
-    where
-        Simd: Runs<W>,
-    {
-        crate::live::follow(engine, display, self.lock)
+    fn obey(&mut self, lock: &mut dyn SwapLock) -> Result<(), SessionError> {
+        crate::live::follow(self.0, &mut self.1, lock)
     }
-}
 
-/// Renders alone the whole frame that all machines rendered; returns its hash.
-struct Repeats(Order);
-
-impl Part for Repeats {
-    type Output = u64;
-
-    fn play<const W: usize>(
-        self,
-        engine: &mut Engine<'_, '_, W>,
-        display: &mut dyn Display<W>,
-    ) -> Result<u64, SessionError>
-    where
-        Simd: Runs<W>,
-    {
+    fn repeat(&mut self, last: &Order) -> Result<u64, SessionError> {
+        let (engine, show) = self;
         let mut eyes = Vec::new();
-        display.observe(&self.0.look, &mut eyes);
-        let quality = Quality::LADDER.get(self.0.rung).unwrap_or(&Quality::FULL);
+        Display::<W>::observe(show, &last.look, &mut eyes);
+        let quality = Quality::LADDER.get(last.rung).unwrap_or(&Quality::FULL);
         engine.render(&eyes, quality, None)?;
         Ok(frame_hash(engine.hashes()?))
     }

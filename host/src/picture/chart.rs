@@ -112,6 +112,23 @@ pub struct Line {
     pub dots: bool,
 }
 
+impl Line {
+    /// A line that is not there for comparison only, through points from left to right.
+    pub fn new(
+        name: impl Into<String>,
+        colour: usize,
+        points: impl IntoIterator<Item = (f64, Option<f64>)>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            points: points.into_iter().collect(),
+            colour,
+            faint: false,
+            dots: false,
+        }
+    }
+}
+
 /// Largest number of an axis.
 const LARGEST: f64 = 1.0e300;
 

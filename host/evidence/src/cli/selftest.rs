@@ -1,6 +1,6 @@
 //! `shisen-evidence selftest`: the hard cases, and how the naive way does at them.
 
-use crate::selftest::{self, Effort, FRAMES, Outcome, Row};
+use crate::selftest::{self, Effort, FRAMES, Row};
 use crate::table::Table;
 use clap::Args;
 use serde::Serialize;
@@ -70,12 +70,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let progress = Progress::new(arguments.quiet);
     let done = AtomicUsize::new(0);
-    let outcomes = selftest::run(effort, part, || {
+    let cases = selftest::run(effort, part, || {
         progress.show(done.fetch_add(1, Ordering::Relaxed) + 1, total);
     });
     progress.finish();
-    let failed = outcomes.iter().filter(|outcome| !outcome.passed()).count();
-    let cases: Vec<Row> = outcomes.iter().map(Outcome::row).collect();
+    let failed = cases.iter().filter(|row| !row.passed).count();
     let simd = Simd::detect().name();
     let paths_compared = paths_compared(&cases, simd);
     if paths_compared == [PORTABLE] {
@@ -98,7 +97,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 const PORTABLE: &str = Simd::PORTABLE.name();
 
-/// Said where one path is compared with itself.
+/// The note for a machine on which one path is compared with itself.
 const NO_AVX2: &str = "note: no AVX2 here: frames are compared on portable code alone, by modes, \
                        trees and numbers of threads; a processor with AVX2 compares both";
 
@@ -157,18 +156,15 @@ fn number(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::selftest::Errors;
 
     #[test]
     fn without_avx2_one_path_is_compared_with_itself() {
         let rows = |part| {
-            let all = selftest::selected(part).map(|case| {
-                let errors = selftest::Errors {
-                    ours: 0.0,
-                    naive: 0.0,
-                };
-                Outcome { case, errors }.row()
-            });
-            all.collect::<Vec<_>>()
+            let (ours, naive) = (0.0, 0.0);
+            selftest::selected(part)
+                .map(|(group, case)| Row::new(group, case, Errors { ours, naive }))
+                .collect::<Vec<_>>()
         };
         assert_eq!(paths_compared(&rows("frame-on"), PORTABLE), ["portable"]);
         assert_eq!(paths_compared(&rows(""), "avx2"), ["portable", "avx2"]);

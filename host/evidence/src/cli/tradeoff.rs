@@ -69,9 +69,9 @@ pub(super) struct Arguments {
 
 /// Parses `--only`.
 fn topic() -> impl TypedValueParser<Value = Topic> {
-    PossibleValuesParser::new(Topic::ALL.map(Topic::id)).try_map(|id| {
+    PossibleValuesParser::new(Topic::ALL.map(|topic| topic.id)).try_map(|id| {
         let mut all = Topic::ALL.into_iter();
-        all.find(|topic| topic.id() == id).ok_or("no such section")
+        all.find(|topic| topic.id == id).ok_or("no such section")
     })
 }
 
@@ -94,7 +94,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     make_writable(&arguments.out)?;
     let available = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
     let threads = arguments.threads.map_or_else(available, NonZeroUsize::get);
-    let is_asked = |topic: &Topic| arguments.only.is_empty() || arguments.only.contains(topic);
+    let only = &arguments.only;
+    let is_asked = |topic: &Topic| only.is_empty() || only.iter().any(|asked| asked.id == topic.id);
     let topics: Vec<Topic> = Topic::ALL.into_iter().filter(is_asked).collect();
     let start = Instant::now();
     let effort = if arguments.quick {

@@ -1,7 +1,7 @@
 //! Lines of sight off a mirrored spheroid, and the dome masters they make.
 
 use super::input::Inputs;
-use super::{Case, Effort, Errors, Family, Worst, largest, worse};
+use super::{Case, Effort, Errors, Family, Worst, largest};
 use crate::textbook::{angle, traced, traced_mirror};
 use glam::{DVec2, Mat3, Vec3};
 use shisen::dome::Mirror;
@@ -29,13 +29,17 @@ pub(super) const CASES: &[Case] = &[
         "capture-at-the-rim",
         "the last 10⁻⁷ to 10⁻² before the rim, where rays are level",
         BOUND,
-        rim,
+        |effort| {
+            drawn(600, effort, named, |inputs| {
+                1.0 - inputs.magnitude(-7.0, -2.0)
+            })
+        },
     ),
     RAYS.case(
         "capture-at-the-centre",
         "the innermost 10⁻²⁰ to 10⁻², where rays come straight back",
         5.0e-5,
-        centre,
+        |effort| drawn(601, effort, named, |inputs| inputs.magnitude(-20.0, -2.0)),
     ),
     Case {
         name: "capture-next-to-parallel",
@@ -50,13 +54,13 @@ pub(super) const CASES: &[Case] = &[
         "capture-from-far",
         "viewpoints 10² to 10⁷ radii away, where a pixel is less than an f32 there",
         BOUND,
-        from_far,
+        |effort| drawn(602, effort, far, Inputs::unit),
     ),
     RAYS.case(
         "capture-from-next-to-the-pole",
         "viewpoints 10⁻⁶ to 10⁻¹ of the polar radius above the pole",
         BOUND,
-        from_near,
+        |effort| drawn(603, effort, near, Inputs::unit),
     ),
     Case {
         name: "capture-by-a-mirror-of-a-millionth",
@@ -140,30 +144,14 @@ fn drawn(
     })
 }
 
-fn rim(effort: Effort) -> Errors {
-    drawn(600, effort, named, |inputs| {
-        1.0 - inputs.magnitude(-7.0, -2.0)
-    })
+fn far(inputs: &mut Inputs) -> Option<(SpheroidMirror, Mirror)> {
+    let a = inputs.range(0.8, 5.0) as f32;
+    perspective(a, a * inputs.magnitude(2.0, 7.0) as f32)
 }
 
-fn centre(effort: Effort) -> Errors {
-    drawn(601, effort, named, |inputs| inputs.magnitude(-20.0, -2.0))
-}
-
-fn from_far(effort: Effort) -> Errors {
-    let mirror = |inputs: &mut Inputs| {
-        let a = inputs.range(0.8, 5.0) as f32;
-        perspective(a, a * inputs.magnitude(2.0, 7.0) as f32)
-    };
-    drawn(602, effort, mirror, Inputs::unit)
-}
-
-fn from_near(effort: Effort) -> Errors {
-    let mirror = |inputs: &mut Inputs| {
-        let a = inputs.range(0.8, 5.0) as f32;
-        perspective(a, a * (1.0 + inputs.magnitude(-6.0, -1.0) as f32))
-    };
-    drawn(603, effort, mirror, Inputs::unit)
+fn near(inputs: &mut Inputs) -> Option<(SpheroidMirror, Mirror)> {
+    let a = inputs.range(0.8, 5.0) as f32;
+    perspective(a, a * (1.0 + inputs.magnitude(-6.0, -1.0) as f32))
 }
 
 fn next_to_parallel(effort: Effort) -> Errors {
@@ -192,26 +180,18 @@ fn next_to_parallel(effort: Effort) -> Errors {
             worst.ours(ours.map_or(f64::NAN, |found| error(found.direction)));
             let c1 = a * beta1.cos();
             let screen = [u, v].map(|x| x * beta1.sin());
-            worst.naive(error(traced(
-                a,
-                Some(c1 + naive_d1),
-                c1,
-                screen,
-                Vec3::ZERO,
-            )));
+            let p = Some(c1 + naive_d1);
+            worst.naive(error(traced(a, p, c1, screen, Vec3::ZERO)));
         }
     })
 }
 
 fn small(effort: Effort) -> Errors {
     const SIZE: u32 = 4096;
-    let (mut inputs, mut worst) = (Inputs::new(605), Worst::NONE);
     let distance = 100.0;
     let radius = 1.0e-6 * distance as f32;
-    for _ in 0..effort.of(200) {
-        let Some((single, double)) = named(&mut inputs) else {
-            continue;
-        };
+    largest(605, effort.of(200), |inputs, worst| {
+        let (single, double) = named(inputs)?;
         let position = (inputs.direction() * distance).as_vec3();
         let camera = MirrorCamera {
             mirror: single,
@@ -227,12 +207,12 @@ fn small(effort: Effort) -> Errors {
         };
         let Ok(view) = View::dome(DomeProjection::Mirror(camera), pose, SIZE) else {
             worst.ours(f64::NAN);
-            continue;
+            return None;
         };
         let b1 = double.parameters().b1;
         for _ in 0..50 {
             let at = inputs.unit().sqrt() * 0.999;
-            let [u, v] = place(&mut inputs, at);
+            let [u, v] = place(inputs, at);
             // The pixel's own place.
             let pixel = [u, -v].map(|x| ((x + 1.0) * 0.5 * SIZE as f32 - 0.5).round());
             let [u, v] = pixel.map(|x| (f64::from(x) + 0.5) / f64::from(SIZE) * 2.0 - 1.0);
@@ -244,8 +224,8 @@ fn small(effort: Effort) -> Errors {
             let screen = [u, -v].map(|x| (x * b1) as f32);
             worst.naive(error(in_place(&single, screen, radius, position)));
         }
-    }
-    worst.0
+        Some(())
+    })
 }
 
 /// [`traced`], with everything in metres of the scene.
@@ -287,7 +267,7 @@ fn there_and_back(effort: Effort) -> Errors {
             let error = |back: f32| pixels(f64::from(back) - f64::from(r_d));
             worst.ours(back.map_or(f64::NAN, error));
             if let Some(theta) = theta {
-                worst.0.naive = worse(worst.0.naive, error(halved(&mirror, theta)));
+                worst.naive(error(halved(&mirror, theta)));
             }
         }
     })

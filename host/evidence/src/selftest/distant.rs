@@ -1,9 +1,9 @@
 //! Rays and closed meshes that are far away from the origin of the world.
 
-use super::input::{Inputs, single};
+use super::input::single;
 use super::meshes::{ellipsoid, positions};
 use super::triangles::LEAST;
-use super::{BROKEN, Case, Effort, Errors, Family, UNIT, Worst};
+use super::{BROKEN, Case, Effort, Errors, Family, UNIT, largest};
 use crate::textbook::moller_trumbore;
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec3};
 use shisen::bake::{Baked, lone_mesh};
@@ -173,20 +173,17 @@ fn compared(
     let middle = place.transform_point3((low + high) / 2.0);
     let size = (high - low).length();
     let unit = UNIT * middle.abs().max_element();
-    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
-    for _ in 0..effort.of(5_000) {
+    largest(seed, effort.of(5_000), |inputs, worst| {
         // Rounded, so that all ways have the same ray.
         let from = single(middle + inputs.direction() * 1.5 * size);
         let target = middle + inputs.in_ball() * 0.5 * size;
-        let Some(ray) = Ray::new(from, single((target - from.as_dvec3()).normalize())) else {
-            continue;
-        };
+        let ray = Ray::new(from, single((target - from.as_dvec3()).normalize()))?;
         let met = truth.met_by(&ray);
         let hit = tracer.nearest(&ray, &mut Budget::UNLIMITED.clone(), &mut workspace);
         worst.ours(met.error(hit.map(|hit| hit.on.t)) / unit);
         worst.naive(met.error(naive(&ray)) / unit);
-    }
-    worst.0
+        Some(())
+    })
 }
 
 /// A closed mesh in f64.

@@ -33,7 +33,7 @@ pub(super) const CASES: &[Case] = &[
         reference: ONE,
         naive: SUM,
         bound: 0.0,
-        measure: glass,
+        measure: |effort| every_way(&spheres(), effort),
     },
 ];
 
@@ -48,10 +48,6 @@ const THREADS: [usize; 6] = [1, 2, 3, 4, 7, 16];
 
 fn mirrors(effort: Effort) -> Errors {
     paper_scene(PaperScene::A, quadruped()).map_or(BROKEN, |scene| every_way(&scene, effort))
-}
-
-fn glass(effort: Effort) -> Errors {
-    every_way(&spheres(), effort)
 }
 
 fn every_way(scene: &Scene, effort: Effort) -> Errors {

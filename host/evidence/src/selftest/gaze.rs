@@ -1,7 +1,7 @@
 //! Levels of the gaze: equations 4 to 8 of Mochizuki and Makino.
 
 use super::input::{Inputs, single};
-use super::{BROKEN, Case, Effort, Errors, Family, Worst, largest, worse};
+use super::{BROKEN, Case, Effort, Errors, Family, Worst, largest};
 use crate::textbook::{printed, printed_level};
 use glam::{DMat3, DVec3, Vec3};
 use shisen::render::gaze_reference::{self, Limits};
@@ -129,15 +129,12 @@ fn compare(
     of_l: bool,
     mut draw: impl FnMut(&mut Inputs) -> Vec3,
 ) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
     let Some(both) = Both::front() else {
         return BROKEN;
     };
-    for _ in 0..effort.of(500_000) {
-        let direction = draw(&mut inputs);
-        let Some(exact) = both.double.sight(direction.as_dvec3()) else {
-            continue;
-        };
+    largest(seed, effort.of(500_000), |inputs, worst| {
+        let direction = draw(inputs);
+        let exact = both.double.sight(direction.as_dvec3())?;
         let found = both.single.sight(direction);
         let (naive_l, naive_level) = printed(direction);
         if of_l {
@@ -149,8 +146,8 @@ fn compare(
             worst.ours(level - exact.level);
             worst.naive(f64::from(naive_level) - exact.level);
         }
-    }
-    worst.0
+        Some(())
+    })
 }
 
 /// The ray whose angles are a and b: equations 4 and 5, read backwards, |a| up
@@ -257,13 +254,12 @@ fn continuity(effort: Effort) -> Errors {
         let ours = change(&|v| both.single.level(v).map_or(f64::NAN, f64::from));
         let naive = change(&|v| f64::from(printed(v).1));
         worst.ours(ours - exact);
-        worst.0.naive = worse(worst.0.naive, naive - exact);
+        worst.naive(naive - exact);
         // The reference might have a step, too.
         let most = most_change(start, next);
         bounded += usize::from(most < BOUND * 10.0);
-        for (found, worst) in [(ours, &mut worst.0.ours), (naive, &mut worst.0.naive)] {
-            *worst = worse(*worst, (found.abs() - most).max(0.0));
-        }
+        worst.ours((ours.abs() - most).max(0.0));
+        worst.naive((naive.abs() - most).max(0.0));
     }
     if neighbours < tries / 2 || bounded < tries / 3 {
         return BROKEN;

@@ -24,7 +24,7 @@ pub(super) const CASES: &[Case] = &[
         reference: CLOSED,
         naive: "Möller and Trumbore's test of the two triangles at the edge",
         bound: 0.0,
-        measure: shared_edges,
+        measure: |effort| lost_at(200, effort, edges),
     },
     Case {
         name: "mesh-shared-vertices",
@@ -33,7 +33,7 @@ pub(super) const CASES: &[Case] = &[
         reference: CLOSED,
         naive: "Möller and Trumbore's test of the triangles at the vertex",
         bound: 0.0,
-        measure: shared_vertices,
+        measure: |effort| lost_at(201, effort, vertices),
     },
     Case {
         name: "mesh-with-t-junctions",
@@ -177,14 +177,6 @@ fn lost_at(seed: u64, effort: Effort, targets: impl Fn(&TriangleMesh) -> Vec<Tar
         );
     }
     lost.of_at_least(tries / 2)
-}
-
-fn shared_edges(effort: Effort) -> Errors {
-    lost_at(200, effort, edges)
-}
-
-fn shared_vertices(effort: Effort) -> Errors {
-    lost_at(201, effort, vertices)
 }
 
 fn t_junctions(effort: Effort) -> Errors {

@@ -1,7 +1,7 @@
 //! The basic functions of the core.
 
-use super::input::{Inputs, single};
-use super::{Case, Effort, Errors, UNIT, Worst, largest, wrong};
+use super::input::single;
+use super::{Case, Effort, Errors, UNIT, largest, wrong};
 use glam::{DVec3, Vec3};
 use shisen_core::numeric::{
     LARGEST_ANGLE, basis_around, difference_of_products, normalize, quadratic_roots, sin_cos,
@@ -102,15 +102,14 @@ fn reduced(angle: f32) -> (f32, f32) {
 }
 
 fn sines(effort: Effort) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(902), Worst::NONE);
-    let largest = f64::from(LARGEST_ANGLE);
-    for _ in 0..effort.of(500_000) {
+    let most = f64::from(LARGEST_ANGLE);
+    largest(902, effort.of(500_000), |inputs, worst| {
         let angle = if inputs.sign() < 0.0 {
-            inputs.range(-largest, largest)
+            inputs.range(-most, most)
         } else {
             let quarter = std::f64::consts::FRAC_PI_2;
-            let near = (inputs.range(-largest, largest) / quarter).round() * quarter;
-            (near + inputs.sign() * inputs.magnitude(-8.0, -1.0)).clamp(-largest, largest)
+            let near = (inputs.range(-most, most) / quarter).round() * quarter;
+            (near + inputs.sign() * inputs.magnitude(-8.0, -1.0)).clamp(-most, most)
         };
         let angle = angle as f32;
         let (sin, cos) = f64::from(angle).sin_cos();
@@ -119,8 +118,7 @@ fn sines(effort: Effort) -> Errors {
         };
         worst.ours(error(sin_cos(angle)));
         worst.naive(error(reduced(angle)));
-    }
-    worst.0
+    })
 }
 
 fn roots(effort: Effort) -> Errors {

@@ -72,48 +72,33 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-/// A wall by three corners, as f32 has them.
+/// A wall by three corners, as f32 has them: lower left, lower right, upper left.
 #[derive(Clone, Copy)]
-struct Wall {
-    lower_left: Vec3,
-    lower_right: Vec3,
-    upper_left: Vec3,
-    size: [u32; 2],
-}
+struct Wall([Vec3; 3], [u32; 2]);
 
 impl Wall {
     fn view(&self, eye: Vec3) -> Option<View> {
-        let Self {
-            lower_left,
-            lower_right,
-            upper_left,
-            size,
-        } = *self;
-        FlatScreen::from_corners(lower_left, lower_right, upper_left, size)
-            .view_from(eye)
-            .ok()
+        let Self([left, right, above], size) = *self;
+        let screen = FlatScreen::from_corners(left, right, above, size);
+        screen.view_from(eye).ok()
     }
 
     /// The vector from the eye to a place of the wall; `x` and `y` are in pixels, (0, 0) is the
     /// middle of the first.
     fn exact(&self, eye: Vec3, x: f64, y: f64) -> DVec3 {
-        let [ll, lr, ul] = [self.lower_left, self.lower_right, self.upper_left].map(Vec3::as_dvec3);
-        let [u, v] = [
-            (x + 0.5) / f64::from(self.size[0]),
-            (y + 0.5) / f64::from(self.size[1]),
-        ];
+        let Self(corners, [columns, rows]) = self;
+        let [ll, lr, ul] = corners.map(Vec3::as_dvec3);
+        let (u, v) = (
+            (x + 0.5) / f64::from(*columns),
+            (y + 0.5) / f64::from(*rows),
+        );
         ul + (lr - ll) * u + (ll - ul) * v - eye.as_dvec3()
     }
 
     /// The ray by the inverse of a projection (Kooima, "Generalized Perspective
     /// Projection", 2009), near 0.1 m and far 100 m.
     fn by_matrix(&self, eye: Vec3, x: f32, y: f32) -> Vec3 {
-        let Self {
-            lower_left,
-            lower_right,
-            upper_left,
-            size,
-        } = *self;
+        let Self([lower_left, lower_right, upper_left], size) = *self;
         let right = (lower_right - lower_left).normalize();
         let up = (upper_left - lower_left).normalize();
         let normal = right.cross(up);
@@ -158,15 +143,15 @@ impl Wall {
 
     /// The farthest coordinate of its corners and the eye, metres.
     fn reach(&self, eye: Vec3) -> f64 {
-        let all = [self.lower_left, self.lower_right, self.upper_left, eye];
+        let all = self.0.into_iter().chain([eye]);
         let farthest = all.map(shisen_core::numeric::largest_magnitude);
-        f64::from(farthest.into_iter().fold(0.0, f32::max))
+        f64::from(farthest.fold(0.0, f32::max))
     }
 
     /// The longest side.
     fn length(&self) -> f64 {
-        let sides = [self.lower_right, self.upper_left].map(|c| (c - self.lower_left).length());
-        f64::from(sides[0].max(sides[1]))
+        let [left, right, above] = self.0;
+        f64::from((right - left).length().max((above - left).length()))
     }
 }
 
@@ -190,36 +175,29 @@ fn drawn(inputs: &mut Inputs, width: f64, height: f64, size: [u32; 2]) -> (Wall,
     let normal = inputs.direction();
     let right = inputs.across(normal);
     let up = normal.cross(right);
-    let wall = Wall {
-        lower_left: Vec3::ZERO,
-        lower_right: single(right * width),
-        upper_left: single(up * height),
-        size,
-    };
-    (wall, [right, up, normal])
+    let corners = [Vec3::ZERO, single(right * width), single(up * height)];
+    (Wall(corners, size), [right, up, normal])
+}
+
+/// A wall whose plane is that of two axes, so that it is known to a micrometre; its width and
+/// height.
+fn level(inputs: &mut Inputs) -> (Wall, f64, f64) {
+    let (width, height) = (inputs.range(1.0, 4.0), inputs.range(1.0, 4.0));
+    let corners = [Vec3::ZERO, Vec3::X * width as f32, Vec3::Y * height as f32];
+    (Wall(corners, [1024; 2]), width, height)
 }
 
 fn next_to_it(effort: Effort) -> Errors {
     largest(800, effort.of(50_000), |inputs, worst| {
-        // Level with an axis, so that the wall's plane is known to a micrometre.
-        let (width, height) = (inputs.range(1.0, 4.0), inputs.range(1.0, 4.0));
-        let wall = Wall {
-            lower_left: Vec3::ZERO,
-            lower_right: Vec3::X * width as f32,
-            upper_left: Vec3::Y * height as f32,
-            size: [1024; 2],
-        };
+        let (wall, width, height) = level(inputs);
         // One in a thousand next to the limit.
         let least = f64::from(just_over());
         let off = match inputs.below(1_000) {
             0 => least,
             _ => inputs.range(least, 1.0e-4),
         };
-        let eye = single(DVec3::new(
-            width * inputs.unit(),
-            height * inputs.unit(),
-            off,
-        ));
+        let (across, up) = (width * inputs.unit(), height * inputs.unit());
+        let eye = single(DVec3::new(across, up, off));
         let (x, y) = (inputs.below(1024) as u32, inputs.below(1024) as u32);
         compare(worst, &wall, eye, x, y);
     })
@@ -233,13 +211,7 @@ fn just_over() -> f32 {
 fn in_it(effort: Effort) -> Errors {
     let tries = effort.of(10_000);
     wrong(804, tries, tries, |inputs, verdicts| {
-        let (width, height) = (inputs.range(1.0, 4.0), inputs.range(1.0, 4.0));
-        let wall = Wall {
-            lower_left: Vec3::ZERO,
-            lower_right: Vec3::X * width as f32,
-            upper_left: Vec3::Y * height as f32,
-            size: [1024; 2],
-        };
+        let (wall, width, height) = level(inputs);
         let limit = FlatScreen::CLOSEST;
         let (off, has_rays) = [
             (just_over(), true),
@@ -280,20 +252,17 @@ fn square(inputs: &mut Inputs) -> Seam {
     let middle = inputs.in_ball() * 2.0;
     let corner = |x: f64, y: f64, z: f64| single(middle + DVec3::new(x, y, z) * size);
     let size_px = [1 << (6 + inputs.below(6)); 2];
-    let front = Wall {
-        lower_left: corner(-1.0, -1.0, -1.0),
-        lower_right: corner(1.0, -1.0, -1.0),
-        upper_left: corner(-1.0, 1.0, -1.0),
-        size: size_px,
-    };
-    let right = Wall {
-        lower_left: corner(1.0, -1.0, -1.0),
-        lower_right: corner(1.0, -1.0, 1.0),
-        upper_left: corner(1.0, 1.0, -1.0),
-        size: size_px,
+    let [left, far, right] = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0)];
+    let wall = |(x, z), (to_x, to_z)| {
+        let corners = [
+            corner(x, -1.0, z),
+            corner(to_x, -1.0, to_z),
+            corner(x, 1.0, z),
+        ];
+        Wall(corners, size_px)
     };
     Seam {
-        walls: [front, right],
+        walls: [wall(left, far), wall(far, right)],
         eye: single(middle + inputs.in_ball() * 0.6 * size),
         unit: |_, _, _| UNIT,
     }
@@ -315,18 +284,8 @@ fn crooked(inputs: &mut Inputs) -> Seam {
     let [left, right] = [wall(-1.0), wall(1.0)];
     let top = foot + up * 2.0 * size;
     let size_px = [1 << (6 + inputs.below(6)); 2];
-    let before = Wall {
-        lower_left: single(foot + left),
-        lower_right: single(foot),
-        upper_left: single(top + left),
-        size: size_px,
-    };
-    let after = Wall {
-        lower_left: single(foot),
-        lower_right: single(foot + right),
-        upper_left: single(top),
-        size: size_px,
-    };
+    let before = Wall([foot + left, foot, top + left].map(single), size_px);
+    let after = Wall([foot, foot + right, top].map(single), size_px);
     let before_both = foot + up * size - away * inputs.range(0.5, 1.5) * size;
     Seam {
         walls: [before, after],
@@ -342,9 +301,9 @@ fn seams(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Seam) -> Errors {
             eye,
             unit,
         } = draw(inputs);
-        let row = inputs.below(before.size[1] as usize) as f32;
+        let row = inputs.below(before.1[1] as usize) as f32;
         // Half a pixel beyond the last, and before the first.
-        let (last, first) = (before.size[0] as f32 - 0.5, -0.5);
+        let (last, first) = (before.1[0] as f32 - 0.5, -0.5);
         let unit = unit(&before, eye, before.exact(eye, last.into(), row.into()));
         let between = |a: Vec3, b: Vec3| angle(a.as_dvec3(), b.as_dvec3()) / unit;
         let rays =
@@ -363,15 +322,14 @@ fn seams(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Seam) -> Errors {
 
 fn many_pixels(effort: Effort) -> Errors {
     const COLUMNS: u32 = 16_384;
-    let (mut inputs, mut worst) = (Inputs::new(803), Worst::NONE);
-    for _ in 0..effort.of(500) {
-        let (wall, [right, up, normal]) = drawn(&mut inputs, 3.0, 3.0, [COLUMNS, 4]);
+    largest(803, effort.of(500), |inputs, worst| {
+        let (wall, [right, up, normal]) = drawn(inputs, 3.0, 3.0, [COLUMNS, 4]);
         let eye = single((right + up) * inputs.range(0.5, 2.5) + normal * inputs.range(0.5, 2.0));
         let Some(view) = wall.view(eye) else {
             worst.ours(f64::NAN);
-            continue;
+            return;
         };
-        let step = (wall.lower_right - wall.lower_left) / COLUMNS as f32;
+        let step = (wall.0[1] - wall.0[0]) / COLUMNS as f32;
         let mut place = wall.exact(eye, 0.0, 1.0).as_vec3();
         for x in 0..COLUMNS {
             let exact = wall.exact(eye, x.into(), 1.0);
@@ -382,6 +340,5 @@ fn many_pixels(effort: Effort) -> Errors {
             worst.naive(error(place));
             place += step;
         }
-    }
-    worst.0
+    })
 }

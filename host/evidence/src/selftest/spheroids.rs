@@ -95,13 +95,13 @@ pub(super) const CASES: &[Case] = &[
         "spheroid-as-a-coin",
         "a = 0.01, from up to 1,000 radii away",
         8.0,
-        coin,
+        |effort| of_ratio(114, 0.01, effort),
     ),
     DISTANCES.case(
         "spheroid-as-a-needle",
         "a = 100, from up to 1,000 radii away",
         8.0,
-        needle,
+        |effort| of_ratio(115, 100.0, effort),
     ),
     DISTANCES.case(
         "spheroid-of-any-size",
@@ -286,14 +286,6 @@ fn from_inside(effort: Effort) -> Errors {
         check(worst, radii, &ray, UNIT / half);
         Some(())
     })
-}
-
-fn coin(effort: Effort) -> Errors {
-    of_ratio(114, 0.01, effort)
-}
-
-fn needle(effort: Effort) -> Errors {
-    of_ratio(115, 100.0, effort)
 }
 
 fn of_ratio(seed: u64, a: f32, effort: Effort) -> Errors {

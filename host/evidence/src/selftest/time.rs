@@ -111,12 +111,20 @@ fn milliseconds(found: i64, time: u64) -> f64 {
     (found - time as i64) as f64 / 1_000.0
 }
 
-fn wraps(effort: Effort) -> Errors {
+/// Gathers the largest errors of several devices.
+fn of_devices(seed: u64, effort: Effort, check: fn(&mut Device, &mut Worst)) -> Errors {
     let mut worst = Worst::NONE;
-    for seed in 0..effort.of(50) as u64 {
-        let Some(mut device) = Device::new(1_000 + seed) else {
+    for seed in seed..seed + effort.of(50) as u64 {
+        let Some(mut device) = Device::new(seed) else {
             return BROKEN;
         };
+        check(&mut device, &mut worst);
+    }
+    worst.0
+}
+
+fn wraps(effort: Effort) -> Errors {
+    of_devices(1_000, effort, |device, worst| {
         // The wrap is 5 to 15 s away.
         let start = (1u64 << 32) - 5_000_000 - device.inputs.below(10_000_000) as u64;
         for i in 0..7_500u64 {
@@ -126,16 +134,11 @@ fn wraps(effort: Effort) -> Errors {
             worst.ours(milliseconds(ours, time));
             worst.naive(milliseconds(naive, time));
         }
-    }
-    worst.0
+    })
 }
 
 fn backwards(effort: Effort) -> Errors {
-    let mut worst = Worst::NONE;
-    for seed in 0..effort.of(50) as u64 {
-        let Some(mut device) = Device::new(1_100 + seed) else {
-            return BROKEN;
-        };
+    of_devices(1_100, effort, |device, worst| {
         let restart = 1_000 + device.inputs.below(1_000) as u64;
         let again = device.inputs.below(2_000_000) as u64;
         let first = 60_000_000 + device.inputs.below(60_000_000) as u64;
@@ -153,16 +156,11 @@ fn backwards(effort: Effort) -> Errors {
                 worst.naive(milliseconds(naive, time));
             }
         }
-    }
-    worst.0
+    })
 }
 
 fn freezes(effort: Effort) -> Errors {
-    let mut worst = Worst::NONE;
-    for seed in 0..effort.of(50) as u64 {
-        let Some(mut device) = Device::new(1_200 + seed) else {
-            return BROKEN;
-        };
+    of_devices(1_200, effort, |device, worst| {
         let from = 1_000 + device.inputs.below(1_000) as u64;
         for i in 0..3_000u64 {
             let time = 1_000_000 + i * 4_000;
@@ -172,8 +170,7 @@ fn freezes(effort: Effort) -> Errors {
             worst.ours(milliseconds(ours, measured));
             worst.naive(milliseconds(arrival, measured));
         }
-    }
-    worst.0
+    })
 }
 
 const SIDE: u32 = 40;

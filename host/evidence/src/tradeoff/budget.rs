@@ -3,7 +3,7 @@
 use super::frames::{Room, Way, baked, pictures};
 use super::gaze::{NOT_MISSED, UNSEEN};
 use super::metrics::MEASURES;
-use super::{Bench, Cause, Comparison, Figure, Point, Section, TilePrice, Topic, measure, timed};
+use super::{Bench, Cause, Comparison, Figure, Point, Section, TilePrice, measure, timed};
 use colorous::VIRIDIS;
 use shisen::picture::Picture;
 use shisen::render::{self, Frame};
@@ -80,16 +80,14 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     .with_other_limit(NOT_MISSED)
     .logarithmic();
     let about = about(size, need, dearest);
-    let mut section = Section::new(Topic::Budget, "Steps of a frame", about, vec![comparison]);
-    section.tiles = whole
-        .iter()
-        .map(|(&(picture, x, y), &percent)| TilePrice {
-            picture,
-            x,
-            y,
-            percent,
-        })
-        .collect();
+    let mut section = Section::new("budget", "Steps of a frame", about, vec![comparison]);
+    let price = |(&(picture, x, y), &percent): (&TilePlace, &u32)| TilePrice {
+        picture,
+        x,
+        y,
+        percent,
+    };
+    section.tiles = whole.iter().map(price).collect();
     let cut = render_within(&views, steps(35), dearest)?;
     let truth: Vec<Picture> = pictures(&truth).cloned().collect();
     for (caption, pictures) in [
@@ -230,46 +228,4 @@ fn viridis(value: f64) -> [f32; 4] {
     let colour = VIRIDIS.eval_continuous(value);
     let linear = |channel: u8| (f32::from(channel) / 255.0).powf(2.2);
     [linear(colour.r), linear(colour.g), linear(colour.b), 1.0]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::quick_bench;
-    use super::*;
-    use shisen::scene::quadruped::quadruped;
-
-    #[test]
-    fn no_frame_takes_more_steps_than_it_may() {
-        let mesh = quadruped();
-        let bench = quick_bench(&mesh);
-        let room = Room::new(&bench, 48).unwrap();
-        let baked = baked(&bench).unwrap();
-        let mut views = Vec::new();
-        for (view, observer) in room.views(Way::PAPER.lod).unwrap() {
-            let scene = baked.scene();
-            let renderer = render::renderer(&scene, &observer, &room.options, Spectrum::Rgb);
-            views.push((view, renderer.unwrap()));
-        }
-        let need = render(&views, Budget::UNLIMITED, u64::MAX).unwrap().steps;
-        let dearest = dearest(&views).unwrap();
-        assert!(dearest > 1 && dearest < need, "{dearest} of {need}");
-        // Without set-aside steps budgets are overrun.
-        let over = |steps: u64| {
-            let done = render(&views, Budget::steps(steps), u64::MAX).unwrap();
-            done.steps > steps
-        };
-        let mut overrun = 0;
-        for part in 0..=120 {
-            let steps = need * part / 100;
-            let done = render_within(&views, steps, dearest).unwrap();
-            assert!(done.steps <= steps, "{} of {steps}", done.steps);
-            overrun += u32::from(over(steps));
-        }
-        assert!(overrun > 0);
-        for steps in 0..50 {
-            assert!(render_within(&views, steps, dearest).unwrap().steps <= steps);
-        }
-        let whole = render_within(&views, need + dearest, dearest).unwrap();
-        assert_eq!(whole.steps, need);
-    }
 }

@@ -1,21 +1,21 @@
 //! What single precision loses in the hard cases of [`crate::selftest`].
 
-use super::{Bench, Section, Topic};
-use crate::selftest::{self, Outcome};
+use super::{Bench, Cause, Section};
+use crate::selftest::{self, Row};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-pub(super) fn section(bench: &Bench<'_>) -> Section {
+pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let effort = bench.effort;
     let total = selftest::selected("").count();
     let done = AtomicUsize::new(0);
-    let outcomes = selftest::run(effort, "", || {
+    let rows = selftest::run(effort, "", || {
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         (bench.progress)(done as f64 / total as f64);
     });
-    let better = |one: &&Outcome| one.errors.ours < one.errors.naive;
-    let failed: Vec<&str> = outcomes
+    let better = |one: &&Row| one.error < one.naive_error;
+    let failed: Vec<&str> = rows
         .iter()
-        .filter(|one| !one.passed())
+        .filter(|one| !one.passed)
         .map(|one| one.case.name)
         .collect();
     let choice = if failed.is_empty() {
@@ -23,8 +23,8 @@ pub(super) fn section(bench: &Bench<'_>) -> Section {
             "Single precision is enough: all {total} cases keep to their bounds, and {} of them \
              are nearer to their references than the textbook's way, which keeps to the bounds of \
              {}, the controls.",
-            outcomes.iter().filter(better).count(),
-            outcomes.iter().filter(|one| one.is_control()).count(),
+            rows.iter().filter(better).count(),
+            rows.iter().filter(|one| one.control).count(),
         )
     } else {
         format!(
@@ -43,8 +43,8 @@ pub(super) fn section(bench: &Bench<'_>) -> Section {
          makes of it (ours), each against a reference in double precision or better, or a closed \
          form: the largest error of {inputs}; and the bound that fails the case."
     );
-    let mut section = Section::new(Topic::Cases, "Hard cases", about, Vec::new());
+    let mut section = Section::new("cases", "Hard cases", about, Vec::new());
     section.choice = choice;
-    section.hard_cases = outcomes.iter().map(Outcome::row).collect();
-    section
+    section.hard_cases = rows;
+    Ok(section)
 }

@@ -3,9 +3,7 @@
 use super::frames::{CLOSE_UP, CloseUp};
 use super::gaze::{NOT_MISSED, UNSEEN};
 use super::metrics::MEASURES;
-use super::{
-    Bench, Cause, Comparison, Figure, PictureDifference, Point, Section, Sight, Topic, measure,
-};
+use super::{Bench, Cause, Comparison, Figure, PictureDifference, Point, Section, Sight, measure};
 use glam::{DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::cave::{Cave, Eye, Viewer, Wall};
@@ -105,7 +103,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     )
     .with_other_limit(NOT_MISSED)
     .logarithmic();
-    let mut section = Section::new(Topic::Effects, "Effects", about, vec![comparison]);
+    let mut section = Section::new("effects", "Effects", about, vec![comparison]);
     section.pictures = pictures;
     Ok(section)
 }

@@ -73,9 +73,7 @@ impl CloseUp {
         options: &Options,
         filling: Filling<'_>,
     ) -> Result<Frame, Cause> {
-        let (scene, quiet) = (baked.scene(), |_, _| {});
-        let frame = render::cave_filled(&scene, &self.cave, eyes, options, filling, &quiet)?;
-        Ok(frame)
+        rendered(&self.cave, baked, eyes, options, filling)
     }
 
     /// The error of a frame of the close-up.
@@ -226,11 +224,8 @@ impl Room {
 
     /// Renders a frame.
     pub(super) fn frame(&self, baked: &Baked, way: &Way<'_>) -> Result<Frame, Cause> {
-        let options = self.options(way);
         let eyes = self.observers(way.lod);
-        let (scene, quiet) = (baked.scene(), |_, _| {});
-        let frame = render::cave_filled(&scene, &self.cave, &eyes, &options, way.filling, &quiet)?;
-        Ok(frame)
+        rendered(&self.cave, baked, &eyes, &self.options(way), way.filling)
     }
 
     /// The error of a frame.
@@ -268,6 +263,19 @@ fn observers(line_of_sight: LineOfSight, lod: Option<Lod>) -> [Observer; 2] {
         acuity: lod.and_then(|lod| lod.acuity),
         ..Observer::new(eye, viewer.eye(eye))
     })
+}
+
+fn rendered(
+    cave: &Cave,
+    baked: &Baked,
+    eyes: &[Observer],
+    options: &Options,
+    filling: Filling<'_>,
+) -> Result<Frame, Cause> {
+    let (scene, quiet) = (baked.scene(), |_, _| {});
+    Ok(render::cave_filled(
+        &scene, cave, eyes, options, filling, &quiet,
+    )?)
 }
 
 /// The error of pictures, which are in the order of a frame's.

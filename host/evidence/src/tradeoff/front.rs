@@ -59,7 +59,7 @@ impl Comparison {
         }
     }
 
-    /// The same with the choice within another limit of the same measure added.
+    /// Adds the choice within another limit of the first measure.
     pub(super) fn with_other_limit(mut self, limit: Limit) -> Self {
         let label = self.measures[0].label;
         let other = choice(&self.points, label, &limit, Build::OPTIMISED);
@@ -68,7 +68,7 @@ impl Comparison {
         self
     }
 
-    /// The same with charts that show errors by their logarithm.
+    /// Lets charts show errors by their logarithm.
     pub(super) fn logarithmic(mut self) -> Self {
         self.logarithmic = true;
         self
@@ -122,7 +122,7 @@ pub(super) fn choice(points: &[Point], label: &str, limit: &Limit, times_count: 
     )
 }
 
-/// Said where times would choose, and those of this build do not count.
+/// The advice of a build whose times choose nothing.
 pub(super) const UNDECIDED: &str = "Choose by the times of an optimised build (cargo build \
     --release): this one is not, and its times do not tell which is the fastest.";
 

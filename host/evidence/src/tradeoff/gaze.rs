@@ -2,7 +2,7 @@
 
 use super::frames::{Lod, RUNGS, Room, Way, pictures, scene, with_faces};
 use super::metrics::{LEAST_PIXELS_PER_DEGREE, MEASURES};
-use super::{Bench, Cause, Comparison, Effort, Figure, Limit, Point, Section, Topic};
+use super::{Bench, Cause, Comparison, Effort, Figure, Limit, Point, Section};
 use serde_json::Value;
 use shisen::bake::Baked;
 use shisen::cli::output::counted;
@@ -50,13 +50,9 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let (methods, [full, paper]) = methods(bench, &room, &scenes)?;
     let depths = depths(bench, &room, &scenes)?;
     let samples = samples(bench, &room, &scenes)?;
+    let title = "Detail that follows the gaze";
     let comparisons = vec![methods, depths, samples];
-    let mut section = Section::new(
-        Topic::Gaze,
-        "Detail that follows the gaze",
-        about,
-        comparisons,
-    );
+    let mut section = Section::new("gaze", title, about, comparisons);
     section.pictures = figures(&room, &full, &paper)?;
     Ok(section)
 }
@@ -192,15 +188,12 @@ fn methods(
             ..Lod::PAPER
         })
     };
+    let new = |series, name: &str, way| Setting::new(series, name, usual, way);
+    let ellipse = VisualField::PAPER.with_boundary(Boundary::Ellipse);
     let mut settings = vec![
-        Setting::new("all in full", "full", usual, Way::FULL),
-        Setting::new("method", "paper", usual, Way::PAPER),
-        Setting::new(
-            "method",
-            "paper-ellipse",
-            usual,
-            field(VisualField::PAPER.with_boundary(Boundary::Ellipse)),
-        ),
+        new("all in full", "full", Way::FULL),
+        new("method", "paper", Way::PAPER),
+        new("method", "paper-ellipse", field(ellipse)),
     ];
     for (name, bounces, faces) in [
         ("rays only", false, false),
@@ -212,7 +205,7 @@ fn methods(
             faces,
             ..Lod::PAPER
         };
-        settings.push(Setting::new("method", name, usual, with(lod)));
+        settings.push(new("method", name, with(lod)));
     }
     settings.extend(foveated(bench, usual));
     for degrees in bench
@@ -220,22 +213,12 @@ fn methods(
         .pick(&[5u16, 15, 45][..], &[2, 5, 10, 15, 20, 25, 40, 50])
     {
         let name = format!("full to {degrees}°");
-        settings.push(Setting::new(
-            "cut-offs",
-            name,
-            usual,
-            field(central(*degrees)?),
-        ));
+        settings.push(new("cut-offs", &name, field(central(*degrees)?)));
     }
     for degrees in bench.effort.pick(&[-20i8, 20][..], &[-20, -10, 10, 20, 30]) {
         let sign = if *degrees < 0 { "−" } else { "+" };
         let name = format!("border {sign}{}°", degrees.unsigned_abs());
-        settings.push(Setting::new(
-            "cut-offs",
-            name,
-            usual,
-            field(border(*degrees)?),
-        ));
+        settings.push(new("cut-offs", &name, field(border(*degrees)?)));
     }
     for &(min, max, rungs, ref scene) in &scenes.all[1..] {
         let (series, name, way) = match max {
@@ -260,12 +243,7 @@ fn methods(
             filling: Filling::Capture(capture),
             ..Way::PAPER
         };
-        settings.push(Setting::new(
-            "filled by a capture",
-            format!("capture {size}²"),
-            usual,
-            way,
-        ));
+        settings.push(new("filled by a capture", &format!("capture {size}²"), way));
     }
     let (points, mut frames) = points(bench, room, &settings, None, (0.0, 0.6))?;
     let about = "What follows the gaze (rays, bounces, faces), where full detail ends and tracing \
@@ -340,13 +318,8 @@ fn depths(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison,
     let way = |depth: u8, way: Way<'static>| Way { depth, ..way };
     let mut settings = Vec::new();
     for depth in 0..=5 {
-        let name = format!("depth {depth}");
-        settings.push(Setting::new(
-            "everywhere",
-            name,
-            usual,
-            way(depth, Way::FULL),
-        ));
+        let (name, full) = (format!("depth {depth}"), way(depth, Way::FULL));
+        settings.push(Setting::new("everywhere", name, usual, full));
     }
     for &depth in bench.effort.pick(&[1u8, 3, 5][..], &[0, 1, 2, 3, 4, 5]) {
         let name = format!("paper, depth {depth}");
@@ -356,15 +329,9 @@ fn depths(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison,
         "Reflections after one another, in all pixels, and with the paper's levels, which leave \
          fewer of them farther out. The truth is full tracing with {deepest}."
     );
-    let title = ("depths", "How often rays bounce");
-    by_truth(
-        bench,
-        room,
-        (usual, &way(deepest, Way::FULL)),
-        &settings,
-        (title, about),
-        (0.6, 0.8),
-    )
+    let title = (("depths", "How often rays bounce"), about);
+    let truth = way(deepest, Way::FULL);
+    by_truth(bench, room, (usual, &truth), &settings, title, (0.6, 0.8))
 }
 
 /// Compares numbers of rays a pixel, with and without the gaze.
@@ -375,33 +342,18 @@ fn samples(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison
     let mut settings = Vec::new();
     for &samples in bench.effort.pick(&[1u16, 2, 4, 8][..], &[1, 2, 4, 8, 16]) {
         let rays = counted(samples.into(), "ray");
-        let paper = format!("paper, {rays}");
-        settings.push(Setting::new(
-            "everywhere",
-            rays,
-            usual,
-            way(samples, Way::FULL),
-        ));
-        settings.push(Setting::new(
-            "paper",
-            paper,
-            usual,
-            way(samples, Way::PAPER),
-        ));
+        let name = format!("paper, {rays}");
+        let (full, paper) = (way(samples, Way::FULL), way(samples, Way::PAPER));
+        settings.push(Setting::new("everywhere", rays, usual, full));
+        settings.push(Setting::new("paper", name, usual, paper));
     }
     let about = format!(
         "Rays a pixel, in all pixels, and where the paper's levels leave any. The truth is full \
          tracing with {finest}."
     );
-    let title = ("samples", "How many rays a pixel has");
-    by_truth(
-        bench,
-        room,
-        (usual, &way(finest, Way::FULL)),
-        &settings,
-        (title, about),
-        (0.8, 1.0),
-    )
+    let title = (("samples", "How many rays a pixel has"), about);
+    let truth = way(finest, Way::FULL);
+    by_truth(bench, room, (usual, &truth), &settings, title, (0.8, 1.0))
 }
 
 /// Compares settings with a truth that is not among them.

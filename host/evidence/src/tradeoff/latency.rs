@@ -4,11 +4,10 @@
 mod viewers;
 
 use super::frames::{Lod, Room, Way, baked};
-use super::{Bench, Cause, Comparison, Limit, Measure, Point, Section, Topic, measure};
-use crate::charts;
+use super::{Bench, Cause, Comparison, Limit, Measure, Point, Section, measure};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use shisen::bake::Baked;
-use shisen::picture::chart::{Chart, Line, Names};
+use shisen::picture::chart::{Axis, Chart, Line, Names};
 use shisen::render;
 use shisen_core::gaze::VisualField;
 use viewers::{FRAME, GazeError, RATE, gaze};
@@ -50,7 +49,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         1e3 * f64::from(FRAME) / f64::from(RATE),
     );
     let title = "Latency and prediction";
-    Ok(Section::new(Topic::Latency, title, about, comparisons))
+    Ok(Section::new("latency", title, about, comparisons))
 }
 
 /// Compares horizons of the prediction at one latency.
@@ -103,7 +102,7 @@ fn horizons(
     let horizons = |name: &str, colour, place: usize| {
         let point =
             |(horizon, gaze): &(u32, GazeError)| (f64::from(*horizon), gaze.errors()[place]);
-        charts::line(name, colour, gazes.iter().map(point))
+        Line::new(name, colour, gazes.iter().map(point))
     };
     comparison.charts = vec![
         chart(
@@ -169,8 +168,8 @@ fn chart(title: String, y: (&'static str, &'static str), lines: Vec<Line>) -> Ch
     let (farthest, most) = (ends(|point| Some(point.0)), ends(|point| point.1));
     Chart {
         title,
-        x: charts::linear(("horizon_ms", "horizon, ms"), 0.0..farthest),
-        y: charts::linear(y, 0.0..1.1 * most),
+        x: Axis::linear("horizon_ms", "horizon, ms", 0.0..farthest),
+        y: Axis::linear(y.0, y.1, 0.0..1.1 * most),
         lines,
         names: Names::Below,
         notes: Vec::new(),

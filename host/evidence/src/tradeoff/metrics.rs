@@ -275,7 +275,7 @@ struct Sums {
     all: Sum,
     /// The sums over each ring, all pixels alike.
     by_pixels: [Sum; 3],
-    /// The same, weighted by the cortex that sees the pixels.
+    /// The sums over each ring, weighted by the cortex that sees the pixels.
     by_acuity: [Sum; 3],
 }
 

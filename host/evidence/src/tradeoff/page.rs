@@ -5,11 +5,11 @@ mod notes;
 
 use super::records::plain;
 use super::{Comparison, Point, Report, Section};
-use crate::charts;
 use crate::selftest::Row;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use notes::Room;
+use shisen::cli::output::counted;
 use shisen::picture::chart::{Axis, Chart, Line, Names, Note, is_drawable};
 use std::fmt::Write as _;
 use std::io;
@@ -18,66 +18,47 @@ use std::ops::Range;
 /// Columns and rows of a chart; two stand side by side.
 const CHART: (u32, u32) = (580, 400);
 
-const STYLE: &str = include_str!("page.css");
-
 /// The page.
 ///
 /// # Errors
 /// A chart that cannot be drawn, a picture that cannot be encoded.
 pub(crate) fn html(report: &Report) -> io::Result<String> {
-    let mut page = String::new();
-    let kind = if report.quick {
-        "The short run"
-    } else {
-        "The full run"
-    };
-    let plural = if report.threads == 1 { "" } else { "s" };
-    let head = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-         <title>What accuracy costs</title>\n<link rel=\"icon\" href=\"data:,\"/>\n\
-         <style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>What accuracy costs</h1>\n\
-         <p class=\"run\">{kind} of <code>shisen-evidence tradeoff</code> {}: {} thread{plural}, {}, \
-         mesh {}, {}. Built with profile {}; commit {}; the processor has {}.</p>\n\
-         <p>Every point is a setting: how far it is off, and what it takes. Times are medians \
-         of at least three, taken in turns on this machine; steps (tree nodes visited and \
-         primitives tested) are the same on any. <strong class=\"best\">●</strong> marks the \
-         Pareto front of error and time, <strong class=\"best\">○</strong> that of error and \
-         steps: nothing else measured is as good in one and better in the other. Where an axis \
-         of errors is logarithmic, points without one stand on its lower edge.</p>\n",
-        escaped(report.version),
-        report.threads,
-        escaped(&report.simd),
-        escaped(&report.mesh),
-        time(report.seconds),
-        escaped(&report.build.profile),
-        escaped(report.build.commit.unwrap_or("not told")),
-        escaped(&report.build.cpu_features.join(", ")),
-    );
-    page.push_str(&head);
-    if !report.build.optimised {
-        page.push_str(UNOPTIMISED);
-    }
-    page.push_str("<table class=\"choices\">\n<caption>What to choose</caption>\n<tbody>\n");
+    let (mut choices, mut sections) = (String::new(), String::new());
     for section in &report.sections {
         // Writing to a string does not fail.
         let _ = writeln!(
-            page,
+            choices,
             "<tr><th scope=\"row\"><a href=\"#{}\">{}</a></th><td>{}</td></tr>",
             section.id,
             escaped(section.title),
             escaped(&section.choice),
         );
+        write_section(&mut sections, section)?;
     }
-    page.push_str("</tbody>\n</table>\n");
-    for section in &report.sections {
-        write_section(&mut page, section)?;
-    }
-    page.push_str("</main>\n</body>\n</html>\n");
-    Ok(page)
+    let (quick, build) = (report.quick, &report.build);
+    Ok(format!(
+        include_str!("page.html"),
+        style = include_str!("page.css"),
+        run = if quick {
+            "The short run"
+        } else {
+            "The full run"
+        },
+        version = escaped(report.version),
+        threads = counted(report.threads as u64, "thread"),
+        simd = escaped(&report.simd),
+        mesh = escaped(&report.mesh),
+        time = time(report.seconds),
+        profile = escaped(&build.profile),
+        commit = escaped(build.commit.unwrap_or("not told")),
+        features = escaped(&build.cpu_features.join(", ")),
+        warning = if build.optimised { "" } else { UNOPTIMISED },
+        choices = choices,
+        sections = sections,
+    ))
 }
 
-/// Said where times are not those of an optimised program.
+/// The warning of a program that is not optimised.
 const UNOPTIMISED: &str = "<p><strong>This build is not optimised.</strong> Errors and steps are \
     those of any build, but its times are not: nothing is chosen by them.</p>\n";
 
@@ -312,7 +293,7 @@ fn chart(
     if front.len() > 1 {
         lines.push(Line {
             faint: true,
-            ..charts::line("Pareto front", 6, stairs)
+            ..Line::new("Pareto front", 6, stairs)
         });
     }
     let mut series: Vec<&str> = Vec::new();
@@ -326,7 +307,7 @@ fn chart(
         let own = own.map(|one| (one.1, Some(height(one.2))));
         lines.push(Line {
             dots: true,
-            ..charts::line(series, colour, own)
+            ..Line::new(series, colour, own)
         });
     }
     let place = |cost: f64, error: f64| {
@@ -359,11 +340,11 @@ fn chart(
         ),
         x: Axis {
             logarithmic: decades,
-            ..charts::linear((name, label), x)
+            ..Axis::linear(name, label, x)
         },
         y: Axis {
             logarithmic,
-            ..charts::linear((measure.id, measure.label), y)
+            ..Axis::linear(measure.id, measure.label, y)
         },
         lines,
         names: Names::Below,

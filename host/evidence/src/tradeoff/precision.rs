@@ -6,9 +6,7 @@ mod double;
 
 use super::front::percent;
 use super::page::brief;
-use super::{
-    Bench, Build, Cause, Comparison, Limit, Measure, Point, Section, Topic, measure, timed,
-};
+use super::{Bench, Build, Cause, Comparison, Limit, Measure, Point, Section, measure, timed};
 use crate::quartz::mean;
 use crate::selftest::{Inputs, worse};
 use crate::textbook::{angle, moller_trumbore, printed_level, textbook_refraction, traced_mirror};
@@ -65,7 +63,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     );
     let choice = choice(&comparisons, Build::OPTIMISED);
     let title = "Single precision";
-    let mut section = Section::new(Topic::Precision, title, about, comparisons);
+    let mut section = Section::new("precision", title, about, comparisons);
     section.choice = choice;
     Ok(section)
 }
@@ -398,34 +396,16 @@ const PARTS_OF_LIGHT: [Measure; 2] = [
 mod tests {
     use super::super::quick_bench;
     use super::*;
-    use shisen::scene::quadruped::quadruped;
+    use shisen::scene::mesh::TriangleMesh;
 
     #[test]
-    fn the_built_in_way_is_within_its_limits_and_double_precision_is_the_truth() {
-        let mesh = quadruped();
-        let mut section = section(&quick_bench(&mesh)).unwrap();
-        let choice_of = |comparisons: &[Comparison]| choice(comparisons, true);
-        let all = choice_of(&section.comparisons);
-        assert!(all.contains("all 5 stages keep to their bounds"), "{all}");
-        for comparison in &section.comparisons {
-            let [ours, naive, double] = &comparison.points[..] else {
-                panic!("{}", comparison.id);
-            };
-            let limit = comparison.limit.error;
-            assert!(ours.error() > 0.0 && ours.error() <= limit, "{ours:?}");
-            assert!(naive.error() > ours.error(), "{naive:?} {ours:?}");
-            assert_eq!(double.error(), 0.0);
-            assert!(comparison.choice.starts_with("Choose built in, f32, "));
-            for point in &comparison.points {
-                let [largest, most, mean] = [0, 1, 2].map(|i| point.errors[i].unwrap_or(f64::MAX));
-                assert!(mean <= most.max(largest) && most <= largest, "{point:?}");
-                // An intersection is a step, a formula is none.
-                let steps = (comparison.id == "intersection").then_some(20_000);
-                assert!(point.seconds > 0.0 && point.steps == steps, "{point:?}");
-            }
-        }
-        section.comparisons[0].points[OURS].errors[0] = Some(1.0);
-        let all = choice_of(&section.comparisons);
+    fn a_stage_beyond_its_bound_takes_double_precision() {
+        let mut stages =
+            vec![level(&quick_bench(&TriangleMesh::square()), 100, (0.0, 1.0)).unwrap()];
+        let all = choice(&stages, true);
+        assert!(all.contains("all 1 stages keep to their bounds"), "{all}");
+        stages[0].points[OURS].errors[0] = Some(1.0);
+        let all = choice(&stages, true);
         assert!(
             all.starts_with("Choose double precision for: level of a ray."),
             "{all}"

@@ -1,6 +1,6 @@
 //! Wavelengths: how many, and how rays take them.
 
-use super::{Bench, Cause, Comparison, Figure, Limit, Measure, Point, Section, Topic, measure};
+use super::{Bench, Cause, Comparison, Figure, Limit, Measure, Point, Section, measure};
 use crate::measure::Timed;
 use crate::quartz::{Quartz, Truth, Window, mean, picture, share};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -32,7 +32,7 @@ const SAMPLES: u16 = 56;
 /// Rays a pixel where each takes all wavelengths.
 const SPLIT_SAMPLES: u16 = 8;
 
-/// Rays a pixel of each wavelength's picture, whatever the number of wavelengths.
+/// Rays a pixel of each wavelength's picture, for any number of wavelengths.
 const RAYS_OF_EACH: u16 = 8;
 
 /// Wavelengths of the truth where their number alone differs: the most there may be.
@@ -116,7 +116,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         comparison.choice, numbers.choice
     );
     let comparisons = vec![comparison, numbers];
-    let mut section = Section::new(Topic::Spectrum, "Wavelengths", about, comparisons);
+    let mut section = Section::new("spectrum", "Wavelengths", about, comparisons);
     section.choice = choice;
     let plain = details[0].frame(Dispersion::Off, SAMPLES)?;
     section.pictures = vec![
@@ -380,7 +380,6 @@ mod tests {
     use super::*;
     use shisen::scene::quadruped::quadruped;
 
-    /// Edges are the same in the truth, whatever they are like.
     #[test]
     fn the_more_wavelengths_the_nearer_where_nothing_else_differs() {
         let mesh = quadruped();

@@ -46,17 +46,6 @@ enum Choice {
     Foveated,
 }
 
-impl Choice {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::Paper => "paper",
-            Self::PaperEllipse => "paper-ellipse",
-            Self::Foveated => "foveated",
-        }
-    }
-}
-
 /// `--lod` for commands that count the rays of every pixel.
 pub fn of_every_pixel(lod: Arg) -> Arg {
     lod.value_parser(Without::<Choice>::new(&["foveated"]))
@@ -165,7 +154,7 @@ impl LodArguments {
         Ok(())
     }
 
-    /// The same with the next value of `--lod`.
+    /// Returns these arguments with the next value of `--lod`.
     #[must_use]
     pub fn next(&self) -> Self {
         let all = Choice::value_variants();
@@ -197,6 +186,11 @@ impl LodArguments {
     }
 
     pub const fn name(&self) -> &'static str {
-        self.lod.name()
+        match self.lod {
+            Choice::Off => "off",
+            Choice::Paper => "paper",
+            Choice::PaperEllipse => "paper-ellipse",
+            Choice::Foveated => "foveated",
+        }
     }
 }

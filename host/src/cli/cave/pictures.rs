@@ -50,7 +50,10 @@ impl Writer<'_> {
                 Screen::Dome(_) => "dome",
             };
             let note = format!("{}, {kind} {}, {} eye", self.title, screen.name(), one.eye);
-            let path = self.write_screen(&name, screen, &one.picture, note.clone())?;
+            let path = match screen {
+                Screen::Wall(_) => self.write_png(&name, &one.picture, note.clone())?,
+                Screen::Dome(_) => self.write_with_alpha(&name, &one.picture, note.clone())?,
+            };
             if self.exr {
                 let path = self.folder.join(format!("{name}.exr"));
                 one.picture.write_exr(&path, &metadata(note)).or_fail()?;
@@ -94,37 +97,27 @@ impl Writer<'_> {
         })
     }
 
-    /// Writes a screen's PNG, a dome's with alpha, and returns its path.
-    fn write_screen(
-        &self,
-        name: &str,
-        screen: Screen<'_>,
-        picture: &Picture,
-        note: String,
-    ) -> Result<String, Failure> {
-        if let Screen::Wall(_) = screen {
-            return self.write_png(name, picture, note);
-        }
-        let path = self.folder.join(format!("{name}.png"));
-        picture
-            .write_png_with_alpha(&path, &metadata(note))
-            .or_fail()?;
-        Ok(path.display().to_string())
-    }
-
     /// Writes the captured surroundings, if any, and returns the paths.
     pub(super) fn write_capture(&self, capture: Option<&Capture>) -> Result<Vec<String>, Failure> {
         let Some(capture) = capture else {
             return Ok(Vec::new());
         };
         let names = ["capture-ahead", "capture-behind"].into_iter();
-        let write = |(name, picture): (_, &Picture)| {
-            let path = self.folder.join(format!("{name}.png"));
-            let notes = metadata(format!("{}, surroundings", self.title));
-            picture.write_png_with_alpha(&path, &notes).or_fail()?;
-            Ok(path.display().to_string())
-        };
+        let note = format!("{}, surroundings", self.title);
+        let write = |(name, picture)| self.write_with_alpha(name, picture, note.clone());
         names.zip(&capture.hemispheres).map(write).collect()
+    }
+
+    fn write_with_alpha(
+        &self,
+        name: &str,
+        picture: &Picture,
+        note: String,
+    ) -> Result<String, Failure> {
+        let path = self.folder.join(format!("{name}.png"));
+        let notes = metadata(note);
+        picture.write_png_with_alpha(&path, &notes).or_fail()?;
+        Ok(path.display().to_string())
     }
 
     /// Writes a PNG and returns its path.

@@ -94,7 +94,7 @@ impl MirrorArguments {
         Ok(Some(Design::of(mirror.or_misuse()?)))
     }
 
-    /// The same, or else Table 1 (1), the mirror of the paper's figures 18 to 20.
+    /// The mirror that is asked for, or else Table 1 (1), that of the paper's figures 18 to 20.
     pub(super) fn design_or_first(&self) -> Result<Design, Failure> {
         let first = || Design::of(Named::Paper1.mirror());
         Ok(self.design()?.unwrap_or_else(first))

@@ -5,7 +5,7 @@ use super::camera::{MirrorChoice, trace, view};
 use crate::bake::Layout;
 use crate::cli::arguments::source::bake;
 use crate::cli::arguments::threads;
-use crate::cli::output::picture_files::{hexadecimal, make_writable, metadata};
+use crate::cli::output::picture_files::{hexadecimal, is_png, make_writable, metadata};
 use crate::cli::prelude::*;
 use crate::dome::Named;
 use crate::picture::Picture;
@@ -88,7 +88,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let truth = view(truth, &camera, arguments.size)?;
     let scene = optics.grid(distance, &camera)?;
     let baked = bake(&scene, "grid", Layout::Fast, None)?;
-    let path = path(&arguments.out);
+    let mut path = arguments.out.clone();
+    if !is_png(&path) {
+        path.push("compare.png");
+    }
     make_writable(path.parent().unwrap_or(Path::new("")))?;
     let mut options = Options {
         tile: 8,
@@ -126,17 +129,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         .write_png_with_alpha(&path, &metadata(note))
         .or_fail()?;
     print(&report, arguments.json)
-}
-
-fn path(out: &Path) -> PathBuf {
-    let is_picture = out
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
-    if is_picture {
-        out.to_owned()
-    } else {
-        out.join("compare.png")
-    }
 }
 
 impl Report {

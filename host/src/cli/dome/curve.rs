@@ -1,7 +1,7 @@
 //! `shisen dome curve`: the paper's figures 10 to 16.
 
 use super::arguments::{ConfigChoice, MappingChoice};
-use super::figure::{Figure, axis, chart, line, logarithmic};
+use super::figure::{Figure, chart, logarithmic};
 use crate::cli::output::picture_files::make_writable;
 use crate::cli::prelude::*;
 use crate::dome::{self, Design, Mapping, MirrorError, Projection};
@@ -75,7 +75,7 @@ fn charts(count: u32, mapping: Mapping) -> Result<[Chart; 7], Failure> {
     let whole = perspective(&WHOLE, count, mapping)?;
     let small = perspective(&SMALL_ERRORS, count, mapping)?;
     let far = perspective(&FAR_VIEWPOINTS, count, mapping)?;
-    let error = |range| axis("error_percent", "largest error, % of the radius", range);
+    let error = |range| Axis::linear("error_percent", "largest error, % of the radius", range);
     let enlarged = |range: Range<f64>| match mapping {
         Mapping::Mirror => error(range),
         Mapping::Exact | Mapping::True => error(0.0..range.end),
@@ -98,11 +98,11 @@ fn charts(count: u32, mapping: Mapping) -> Result<[Chart; 7], Failure> {
         let points = points.collect::<Result<Vec<_>, _>>().or_fail()?;
         let (axes, lines) = (
             [of_ratio(&range), y],
-            line("parallel projection", 0, points),
+            Line::new("parallel projection", 0, points),
         );
         Ok(chart(title, axes, vec![lines], Corner::LowerLeft))
     };
-    let viewpoint = |range| axis("p", "viewpoint from the centre, p", range);
+    let viewpoint = |range| Axis::linear("p", "viewpoint from the centre, p", range);
     let far_axis = logarithmic(viewpoint(1.0..1.0e4));
     let [errors, more] = ["Error by perspective", "Error by perspective, enlarged"];
     let [viewpoints, farther] = [
@@ -131,7 +131,8 @@ fn mark(chart: &mut Chart, number: u32, name: &str, design: &Design) {
         (12 | 13, Some(p)) => p,
         _ => return,
     };
-    chart.lines.push(line(name, 2, [(design.a, Some(place))]));
+    let marked = [(design.a, Some(place))];
+    chart.lines.push(Line::new(name, 2, marked));
 }
 
 /// Axis ratios of a range, in equal steps of their logarithm.
@@ -161,15 +162,15 @@ fn perspective(range: &Range<f64>, count: u32, mapping: Mapping) -> Result<Vec<S
 }
 
 fn of_ratio(range: &Range<f64>) -> Axis {
-    axis("a", "polar by equatorial radius, a", range.clone())
+    Axis::linear("a", "polar by equatorial radius, a", range.clone())
 }
 
 /// The lines of the best viewpoint and of the other local minimum.
 fn both(shapes: &[Shape], value: impl Fn(&Design) -> Option<f64>) -> Vec<Line> {
     let other = |shape: &Shape| (shape.a, shape.other.as_ref().and_then(&value));
-    let other = line("the other local minimum", 1, shapes.iter().map(other));
+    let other = Line::new("the other local minimum", 1, shapes.iter().map(other));
     let best = |shape: &Shape| (shape.a, value(&shape.best));
-    let best = line("best viewpoint", 0, shapes.iter().map(best));
+    let best = Line::new("best viewpoint", 0, shapes.iter().map(best));
     let faint = true;
     vec![Line { faint, ..other }, best]
 }
@@ -184,13 +185,13 @@ fn places(shapes: &[Shape]) -> Chart {
             let mut places = extrema.map(|extremum| extremum.r_d.to_degrees());
             (*a, places.find(|&degrees| wanted(degrees)))
         };
-        line(name, colour, shapes.iter().map(point))
+        Line::new(name, colour, shapes.iter().map(point))
     };
     let lines = vec![
         places("towards the zenith", 0, &|degrees| degrees < 50.0),
         places("towards the rim", 1, &|degrees| degrees >= 50.0),
     ];
-    let place = axis("r_d_deg", "from the zenith, degrees", 0.0..90.0);
+    let place = Axis::linear("r_d_deg", "from the zenith, degrees", 0.0..90.0);
     let title = "Place of the largest error by perspective";
     chart(title, [of_ratio(&WHOLE), place], lines, Corner::LowerRight)
 }

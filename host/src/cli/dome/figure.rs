@@ -2,7 +2,6 @@
 
 use crate::cli::prelude::*;
 use crate::picture::chart::{Axis, Chart, Corner, Line, Names};
-use std::ops::Range;
 
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Figure {
@@ -56,34 +55,10 @@ impl Figure {
     }
 }
 
-/// A linear axis. `name` heads its column of numbers, `label` stands beside the axis.
-pub(super) fn axis(name: &'static str, label: &'static str, range: Range<f64>) -> Axis {
-    Axis {
-        name,
-        label,
-        range,
-        logarithmic: false,
-    }
-}
-
 pub(super) fn logarithmic(axis: Axis) -> Axis {
     Axis {
         logarithmic: true,
         ..axis
-    }
-}
-
-pub(super) fn line(
-    name: impl Into<String>,
-    colour: usize,
-    points: impl IntoIterator<Item = (f64, Option<f64>)>,
-) -> Line {
-    Line {
-        name: name.into(),
-        points: points.into_iter().collect(),
-        colour,
-        faint: false,
-        dots: false,
     }
 }
 

@@ -1,11 +1,11 @@
 //! `shisen dome nearfield`: what surroundings near the mirror cost.
 
 use super::arguments::{MappingChoice, MirrorArguments};
-use super::figure::{Figure, axis, chart, line, logarithmic};
+use super::figure::{Figure, chart, logarithmic};
 use crate::cli::output::picture_files::make_writable;
 use crate::cli::prelude::*;
 use crate::dome::{self, Design, NearField, NearestError, SizeErrors, Viewpoint, px_4096};
-use crate::picture::chart::{Chart, Corner};
+use crate::picture::chart::{Axis, Chart, Corner, Line};
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 
@@ -265,7 +265,7 @@ fn rings_chart(title: &str, viewpoint: ViewpointChoice, seen: &[(f64, NearField)
             let displaced = px_4096(r_d - near.angle(r_d, *distance));
             (f64::from(i) / 2.0, Some(displaced))
         };
-        line(name, colour, (0..=180).map(point))
+        Line::new(name, colour, (0..=180).map(point))
     };
     let lines: Vec<_> = seen.iter().enumerate().map(rings).collect();
     let (mut low, mut high) = (0f64, 0f64);
@@ -276,9 +276,9 @@ fn rings_chart(title: &str, viewpoint: ViewpointChoice, seen: &[(f64, NearField)
     // An axis needs a length even if nothing is displaced.
     let room = (0.05 * (high - low)).max(1.0e-3);
     let title = format!("{title}: displacement, seen from {}", viewpoint.words());
-    let place = axis("r_d_deg", "from the zenith, degrees", 0.0..90.0);
+    let place = Axis::linear("r_d_deg", "from the zenith, degrees", 0.0..90.0);
     let range = low - room..high + room;
-    let displacement = axis("displacement_px", "towards the rim, pixels at 4096", range);
+    let displacement = Axis::linear("displacement_px", "towards the rim, pixels at 4096", range);
     chart(title, [place, displacement], lines, Corner::LowerLeft)
 }
 
@@ -296,7 +296,7 @@ fn viewpoint_chart(title: &str, near: &NearField) -> Chart {
     let displaced = |name, colour, of: &dyn Fn(&Viewpoint) -> f64| {
         let px = |found: &Option<Viewpoint>| found.as_ref().map(|one| px_4096(of(one)));
         let points = found.iter().map(|(nearest, found)| (*nearest, px(found)));
-        line(name, colour, points)
+        Line::new(name, colour, points)
     };
     let lines = vec![
         displaced("from the screen's centre", 0, &|found| found.from_screen),
@@ -306,13 +306,13 @@ fn viewpoint_chart(title: &str, near: &NearField) -> Chart {
     let values = lines.iter().flat_map(|line| &line.points);
     let least = values.filter_map(|(_, y)| *y).fold(1.0, f64::min);
     let least = libm::floor(libm::log10(least.max(1.0e-6)));
-    let nearest = axis(
+    let nearest = Axis::linear(
         "nearest",
         "nearest surface, equatorial radii",
         range.clone(),
     );
     let range = libm::pow(10.0, least)..1.0e3;
-    let largest = axis(
+    let largest = Axis::linear(
         "displacement_px",
         "largest displacement, pixels at 4096",
         range,
@@ -326,7 +326,7 @@ fn size_chart(title: &str, sizes: &[SizeErrors]) -> Chart {
     let mut lines = Vec::new();
     for (number, of_offset) in sizes.chunk_by(|a, b| a.offset == b.offset).enumerate() {
         let errors = |name: String, colour, of: &dyn Fn(&SizeErrors) -> Option<f64>| {
-            line(
+            Line::new(
                 name,
                 colour,
                 of_offset.iter().map(|one| (one.size, of(one))),
@@ -342,12 +342,12 @@ fn size_chart(title: &str, sizes: &[SizeErrors]) -> Chart {
         lines.push(errors(world, 2 * number + 1, &|one| one.world));
     }
     let sizes = libm::pow(10.0, f64::from(-DECADES))..1.0;
-    let size = axis(
+    let size = Axis::linear(
         "size",
         "equatorial radius by distance to the nearest surface",
         sizes,
     );
-    let error = axis("error_px", "largest error, pixels at 4096", 1.0e-6..1.0e6);
+    let error = Axis::linear("error_px", "largest error, pixels at 4096", 1.0e-6..1.0e6);
     let title = format!("{title}: errors in single precision");
     chart(
         title,

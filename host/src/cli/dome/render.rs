@@ -7,12 +7,13 @@ use crate::cli::arguments::dispersion::DispersionReport;
 use crate::cli::arguments::source::{Loaded, Source, bake};
 use crate::cli::arguments::tracing::TracingArguments;
 use crate::cli::arguments::{EffectReport, Model, SceneName};
-use crate::cli::output::picture_files::{hexadecimal, make_writable, metadata};
+use crate::cli::output::picture_files::{hexadecimal, is_png, make_writable, metadata};
 use crate::cli::output::ray_counts::RayCounts;
 use crate::cli::prelude::*;
 use crate::dome::{Mapping, Named};
 use crate::scene::camera::{CameraPath, DomeCamera};
 use shisen_core::frame::{Statistics, View};
+use std::borrow::Cow;
 
 /// Renders dome masters of a scene, through a mirrored spheroid or without
 #[derive(Debug, Args)]
@@ -142,25 +143,15 @@ struct Names {
 
 impl Names {
     fn new(out: &Path, scene: &str) -> Self {
-        let is_picture = out
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
-        let stem = |path: &Path| {
-            path.file_stem().map_or_else(
-                || "dome".to_owned(),
-                |stem| stem.to_string_lossy().into_owned(),
-            )
-        };
-        if is_picture {
-            Self {
-                folder: out.parent().unwrap_or(Path::new("")).to_owned(),
-                stem: stem(out),
-            }
+        let (folder, named) = if is_png(out) {
+            (out.parent().unwrap_or(Path::new("")), out)
         } else {
-            Self {
-                folder: out.to_owned(),
-                stem: stem(Path::new(scene)),
-            }
+            (out, Path::new(scene))
+        };
+        let stem = named.file_stem().map(|stem| stem.to_string_lossy());
+        Self {
+            folder: folder.to_owned(),
+            stem: stem.map_or("dome".to_owned(), Cow::into_owned),
         }
     }
 

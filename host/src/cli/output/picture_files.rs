@@ -14,6 +14,12 @@ pub fn make_writable(folder: &Path) -> Result<(), Fault> {
         })
 }
 
+/// Whether a path names a PNG file, and not a folder.
+pub fn is_png(path: &Path) -> bool {
+    let extension = path.extension();
+    extension.is_some_and(|extension| extension.eq_ignore_ascii_case("png"))
+}
+
 /// Notes for a file, without time or place, so that equal pictures give equal files.
 pub fn metadata(note: String) -> [(&'static str, String); 2] {
     let software = concat!("Shisen ", env!("CARGO_PKG_VERSION"));

@@ -29,7 +29,7 @@ impl Progress {
         Self::with(quiet, EVEN)
     }
 
-    /// The same for work with unequal parts.
+    /// Makes a bar for work with unequal parts.
     pub fn of_uneven_parts(quiet: bool) -> Self {
         Self::with(quiet, UNEVEN)
     }

@@ -3,7 +3,7 @@
 use super::announcer::Announcer;
 use super::features::FeatureReport;
 use crate::cli::prelude::*;
-use glam::{Quat, Vec2, Vec3};
+use glam::Vec2;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator, StampSource};
 use shisen_tracker::decoder::{Counts, DropReason, EyeEventKind, Message, Side};
 use shisen_tracker::estimate::{Estimate, GazeEstimator};
@@ -207,24 +207,17 @@ impl Sight {
     }
 }
 
-fn vector(reading: Reading<Vec3>) -> Value<[f32; 3]> {
+fn value<V: Into<[f32; N]>, const N: usize>(reading: Reading<V>) -> Value<[f32; N]> {
     Value {
-        value: reading.value.to_array(),
-        tracked: reading.tracked,
-    }
-}
-
-fn turn(reading: Reading<Quat>) -> Value<[f32; 4]> {
-    Value {
-        value: reading.value.to_array(),
+        value: reading.value.into(),
         tracked: reading.tracked,
     }
 }
 
 fn eye(eye: &Eye) -> Option<EyeReport> {
     (!eye.is_empty()).then(|| EyeReport {
-        origin: eye.origin.map(vector),
-        direction: eye.direction.map(vector),
+        origin: eye.origin.map(value),
+        direction: eye.direction.map(value),
         pupil_m: match eye.pupil {
             Some(Pupil::Diameter(metres)) => Some(metres),
             _ => None,
@@ -380,8 +373,8 @@ impl Records {
             sensor: sample.sensor,
             sequence: sample.sequence,
             head: Head {
-                position: sample.head.position.map(vector),
-                orientation: sample.head.orientation.map(turn),
+                position: sample.head.position.map(value),
+                orientation: sample.head.orientation.map(value),
                 angular_velocity: sample.head.angular_velocity.map(|turn| turn.to_array()),
             },
             gaze_frame: match sample.gaze_frame {
@@ -493,6 +486,7 @@ impl fmt::Display for Record {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     fn sample(i: u64, device: Option<u64>) -> Sample {
         let mut sample = Sample::arrived(Micros(1_000_000 + 2_000 * i));

@@ -107,7 +107,7 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
     };
     let protocol = on_a_line(spec.protocol.take())?;
     let tracker = simulated(&spec)?;
-    line(path, tracker, &protocol, &arguments.end, Play::AtOnce)?;
+    line(path, tracker, &protocol, &arguments.end, None)?;
     Ok(())
 }
 
@@ -133,8 +133,7 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let over = samples.last().map_or(Micros(0), |last| last.arrival);
     let recorded = samples.len() as u64;
     let samples = Recorded::new(samples);
-    let play = Play::ToReader { over };
-    let played = line(path, samples, &protocol, &arguments.end, play)?;
+    let played = line(path, samples, &protocol, &arguments.end, Some(over))?;
     if played.whole && played.sent < recorded {
         warn(&format!(
             "{} of {recorded} samples were not sent: the reader asked for fewer, or did not read \
@@ -218,27 +217,19 @@ fn on_a_line(protocol: Option<ProtocolSpec>) -> Result<ProtocolSpec, Failure> {
 /// How long a line stays after its last record, for its reader.
 const LINGER: Micros = Micros::from_millis(500);
 
-#[derive(Clone, Copy)]
-enum Play {
-    AtOnce,
-    /// Begins once somebody reads, and is over after this time.
-    ToReader {
-        over: Micros,
-    },
-}
-
 struct Played {
     sent: u64,
     /// Whether it went on to the end.
     whole: bool,
 }
 
+/// Plays samples on a line: at once, or, with the time of the last, once somebody reads.
 fn line(
     path: &Path,
     source: impl Source<Item = Sample>,
     protocol: &ProtocolSpec,
     end: &EndArguments,
-    play: Play,
+    over: Option<Micros>,
 ) -> Result<Played, Failure> {
     goes_over_a_line(protocol)?;
     let interrupt = Interrupt::watched();
@@ -254,10 +245,11 @@ fn line(
     say(&format!("{shown} speaks {protocol}, at {name}"));
     let last = end.span();
     let mut reached = |stage| say_stage(stage, path, protocol);
-    let (begin, over) = match play {
-        Play::AtOnce => (Begin::AtOnce, None),
-        Play::ToReader { over } => (Begin::WithReader(&mut reached), Some(over.after(LINGER))),
+    let begin = match over {
+        None => Begin::AtOnce,
+        Some(_) => Begin::WithReader(&mut reached),
     };
+    let over = over.map(|over| over.after(LINGER));
     let (mut sent, mut whole) = (0, false);
     serve::serve(&mut pty, source, protocol, begin, &mut |turn| {
         let enough = end.frames.is_some_and(|most| turn.sent >= most);

@@ -16,6 +16,16 @@ pub struct Axis {
 }
 
 impl Axis {
+    /// A linear axis.
+    pub const fn linear(name: &'static str, label: &'static str, range: Range<f64>) -> Self {
+        Self {
+            name,
+            label,
+            range,
+            logarithmic: false,
+        }
+    }
+
     /// The place of a value along the drawn axis.
     pub(super) fn place(&self, value: f64) -> f64 {
         if self.logarithmic {

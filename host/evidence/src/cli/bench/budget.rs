@@ -9,7 +9,7 @@ use shisen::cli::output::print;
 use shisen::cli::play::{Audience, Interference, LiveArguments, Played, TimeArguments, paper_lod};
 use shisen::cli::tracker::{Interrupt, TrackerName};
 use shisen::live::quantiles::median;
-use shisen::live::{Alone, FrameBudget, FrameRecord, SessionReport, SessionSettings};
+use shisen::live::{Alone, FrameBudget, FrameRecord, SessionSettings};
 use std::fmt;
 use std::time::Duration;
 
@@ -170,32 +170,21 @@ impl Audience for Counts<'_> {
 
 impl Run {
     fn new(budget: FrameBudget, hz: u32, played: &Played) -> Self {
-        let SessionReport {
-            frames,
-            late_frames,
-            over_budget_frames,
-            over_time_frames,
-            frames_with_unfinished_fovea,
-            frames_with_unfinished_tiles,
-            lowered_frames,
-            quality_changes,
-            spent_share,
-            ..
-        } = played.report;
-        let share = |part: u64| part as f64 / frames.max(1) as f64;
+        let report = &played.report;
+        let share = |part: u64| part as f64 / report.frames.max(1) as f64;
         Self {
             budget: budget.to_string(),
             hz,
-            frames,
-            late_frames,
-            late_share: share(late_frames),
-            over_budget_frames,
-            over_time_frames,
-            frames_with_unfinished_fovea,
-            frames_with_unfinished_tiles,
-            lowered_share: share(lowered_frames),
-            quality_changes,
-            spent_share,
+            frames: report.frames,
+            late_frames: report.late_frames,
+            late_share: share(report.late_frames),
+            over_budget_frames: report.over_budget_frames,
+            over_time_frames: report.over_time_frames,
+            frames_with_unfinished_fovea: report.frames_with_unfinished_fovea,
+            frames_with_unfinished_tiles: report.frames_with_unfinished_tiles,
+            lowered_share: share(report.lowered_frames),
+            quality_changes: report.quality_changes,
+            spent_share: report.spent_share,
             interference: played.interference,
         }
     }
@@ -203,20 +192,13 @@ impl Run {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            scene,
-            size,
-            threads,
-            tracker,
-            lod,
-            free,
-            ..
-        } = self;
-        writeln!(
+        let (scene, size, threads) = (&self.scene, self.size, self.threads);
+        write!(
             f,
-            "scene {scene}, {size} × {size} pixels a wall, {threads} threads, tracker {tracker}, \
-             level of detail {lod}"
+            "scene {scene}, {size} × {size} pixels a wall, {threads} threads, "
         )?;
+        let (tracker, lod, free) = (&self.tracker, self.lod, &self.free);
+        writeln!(f, "tracker {tracker}, level of detail {lod}")?;
         writeln!(
             f,
             "{} frames without a budget: {:.2} ms and {} steps at the median",

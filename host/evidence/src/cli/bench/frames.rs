@@ -92,12 +92,8 @@ pub(super) struct Title {
 
 impl fmt::Display for Title {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            mesh,
-            size,
-            threads,
-        } = self;
-        let threads = counted(*threads as u64, "thread");
+        let (mesh, size) = (&self.mesh, self.size);
+        let threads = counted(self.threads as u64, "thread");
         write!(f, "{mesh}, {size} × {size} pixels × 6, {threads}")
     }
 }

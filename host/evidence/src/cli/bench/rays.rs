@@ -81,7 +81,7 @@ struct Report {
 }
 
 /// Millions of rays a second.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize)]
 struct Rate {
     median: f64,
     min: f64,
@@ -228,25 +228,15 @@ where
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            mrays_per_second: Rate { median, min, max },
-            rays,
-            hits,
-            steps_per_ray,
-            build_seconds,
-            simd,
-            threads,
-            layout,
-            ..
-        } = self;
+        let Rate { median, min, max } = self.mrays_per_second;
+        let (threads, simd, layout) = (self.threads, self.simd, self.layout);
+        let (rays, hits, steps) = (self.rays, self.hits, self.steps_per_ray);
         writeln!(
             f,
             "{median:.2} million rays a second ({min:.2} to {max:.2}) on {threads} threads, {simd}, \
              {layout} layout"
         )?;
-        write!(
-            f,
-            "{rays} rays, {hits} hits, {steps_per_ray:.1} steps a ray; built in {build_seconds:.2} s"
-        )
+        write!(f, "{rays} rays, {hits} hits, {steps:.1} steps a ray; ")?;
+        write!(f, "built in {:.2} s", self.build_seconds)
     }
 }

@@ -171,7 +171,7 @@ struct Split {
     ratio: f64,
 }
 
-/// Medians of the seconds of frames in turns, of so many rays a pixel each.
+/// The median seconds of each way, rendered in turns; a way has its rays a pixel.
 fn seconds(quartz: &Quartz, ways: &[(Dispersion, u16)], rounds: u32) -> Result<Vec<f64>, Failure> {
     let timed = in_turns(ways, rounds as usize, |&(way, samples)| {
         Ok::<_, Failure>((quartz.frame(way, samples)?.seconds, ()))

@@ -61,7 +61,7 @@ struct Worst {
     look: [f64; 3],
 }
 
-/// The worst gaze is measured with so many times as many pairs.
+/// How many times as many pairs the worst gaze is measured with.
 const AGAIN: u32 = 10;
 
 /// Ratios of level of detail to plain tracing, along one line of sight.
@@ -74,7 +74,7 @@ struct Gaze {
 }
 
 impl Gaze {
-    /// Measures so many pairs of frames more; each way comes first in every other pair.
+    /// Adds pairs of frames; each way comes first in every other pair.
     fn measure(&mut self, frames: &Frames, pairs: u32) -> Result<(), Failure> {
         let up = ViewDirection::new(self.look).map_or(DVec3::Y, |look| look.basis().up);
         let look = Look {

@@ -64,15 +64,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn even_pictures_differ_by_their_brightness_alone() {
-        let found = similarities(&[100.0; 64], &[120.0; 64], 8);
-        let exact = (2.0 * 100.0 * 120.0 + C1) / (100.0 * 100.0 + 120.0 * 120.0 + C1);
-        for one in found {
-            assert!((one - exact).abs() < 1.0e-9, "{one} {exact}");
-        }
-    }
-
-    #[test]
     fn equal_pictures_are_alike_and_inverse_ones_are_not() {
         let stripes: Vec<f64> = (0..400).map(|i| f64::from(i % 2) * 255.0).collect();
         let inverse: Vec<f64> = stripes.iter().map(|one| 255.0 - one).collect();

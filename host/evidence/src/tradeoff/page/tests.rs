@@ -1,4 +1,4 @@
-use super::super::{Build, Figure, Limit, TilePrice, Topic, measure};
+use super::super::{Build, Figure, Limit, TilePrice, measure};
 use super::*;
 use crate::selftest::{Case, Family};
 use quick_xml::Reader;
@@ -39,12 +39,7 @@ fn report() -> Report {
         limit,
         points,
     );
-    let mut section = Section::new(
-        Topic::Gaze,
-        "Gaze",
-        "About it.".to_owned(),
-        vec![comparison],
-    );
+    let mut section = Section::new("gaze", "Gaze", "About it.".to_owned(), vec![comparison]);
     section.pictures.push(Figure {
         caption: "A <picture>".to_owned(),
         picture: Picture::new(2, 3).unwrap(),

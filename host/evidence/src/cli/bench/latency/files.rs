@@ -1,10 +1,9 @@
 //! The files of frames that follow a tracker.
 
 use super::Run;
-use crate::charts;
 use shisen::files::write_atomically;
 use shisen::live::Leg;
-use shisen::picture::chart::{Chart, Corner, Line, Names};
+use shisen::picture::chart::{Axis, Chart, Corner, Line, Names};
 use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
@@ -101,18 +100,17 @@ fn within<'r>(title: String, named: impl Iterator<Item = (String, &'r Run, Leg)>
             so_far += frames;
             (milliseconds, Some(so_far as f64 / all))
         });
-        charts::line(name, colour, points)
+        Line::new(name, colour, points)
     };
     let lines: Vec<Line> = named.enumerate().map(line).collect();
     let ends = lines.iter().filter_map(|line| line.points.last());
     let slowest = ends
         .map(|(milliseconds, _)| *milliseconds)
         .fold(1.0, f64::max);
-    let milliseconds = ("milliseconds", "milliseconds");
     Chart {
         title,
-        x: charts::linear(milliseconds, 0.0..1.05 * slowest),
-        y: charts::linear(("frames", "part of the frames"), 0.0..1.0),
+        x: Axis::linear("milliseconds", "milliseconds", 0.0..1.05 * slowest),
+        y: Axis::linear("frames", "part of the frames", 0.0..1.0),
         lines,
         names: Names::In(Corner::LowerRight),
         notes: Vec::new(),
