@@ -153,7 +153,8 @@ macro_rules! compiled {
                 budget: &mut Budget,
                 workspace: &mut Workspace,
             ) -> Option<Hit> {
-                tracer.nearest_on(tracer.detail().rung, ray, budget, workspace)
+                let rung = tracer.detail().rung;
+                tracer.searcher.nearest_on(rung, ray, budget, workspace)
             }
             fn is_occluded(
                 tracer: &Tracer<'_, $width>,
@@ -162,7 +163,8 @@ macro_rules! compiled {
                 budget: &mut Budget,
                 workspace: &mut Workspace,
             ) -> bool {
-                tracer.is_dark(ray, limit, budget, workspace)
+                let rung = tracer.detail().rung;
+                tracer.searcher.is_occluded_on(rung, ray, limit, budget, workspace)
             }
         }
     )*};

@@ -128,8 +128,7 @@ enum Pixels<const W: usize> {
     Foveated(Foveation<W>),
 }
 
-/// How rays go together: pointers, so that a program whose rays go one at a
-/// time has no code for it.
+/// How rays go together: pointers, so that other programs have no code for it.
 #[derive(Debug, Clone, Copy)]
 struct Together<const W: usize> {
     block: RenderBlock<W, Screen>,
@@ -309,8 +308,7 @@ where
             .at(x % BLOCK, y % BLOCK)
     }
 
-    /// What is seen past all objects at a point of a view, in its pixels; nothing outside
-    /// a dome master's rim.
+    /// What is seen past all objects at a point of a view; nothing outside a dome master's rim.
     fn past(&self, view: &View, x: f32, y: f32) -> Pixel {
         match view.direction(x, y) {
             Some(direction) => self.tracer.missed(direction),
@@ -326,8 +324,7 @@ where
         }
     }
 
-    /// The detail of the pixels of the grid block that contains pixel (x, y), given the
-    /// region of its patch.
+    /// The detail of the pixels of the block that contains (x, y), given its patch's region.
     // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
     fn block_detail(&self, patch: Region, view: &View, x: u32, y: u32) -> BlockDetail {
@@ -346,8 +343,7 @@ where
         }
     }
 
-    /// Which pixels of that block are traced, given the region of its patch: a bit for
-    /// each, by row, then column.
+    /// Which pixels of that block are traced: a bit for each, by row, then column.
     fn block_traced(&self, patch: Region, view: &View, x: u32, y: u32) -> u64 {
         if let Pixels::Below(..) = self.pixels {
             return self.block_detail(patch, view, x, y).traced();
@@ -394,25 +390,19 @@ impl TileJob {
         self.finished as u64 == self.tile.width as u64 * self.tile.height as u64
     }
 
-    /// Renders pixels into `pixels` (rows of the tile, from the top) until
-    /// the tile is finished or the budget spent.
+    /// Renders pixels into `pixels` (rows of the tile, from the top) until the tile is finished or
+    /// the budget spent.
     ///
-    /// The budget is looked at before each sample of a pixel, in tile mode before each
-    /// sample of a block of 8×8 and each ray tree in it. With S the budget's steps and P the
-    /// most that a sample takes, a call takes at most S + P − 1, whatever
-    /// [`Settings::samples`] is: the next call goes on with the next sample. P is one ray
-    /// tree and at most 16 steps of a test for its block; in tile mode, besides, one sample's
-    /// primary rays of the block, or eight of a dome master. With
-    /// [foveation](Renderer::with_foveation) a call takes at most S + 17² · P: squares whose
-    /// samples are apart have at most 17² of them. A budget that is spent already does
-    /// nothing.
-    ///
-    /// With a budget [that has an overrun](Budget::with_overrun) it does no more than that
-    /// either: a sample that is broken off is begun anew by the next call.
+    /// With S the budget's steps and P the most that a sample takes, a call takes at most
+    /// S + P − 1, whatever [`Settings::samples`] is: the next call goes on with the next sample. P
+    /// is one ray tree and at most 16 steps of a test for its block; in tile mode, besides, one
+    /// sample's primary rays of the block, or eight of a dome master. With
+    /// [foveation](Renderer::with_foveation) a call takes at most S + 17² · P. A budget
+    /// [that has an overrun](Budget::with_overrun) bounds this too: a sample that is broken off is
+    /// begun anew by the next call.
     ///
     /// # Errors
-    /// A tile that is not inside the view; `pixels` of another length than
-    /// the tile.
+    /// A tile that is not inside the view; `pixels` of another length than the tile.
     pub fn render<const W: usize>(
         &mut self,
         renderer: &Renderer<'_, W>,

@@ -64,8 +64,7 @@ impl Numbers {
     }
 }
 
-/// Runs a test with the usual numbers, with each of the worst in all positions, and with
-/// mixtures.
+/// Runs a test with usual numbers, with each of the worst alone, and with mixtures.
 pub(crate) fn torment(test: impl Fn(&mut Numbers)) {
     let run = |instead| {
         let given = Vec::new();

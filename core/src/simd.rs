@@ -59,11 +59,9 @@ pub trait Lanes<const W: usize>: Copy {
     fn prefetch<T>(self, record: &T);
     /// Four numbers of each lane, lane by lane.
     fn interleave(self, of_lanes: [Self::F; 4]) -> [[f32; 4]; W];
-    /// Writes the lanes that are set in `hit`, in the sequence that `order`
-    /// gives, to the front of `distances` and `children`, and says how many
-    /// they are, and the last one's lane, any where there is none. `order` has `W` lane
-    /// numbers, the first in the lowest bits: of three bits each where `W` is 8, of two
-    /// where it is 4. What lies behind those written is unspecified.
+    /// Writes the lanes set in `hit`, in the sequence of `order`, to the front of `distances`
+    /// and `children`; returns their number and the last one's lane. `order` has `W` lane
+    /// numbers, lowest bits first, of three bits where `W` is 8 and of two where it is 4.
     fn compress(
         self,
         hit: Self::M,
@@ -75,8 +73,7 @@ pub trait Lanes<const W: usize>: Copy {
     ) -> (usize, usize);
 }
 
-/// A vector that is the same in all lanes times one of each, summed from x to z as
-/// `map_vector` and [`Vec3::dot`] do.
+/// The dot product with a vector that is the same in all lanes, summed from x to z.
 #[inline(always)]
 pub(crate) fn dot<const W: usize, L: Lanes<W>>(l: L, axis: Vec3, [x, y, z]: [L::F; 3]) -> L::F {
     let x = l.mul(l.splat(axis.x), x);
@@ -274,8 +271,7 @@ impl Simd {
     /// Plain Rust, on any machine.
     pub const PORTABLE: Self = Self(Path::Portable);
 
-    /// Whether the target has vector registers that compilers put lanes in. On
-    /// one without, lanes only make code longer where one would do.
+    /// Whether the target has vector registers that compilers put lanes in.
     pub(crate) const HAS_VECTORS: bool = cfg!(not(any(
         target_arch = "arm",
         target_arch = "riscv32",

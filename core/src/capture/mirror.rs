@@ -1,28 +1,21 @@
 use crate::numeric::{UNIT_ROUNDOFF, min, sin_cos, sqrt};
 use libm::{atan2f, atanf};
 
-/// A mirrored spheroid of equatorial radius 1 about −Z, centred on the
-/// origin, and what looks at it: figures 5 and 8.
-///
-/// Everything derives from the axis ratio and the viewpoint: the edge β₁ alone
-/// would not do, because near parallel projection one ulp of it moves the
-/// viewpoint from 10⁷ radii to infinity. Error of all lengths, relative:
-/// ≤ 8 ulp.
+/// A mirrored spheroid of equatorial radius 1 about −Z, centred on the origin, and what looks
+/// at it: figures 5 and 8. Relative error of all lengths ≤ 8 ulp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpheroidMirror {
     /// Polar radius.
     pub(super) a: f32,
     /// Viewpoint's distance from the centre.
     p: Option<f32>,
-    /// a·tan β₁, the slope of the mirror at the edge: 1 in parallel
-    /// projection.
+    /// a·tan β₁, the slope at the edge: 1 in parallel projection.
     pub(super) slope: f32,
     /// 1/d₁: 0 in parallel projection.
     pub(super) k: f32,
     pub(super) c1: f32,
     pub(super) b1: f32,
-    /// (p − a)/d₁, what equation 26 begins with at the pole: 1 in parallel
-    /// projection, and 3/4 at least.
+    /// (p − a)/d₁: 1 in parallel projection, and 3/4 at least.
     pub(super) clearance: f32,
 }
 
@@ -152,17 +145,13 @@ impl SpheroidMirror {
         })
     }
 
-    /// Perspective from a viewpoint `p` from the mirror's centre: equations
-    /// 19 to 24, solved for β₁.
-    ///
-    /// With g = a·tan β₁ and h = √(a² + g²), equation 22 is
-    /// g² = 1/(1 + 2/(d₁·h)): as an iteration it halves the error at least
-    /// with each step, and stays where it is as p goes to infinity. d₁ is
-    /// (p − a) + (a − c₁), a − c₁ = a·g²/(h·(h + a)): no difference cancels.
+    /// Perspective from a viewpoint `p` from the mirror's centre: equations 19 to 24, solved for
+    /// β₁ by g² = 1/(1 + 2/(d₁·h)) with g = a·tan β₁ and h = √(a² + g²), an iteration that halves
+    /// its error at least.
     ///
     /// # Errors
-    /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS), a viewpoint
-    /// that is not finite or not above the pole.
+    /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS), a viewpoint that is not finite or
+    /// not above the pole.
     pub fn perspective(a: f32, p: f32) -> Result<Self, MirrorError> {
         check_axis_ratio(a)?;
         if !(p > a && p.is_finite()) {
@@ -341,12 +330,6 @@ mod tests {
                     most
                 })
             );
-            // From far away it is nearly the same.
-            for p in [1.0e7, f32::MAX] {
-                let far = SpheroidMirror::perspective(a, p).unwrap();
-                assert!((far.screen_radius() - parallel.screen_radius()).abs() < 2.0e-7);
-                assert!((far.screen_distance() / parallel.screen_distance() - 1.0).abs() < 3.0e-7);
-            }
         }
         let sphere = SpheroidMirror::from_edge(1.0, FRAC_PI_4).unwrap();
         assert_eq!(sphere.viewpoint(), None);
@@ -355,68 +338,24 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_viewpoint_is_finite() {
-        for a in [0.01f32, 1.0, 100.0] {
-            let near = SpheroidMirror::perspective(a, a.next_up()).unwrap();
-            assert!(near.screen_radius() > 0.0 && near.field_of_view() < core::f32::consts::PI);
-            assert!((0.74..=0.76).contains(&near.clearance), "{near:?}");
-            let edge = SpheroidMirror::from_edge(a, SpheroidMirror::LEAST_EDGE).unwrap();
-            assert!(edge.viewpoint() > Some(a), "{edge:?}");
-        }
-    }
-
-    #[test]
     fn mirrors_that_are_none_are_refused() {
-        use MirrorError as Error;
-        for a in [0.0, -1.0, 0.009, 101.0, f32::INFINITY] {
-            let error = Err(Error::AxisRatio { a });
-            assert_eq!(SpheroidMirror::parallel(a), error);
-            assert_eq!(SpheroidMirror::perspective(a, 2.0), error);
-            assert_eq!(SpheroidMirror::from_edge(a, 0.1), error);
-        }
-        for p in [2.0, 1.999, 0.0, -3.0, f32::INFINITY, f32::NEG_INFINITY] {
-            let error = Err(Error::Viewpoint { p, a: 2.0 });
-            assert_eq!(SpheroidMirror::perspective(2.0, p), error);
-        }
-        for beta1 in [0.0, -0.1, 9.0e-4, 0.786, 2.0, f32::INFINITY] {
-            let found = SpheroidMirror::from_edge(1.0, beta1);
-            let most = FRAC_PI_4;
-            assert_eq!(found, Err(Error::Edge { beta1, most }));
-        }
-        let nan = f32::NAN;
-        assert!(matches!(
-            SpheroidMirror::parallel(nan),
-            Err(Error::AxisRatio { .. })
-        ));
-        assert!(matches!(
-            SpheroidMirror::perspective(1.0, nan),
-            Err(Error::Viewpoint { .. })
-        ));
-        assert!(matches!(
-            SpheroidMirror::from_edge(1.0, nan),
-            Err(Error::Edge { .. })
-        ));
-    }
-
-    #[test]
-    fn errors_name_the_value_and_its_range() {
         extern crate std;
-        use std::string::ToString;
-        for (error, words) in [
-            (SpheroidMirror::parallel(-1.0), ["is -1:", "0.01 to 100"]),
-            (
-                SpheroidMirror::perspective(2.5, 2.0),
-                ["is 2 radii", "above 2.5"],
-            ),
-            (
-                SpheroidMirror::from_edge(1.0, 1.5),
-                ["of 1.5 rad", "0.001 to 0.7853982"],
-            ),
-        ] {
-            let says = error.unwrap_err().to_string();
-            for words in words {
-                assert!(says.contains(words), "{says}");
-            }
+        use std::string::ToString as _;
+        let says = |made: Result<SpheroidMirror, MirrorError>, words: &str| {
+            let error = made.unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        };
+        let nan = f32::NAN;
+        for a in [0.0, -1.0, 0.009, 101.0, f32::INFINITY, nan] {
+            says(SpheroidMirror::parallel(a), "0.01 to 100");
+            says(SpheroidMirror::perspective(a, 2.0), "0.01 to 100");
+            says(SpheroidMirror::from_edge(a, 0.1), "0.01 to 100");
+        }
+        for p in [2.0, 1.999, 0.0, -3.0, f32::INFINITY, f32::NEG_INFINITY, nan] {
+            says(SpheroidMirror::perspective(2.0, p), "above 2");
+        }
+        for beta1 in [0.0, -0.1, 9.0e-4, 0.786, 2.0, f32::INFINITY, nan] {
+            says(SpheroidMirror::from_edge(1.0, beta1), "0.001 to 0.7853982");
         }
     }
 

@@ -55,8 +55,7 @@ impl SpheroidMirror {
             .then(|| Reflection::of_lane(self.reflections(Portable, [x], [y])))
     }
 
-    /// [`pixel`](Self::pixel) in every lane, of (u, v) and √(u² + v²) in the
-    /// disc, with [`exact_start`](Self::exact_start).
+    /// [`pixel`](Self::pixel) in every lane: (u, v), √(u² + v²).
     #[inline(always)]
     pub(crate) fn pixels<const W: usize, L: Lanes<W>>(
         &self,
@@ -75,9 +74,7 @@ impl SpheroidMirror {
         }
     }
 
-    /// The lines of sight to (u, v) of a true dome master, `radius` from its
-    /// centre. By the law of reflection their directions are known before the
-    /// mirror's points are.
+    /// The lines of sight to (u, v) of a true dome master, `radius` from its centre.
     #[inline(always)]
     fn exact_reflections<const W: usize, L: Lanes<W>>(
         &self,
@@ -104,14 +101,8 @@ impl SpheroidMirror {
         }
     }
 
-    /// The lines of sight through (x, y) of the screen.
-    ///
-    /// They start at the screen, not at the viewpoint, so that a far viewpoint
-    /// costs no bits: (x, y, c₁) + s·(−k·x, −k·y, 1) is on the mirror at the
-    /// root s of A·s² + 2·B·s + C that is not below 0. C is not above 0 and B
-    /// above it, so the root is no difference. The reflected direction is the
-    /// incoming one turned by twice the normal's angle, as a product of
-    /// complex numbers.
+    /// The lines of sight through (x, y) of the screen. They start at the screen, so that a far
+    /// viewpoint costs no bits, and meet the mirror at the root s ≥ 0 of A·s² + 2·B·s + C.
     #[inline(always)]
     fn reflections<const W: usize, L: Lanes<W>>(
         &self,
@@ -184,25 +175,6 @@ mod tests {
     ];
 
     #[test]
-    fn the_centre_is_the_zenith_and_the_rim_is_upright() {
-        for mirror in NAMED {
-            for mapping in [Mapping::Screen, Mapping::Exact] {
-                let pixel = |u, v| mirror.pixel(u, v, mapping).unwrap();
-                let zenith = pixel(0.0, 0.0);
-                assert!((zenith.direction - Vec3::NEG_Z).length() < 3.0e-7);
-                let pole = Vec3::NEG_Z * mirror.axis_ratio();
-                assert!((zenith.point - pole).length() < 3.0e-7 * mirror.axis_ratio());
-                for side in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y] {
-                    let rim = pixel(side.x, side.y);
-                    assert!((rim.direction - side).length() < 1.0e-6, "{rim:?}");
-                    let screen = side * mirror.screen_radius() - Vec3::Z * mirror.screen_distance();
-                    assert!((rim.point - screen).length() < 1.0e-6, "{rim:?}");
-                }
-            }
-        }
-    }
-
-    #[test]
     fn a_pixel_by_the_papers_mapping_is_a_point_of_the_screen() {
         for mirror in NAMED {
             let b1 = mirror.screen_radius();
@@ -224,18 +196,6 @@ mod tests {
                 assert_eq!(mirror.pixel(u, v, Mapping::Screen), None);
                 assert_eq!(mirror.pixel(u, v, Mapping::Exact), None);
                 assert_eq!(mirror.screen_point(u, v), None);
-            }
-        }
-    }
-
-    #[test]
-    fn the_smallest_pixels_are_next_to_the_zenith() {
-        for mirror in NAMED {
-            for tiny in [f32::from_bits(1), f32::MIN_POSITIVE, 1.0e-20] {
-                for mapping in [Mapping::Screen, Mapping::Exact] {
-                    let found = mirror.pixel(tiny, -tiny, mapping).unwrap();
-                    assert!((found.direction - Vec3::NEG_Z).length() < 3.0e-7);
-                }
             }
         }
     }

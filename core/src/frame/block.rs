@@ -198,8 +198,7 @@ impl Block {
             .part((self.x % BLOCK, self.y % BLOCK), (self.columns, self.rows))
     }
 
-    /// Renders the next pixel's samples that are not there, one ray after the other. `None`
-    /// where the budget ends before the last.
+    /// Renders the rest of the next pixel's samples; `None` where the budget ends before the last.
     fn pixel<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
@@ -279,8 +278,7 @@ impl Block {
         self.render_samples(rendering, reaches, begun, budget, workspace, target);
     }
 
-    /// Whether a sample of any pixel is traced and may hit anything, where directions
-    /// from the eye lie between those of four corners.
+    /// Whether a traced sample may hit anything in directions between four corners.
     fn reaches<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
@@ -393,8 +391,7 @@ impl Block {
         begun.finish(self.area());
     }
 
-    /// Counts its pixels in a set for the whole grid block: a bit for each pixel, by row,
-    /// then column.
+    /// Counts its pixels in a set of the grid block's, a bit each.
     fn count(&self, set: u64) -> u64 {
         let (x, y) = (self.x % BLOCK, self.y % BLOCK);
         let columns = (0xff >> (BLOCK - self.columns)) << x;

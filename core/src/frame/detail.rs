@@ -53,8 +53,7 @@ pub const FACE_TOLERANCE: f32 = 0.049;
 /// border of the visual field, it goes over into what fills the rest.
 pub const BLEND: f32 = 0.1;
 
-/// The detail of each pixel of a block of the view's own grid. It depends on
-/// the view and the gaze only: not on tiles, nor on how rays go.
+/// The detail of each pixel of a block of the view's own grid.
 pub(super) enum BlockDetail {
     /// The same for all pixels.
     Equal(RayDetail),
@@ -162,8 +161,7 @@ impl BlockDetail {
         traced
     }
 
-    /// The detail of a part of the block, by the part's own columns and rows; pixels past
-    /// the part are not traced.
+    /// The detail of a part of the block; pixels past the part are not traced.
     pub(super) fn part(self, (left, top): (u32, u32), (columns, rows): (u32, u32)) -> Self {
         if (left, top, columns, rows) == (0, 0, BLOCK, BLOCK) {
             return self;
@@ -208,13 +206,10 @@ impl OwnDetail {
     }
 }
 
-/// Pixels a side of a patch: its blocks are looked at one by one only if the patch is
-/// neither all in the central field nor all outside.
+/// Pixels a side of a patch, which is tested before its blocks.
 pub(super) const PATCH: u32 = 4 * BLOCK;
 
-/// Where the square of the view's grid lies in the field that has pixel (x, y)
-/// in it and `side` pixels a side. A dome master's directions do not lie between
-/// those of a square's corners: each one's level is asked for.
+/// Where the square of `side` pixels that contains (x, y) lies in the visual field.
 pub(super) fn region_of(lod: &LevelOfDetail, view: &View, (x, y): (u32, u32), side: u32) -> Region {
     let Kind::Screen(screen) = view.kind() else {
         return Region::Mixed;
@@ -314,8 +309,7 @@ impl BlockLevels {
         block
     }
 
-    /// The least and the most of a group's levels, as of the block's, and
-    /// whether all are above 0.
+    /// The least and the most of a group's levels above 0, and whether all are.
     fn group_levels(&self, group: usize) -> (f32, f32, bool) {
         let (mut least, mut most, mut traced) = (1.0, 0.0, true);
         for (column, row) in TileRays::places_of_group(group) {
@@ -363,13 +357,9 @@ impl<V: Directions> Kernel<8> for Levels<'_, V> {
     }
 }
 
-/// Which rung of a ladder of polygon levels each level of a block sees.
-///
-/// Rays of a block that see the same mesh go through it together. So all of
-/// them see the rung of the middle level, where that is within
-/// [`FACE_TOLERANCE`] of what eq. 10 asks for; else the rays of each group of
-/// [`TileRays`], likewise, or at last each its own. Rays of level 1 see the
-/// mesh itself.
+/// The rung of a ladder of polygon levels for each level: rays of a block share the rung of
+/// their middle level where that is within [`FACE_TOLERANCE`] of eq. 10, else those of a group
+/// of [`TileRays`] do, else each has its own. Level 1 sees the mesh itself.
 pub(super) struct Ladder {
     /// Number of steps from the first rung to the last.
     steps: f32,

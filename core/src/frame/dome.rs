@@ -119,8 +119,7 @@ impl Block {
     }
 }
 
-/// Whether a dome that is seen from one point is rendered by blocks, not rows: where
-/// there are vectors to do it with, and no spheroid, which eight rays at a time meet sooner.
+/// Whether a dome that is seen from one point is rendered by blocks, not rows.
 pub(super) fn goes_in_blocks<const W: usize>(scene: &Scene<'_, W>) -> bool {
     let is_mesh = |instance: &Instance| instance.kind == kind::MESH;
     Simd::HAS_VECTORS && scene.instances.iter().all(is_mesh)
@@ -138,7 +137,10 @@ where
     Simd: Runs<W>,
 {
     let one = |lane: usize| Some((rays.ray(lane)?, detail[lane % 8]?.rung));
-    tracer.nearest_of_row::<EFFECTS>(&rays.together(detail), one, budget, workspace)
+    let rays = rays.together(detail);
+    tracer
+        .searcher
+        .nearest_of_row::<EFFECTS>(&rays, one, budget, workspace)
 }
 
 /// Rays of eight places and, where they went together, what they met.

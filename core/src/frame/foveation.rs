@@ -19,16 +19,14 @@ use glam::Vec3;
 /// Most pixels between two samples next to each other.
 pub const LARGEST_STRIDE: u32 = 16;
 
-/// Pixels a side of the squares that choose the distance of their samples; squares of
-/// close samples choose for each quarter.
+/// Pixels a side of the squares that choose the distance of their samples.
 const SQUARE: u32 = 32;
 const QUARTER: u32 = SQUARE / 2;
 
 /// The least stride at which a square is not quartered.
 const WHOLE_SQUARE: u32 = 4;
 
-/// How the periphery is sampled. Pointers, so that a program that samples every
-/// pixel has no code for it.
+/// How the periphery is sampled: pointers, so that other programs have no code for it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Foveation<const W: usize> {
     acuity: Acuity,
@@ -127,23 +125,14 @@ impl<const W: usize> Renderer<'_, W>
 where
     Simd: Runs<W>,
 {
-    /// The same renderer with a [level of detail](Self::with_level_of_detail), and
-    /// with samples no farther apart than what an acuity makes out there: in the
-    /// periphery not every pixel has a ray of its own.
+    /// The same renderer with a [level of detail](Self::with_level_of_detail), and with samples no
+    /// farther apart than what an acuity makes out: in the periphery not every pixel has a ray.
     ///
-    /// Samples are 1, 2, 4, 8 or at most [`LARGEST_STRIDE`] pixels apart, on the
-    /// view's own grid. Squares of 32 pixels a side, and where samples are close
-    /// together their quarters, choose by the angle of their longest side and by the
-    /// acuity at their point nearest to the line of sight. Where samples next
-    /// to each other show different things or light, two more halvings of their
-    /// distance follow. Pixels between samples that see the same instance are
-    /// interpolated; between samples of different ones each pixel has what the
-    /// nearest sample sees, and what it shares with others that see the same. Where
-    /// samples are a pixel apart, around the line of sight, every pixel is what it
-    /// would be without.
-    ///
-    /// Both eyes sample a direction alike where they share a line of sight, and an
-    /// eye that does not move has the same samples in every frame.
+    /// Samples are 1, 2, 4, 8 or at most [`LARGEST_STRIDE`] pixels apart, on the view's own grid,
+    /// by squares of 32 pixels a side or their quarters. Where neighbouring samples show different
+    /// things or light, two more halvings of their distance follow. Pixels between samples of one
+    /// instance are interpolated; others have what the nearest sample sees. Where samples are a
+    /// pixel apart, around the line of sight, every pixel is what it would be without.
     #[must_use]
     pub fn with_foveation(self, lod: LevelOfDetail, acuity: Acuity) -> Self
     where
@@ -225,9 +214,8 @@ where
     }
 }
 
-/// How far apart the samples of a square are: the most, of powers of two, that the
-/// acuity at its point nearest to the line of sight does not make out, by the
-/// angle of a pixel along its longest side. 1 where a corner is outside a dome master's rim.
+/// The largest power of two of pixels between a square's samples that the acuity does not
+/// make out; 1 where a corner is outside a dome master's rim.
 fn stride(acuity: &Acuity, gaze: &Gaze, view: &View, (x, y): (u32, u32), side: u32) -> u32 {
     let towards = |right: u32, below: u32| {
         let place = |first: u32, by: u32| (first + by) as f32 - 0.5;

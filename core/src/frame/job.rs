@@ -123,14 +123,13 @@ pub enum Progress {
     Finished,
 }
 
-/// A frame on its way to being finished, tile by tile.
+/// A frame on its way to being finished, tile by tile, from the line of sight outwards: a
+/// frame whose budget runs out lacks its rim.
 ///
-/// Tiles go from the line of sight outwards, so that a frame whose budget runs
-/// out lacks its rim. What is in a frame is decided by the scene, the views, the
-/// [`Settings`](super::Settings), the gaze, the size of tiles and the frame's
-/// budget, not by how it was cut into calls. Of a frame whose budget runs out that holds in
-/// [`Mode::Single`](super::Mode), but for foveation of several samples a pixel: elsewhere an
-/// interrupted block or square takes more steps.
+/// The scene, the views, the [`Settings`](super::Settings), the gaze, the size of tiles and the
+/// frame's budget decide what is in it, not how it is cut into calls. For a frame whose budget
+/// runs out that holds in [`Mode::Single`](super::Mode) without foveation of several samples a
+/// pixel: an interrupted block or square takes more steps.
 #[derive(Debug)]
 pub struct FrameJob<'p> {
     places: &'p [Place],
@@ -166,15 +165,13 @@ impl<'p> FrameJob<'p> {
             .fold(0, usize::saturating_add)
     }
 
-    /// A frame of some pictures, in tiles of `side`² pixels, that begins nothing
-    /// more when `budget` is spent. The sample that it has begun then is finished: with P as
-    /// in [`render`](Self::render), a frame that may take N steps and no more is given
-    /// N − (P − 1). `places` is where it keeps their order. It is put in
-    /// order here, which takes time for each tile, whatever the budget.
+    /// A frame of some pictures, in tiles of `side`² pixels, that begins no sample when `budget` is
+    /// spent: with P as in [`render`](Self::render), give N − (P − 1) to take N steps at most.
+    /// `places` keeps the order of tiles, which takes time for each.
     ///
     /// # Errors
-    /// A size of tiles out of range; no pictures, or too many; `places` for
-    /// fewer tiles than there are.
+    /// A size of tiles out of range; no pictures, or too many; `places` for fewer tiles than there
+    /// are.
     // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
     pub fn new<'a, const W: usize>(
@@ -237,30 +234,20 @@ impl<'p> FrameJob<'p> {
         self.tiles
     }
 
-    /// Renders pixels until a tile is finished, the frame's budget spent or
-    /// `slice` spent, whichever is first. `pixels` is room for a tile: `side`²
-    /// pixels, of which a tile at a picture's border uses the first; they are
-    /// kept from call to call until the tile is handed over. Tiles that the
-    /// frame's budget did not finish are handed over all the same.
+    /// Renders pixels until a tile is finished, the frame's budget spent or `slice` spent,
+    /// whichever is first. `pixels` is room for a tile, `side`² pixels, of which a tile at a
+    /// picture's border uses the first; they are kept from call to call until the tile is handed
+    /// over. Tiles that the frame's budget did not finish are handed over all the same.
     ///
-    /// `pictures` are those that the frame was begun with. A call does at most
-    /// `slice` and what [`TileJob::render`] says of one sample more, and at most
-    /// one tile. Of both budgets an [overrun](Budget::with_overrun) holds; a slice whose
-    /// sample it does not suffice for has done nothing of it.
+    /// `pictures` are those that the frame was begun with. A call renders at most one tile, and
+    /// takes at most `slice` and what [`TileJob::render`] says of one sample more. An
+    /// [overrun](Budget::with_overrun) of either budget holds.
     ///
-    /// In time: with S the steps of `slice` and P those of the dearest sample of the
-    /// scene, a call takes at most (S + P) · C1 + C0. P is the scene's: a sample is
-    /// traced to its end, with all rays that it leaves behind and all primitives and
-    /// nodes that these meet. It is found by a frame of slices of one step, in which
-    /// each sample that is traced has a call of its own. Shading is a part of C1, as
-    /// a hit is never without steps. C0 is a tile's fixed costs, which take no
-    /// steps and grow with the samples of a pixel: levels of detail for its pixels, the
-    /// background of those that nothing is traced for, and above all the ways of a dome
-    /// master's rays over its mirror. C1 = 600 and C0 = 400,000 instructions for
-    /// tiles of 16² pixels, one ray a pixel, on a Cortex-M7 in [`Mode::Single`];
-    /// larger tiles have more fixed costs in proportion.
-    ///
-    /// [`Mode::Single`]: super::Mode::Single
+    /// In time: with S the steps of `slice` and P those of the dearest sample of the scene, a call
+    /// takes at most (S + P) · C1 + C0. P is the most that slices of one step take. C0 is a tile's
+    /// fixed costs without steps: levels of detail, the background, a dome master's rays. C1 = 600
+    /// and C0 = 400,000 instructions for tiles of 16² pixels, one ray a pixel, on a Cortex-M7 in
+    /// [`Mode::Single`](super::Mode::Single); fixed costs grow with pixels and samples.
     ///
     /// # Errors
     /// Fewer `pixels`, other pictures.
@@ -328,8 +315,7 @@ impl<'p> FrameJob<'p> {
     }
 }
 
-/// Returns the cosine of the angle between the line of sight and a tile's centre; below
-/// all others where the centre is outside a dome's rim.
+/// The cosine between the line of sight and a tile's centre; −2 outside a dome's rim.
 fn cosine(gaze: &Gaze, view: &View, side: u32, (column, row): (u16, u16)) -> f32 {
     // A tile that the picture's border cuts off counts as a full square.
     let middle = |tile: u16| (u32::from(tile) * side) as f32 + 0.5 * (side - 1) as f32;

@@ -86,9 +86,7 @@ impl Node {
 }
 
 impl Lattice {
-    /// Renders a piece whose samples are apart. False where the budget ends before it is
-    /// finished: several samples a pixel then go on where they ended, cell by cell; one sample
-    /// a pixel begins anew.
+    /// Renders a piece whose samples are apart; false where the budget ends before the last.
     // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
     pub(super) fn render<const W: usize>(
@@ -237,8 +235,7 @@ impl Lattice {
     }
 }
 
-/// Whether the corners of a block see different things, or light that is far
-/// apart.
+/// Whether the corners of a block see different things, or very different light.
 fn differs(corners: &[&Node; 4]) -> bool {
     let mut traced = corners.iter().filter(|node| node.class != SKIPPED);
     let Some(first) = traced.next() else {
@@ -321,9 +318,8 @@ fn between(none: &Pixel, all: &Pixel, share: f32) -> Pixel {
     }
 }
 
-/// What is seen between four corners, at shares of the distance to the right and down: the
-/// class of the nearest corner that sees anything, blended from the corners of that class.
-/// `None` past all objects.
+/// What is seen between four corners, from those of the nearest corner's class; `None` past
+/// all objects.
 fn seen_between(corners: &[&Node; 4], right: f32, down: f32) -> Option<Pixel> {
     let (left, up) = (1.0 - right, 1.0 - down);
     let shares = [left * up, right * up, left * down, right * down];
@@ -405,8 +401,7 @@ impl Piece {
         lod.gaze.region_between(&corners)
     }
 
-    /// Whether its square's corners, the middles of its sides and its middle are in
-    /// the field: the levels of all pixels would take longer than their samples.
+    /// Whether nine points of its square are in the field: cheaper than all levels.
     fn is_inside(&self, lod: &LevelOfDetail, view: &View) -> bool {
         let ((x, y), half) = (self.corner, self.side / 2);
         (0..9u32).all(|number| {

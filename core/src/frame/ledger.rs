@@ -11,16 +11,13 @@ impl<const W: usize> Renderer<'_, W>
 where
     Simd: Runs<W>,
 {
-    /// Renders a tile of a view into `pixels` (rows, from the top), and enters
-    /// into a ledger what each effect does in it. The pixels are those of
-    /// [`TileJob::render`](super::TileJob::render), ray by ray and slower; this
-    /// is for reports. The rays are those of [`Mode::Single`](super::Mode::Single); the
-    /// steps are of each of them, without the test by which that mode spares those of
-    /// blocks that see nothing.
+    /// Renders a tile of a view into `pixels` (rows, from the top), and enters into a ledger
+    /// what each effect does in it. Pixels are those of
+    /// [`TileJob::render`](super::TileJob::render), rays those of
+    /// [`Mode::Single`](super::Mode::Single) without its test of blocks. Slow: for reports.
     ///
     /// # Errors
-    /// A tile that is not inside the view; `pixels` of another length than
-    /// the tile.
+    /// A tile that is not inside the view; `pixels` of another length than the tile.
     pub fn account(
         &self,
         view: &View,

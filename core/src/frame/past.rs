@@ -22,8 +22,7 @@ impl Past {
     }
 }
 
-/// What eight pixels show that see past everything: `None` where that cannot be computed
-/// for all of them together.
+/// What eight pixels past everything show; `None` where they cannot be computed together.
 pub(super) struct RowPast<'r> {
     pub(super) background: &'r Background,
     /// Directions, by component.
@@ -63,8 +62,7 @@ pub(super) struct SeePast<'r, S> {
 }
 
 impl<S: OnePoint> SeePast<'_, S> {
-    /// Calls `take` with each row of pixels. False where a row cannot be computed for all
-    /// pixels together.
+    /// Calls `take` with each row of pixels; false where one cannot be computed together.
     #[inline(always)]
     fn each_row<L: Lanes<8>>(
         &self,

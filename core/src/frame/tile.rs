@@ -44,8 +44,7 @@ impl Tile {
         (y - self.y) as usize * self.width as usize + (x - self.x) as usize
     }
 
-    /// Checks that it lies inside a view of this size (pixels), and that `given` is its
-    /// number of pixels.
+    /// Checks that it lies inside a view of this size and has `given` pixels.
     pub(super) fn check(self, [columns, rows]: [u32; 2], given: usize) -> Result<(), TileError> {
         let inside = |first: u32, count: u32, all: u32| {
             count > 0 && first.checked_add(count).is_some_and(|end| end <= all)

@@ -60,8 +60,7 @@ impl View {
         Dome::new(projection, pose, size).map(|dome| Self(Kind::Dome(dome)))
     }
 
-    /// As [`dome`](Self::dome), with what is at the rim in the pixels next to its
-    /// outside.
+    /// As [`dome`](Self::dome), with the rim in the pixels next to its outside.
     pub(super) fn surroundings(
         projection: DomeProjection,
         pose: DomePose,

@@ -4,20 +4,15 @@ use crate::simd::{Kernel, Lanes, Portable, Runs, Simd, dot};
 use core::f32::consts::{FRAC_1_SQRT_2, PI};
 use glam::Vec3;
 
-/// Gives rays their level of detail by where a viewer looks: equations 1 to 8.
+/// Gives rays their level of detail by where a viewer looks: equations 1 to 8, with arc
+/// tangents, which keep their digits near the line of sight, for the printed arc cosines. The
+/// elevation is folded as in equation 5: behind the viewer, around ±`right`, a small part of the
+/// sphere is traced, at levels of 1/7 and below.
 ///
-/// The angles come from arc tangents instead of the printed arc cosines, which
-/// lose half of their digits near the line of sight; where both are defined
-/// they are equal. The elevation is folded as in equation 5, front and back
-/// alike: behind the viewer, around ±`right`, a small part of the sphere
-/// (0.17 % of it, of the paper's field) is traced, at levels of 1/7 and below.
-///
-/// A ray is traced if and only if its level is above 0, and it is if and only
-/// if l < L. Against exact arithmetic, from exact components, the errors of l
-/// (radians) and of the level are at most 1e-6. Components along the axes of a
-/// turned viewer are rounded, which the level shows next to straight sideways
-/// only: there equation 5 is 0/0, the paper's level has a step of up to 1/7, and
-/// the error is at most 1e-7 divided by the distance from it in radians.
+/// A ray is traced if and only if its level is above 0, that is if l < L. From exact components,
+/// the errors of l (radians) and of the level are at most 1e-6. Straight sideways of a turned
+/// viewer equation 5 is 0/0, the level has a step of up to 1/7, and its error is at most 1e-7
+/// divided by the distance from there in radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gaze {
     sight: LineOfSight,
@@ -26,8 +21,7 @@ pub struct Gaze {
     bands: Bands,
 }
 
-/// The limits as equation 7 takes them: squares of the printed curve's, and
-/// reciprocals of the ellipse's.
+/// The limits' squares for the printed curve, reciprocals of them for the ellipse.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Scales {
     up: f32,
@@ -36,11 +30,8 @@ struct Scales {
     right: f32,
 }
 
-/// What the squares of a direction's components decide without its angles.
-///
-/// The bounds are [`Bands::SLACK`] inside the zones that they stand for, far
-/// more than the angles' rounding, so that equations 4 to 8 would give the same
-/// level to the last bit.
+/// What the squares of a direction's components decide without its angles, to the same bit:
+/// bounds that are [`Bands::SLACK`] inside their zones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Bands {
     /// In front, `r² + u² ≤ central·f²` is central.
@@ -57,8 +48,7 @@ impl Bands {
     /// Distance of the bounds from the zones' borders: radians.
     const SLACK: f32 = 1.0e-4;
 
-    /// Added to the lesser side of a comparison: squares below it may have
-    /// underflowed.
+    /// Added to the lesser side of a comparison: smaller squares may have underflowed.
     const LEAST_SQUARE: f32 = 1.0e-36;
 
     fn new(limits: VisualFieldLimits) -> Self {
@@ -151,9 +141,7 @@ pub struct Sight {
 }
 
 impl Gaze {
-    /// 2⁻¹⁰⁰: squares of lengths from here to [`Self::MOST_SQUARE`] overflow
-    /// nowhere, and no component that matters underflows; other directions are
-    /// scaled first.
+    /// 2⁻¹⁰⁰: from here to [`Self::MOST_SQUARE`] no square overflows or underflows.
     const LEAST_SQUARE: f32 = 7.888_609e-31;
 
     /// 2¹⁰⁰.
@@ -248,9 +236,8 @@ impl Gaze {
         });
     }
 
-    /// Where the directions between four lie, which are sums of them without a
-    /// negative share, in the order of [`Bands`]: every region is a convex
-    /// cone, so that what holds at the corners holds between them.
+    /// The region of all directions between four: each region is a convex cone, so that its
+    /// corners decide.
     pub(crate) fn region_between(&self, corners: &[Vec3; 4]) -> Region {
         const ALL: u32 = 0b1111;
         let l = Portable;
@@ -311,8 +298,7 @@ impl Gaze {
         }
     }
 
-    /// Whether l < L in all of a rectangle. In the plane of the angles' squares
-    /// eq. 7 bounds a convex part, so that the corners decide.
+    /// Whether l < L in all of a rectangle: by eq. 7 the corners decide.
     fn holds(&self, field: &Rectangle) -> bool {
         let VisualFieldLimits {
             up,
@@ -339,11 +325,8 @@ impl Gaze {
         })
     }
 
-    /// Returns a lower and an upper bound of the levels in a rectangle. An upper bound
-    /// above 1 bounds nothing.
-    ///
-    /// The level falls with l and grows with L, and L lies between its values
-    /// at the two corners that are farthest along either axis.
+    /// Bounds of the levels in a rectangle: they fall with l and grow with L, which is between
+    /// its values at the two corners that are farthest along either axis.
     pub(crate) fn levels_within(&self, field: &Rectangle) -> (f32, f32) {
         let limits = self.field.limits();
         let Rectangle {
@@ -504,8 +487,7 @@ impl Gaze {
     }
 }
 
-/// All directions in front with angles in between: radians, to the left and
-/// below negative.
+/// Directions in front with angles in between: radians, negative to the left and below.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Rectangle {
     left: f32,

@@ -164,40 +164,17 @@ mod tests {
         assert_eq!(new(a, b), Err(Error::Parallel));
     }
 
-    type Exact = [f64; 3];
-
-    fn exact_cross(a: Exact, b: Exact) -> Exact {
-        let component = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
-        [component(1, 2), component(2, 0), component(0, 1)]
-    }
-
-    fn exact_length(v: Exact) -> f64 {
-        v.iter().map(|c| c * c).sum::<f64>().sqrt()
-    }
-
-    fn exact_unit(v: Exact) -> Exact {
-        let length = exact_length(v);
-        v.map(|c| c / length)
-    }
-
-    fn exact(v: Vec3) -> Exact {
-        exact_unit(v.to_array().map(f64::from))
-    }
-
-    fn exact_axes(direction: Vec3, up: Vec3) -> [Exact; 3] {
-        let forward = exact(direction);
-        let right = exact_unit(exact_cross(forward, exact(up)));
-        [forward, right, exact_cross(right, forward)]
-    }
-
     fn check(direction: Vec3, up: Vec3) {
         let sight = new(direction, up).unwrap();
-        let found = [sight.forward(), sight.right(), sight.up()];
-        for (found, exact) in found.iter().zip(exact_axes(direction, up)) {
-            for (found, exact) in found.to_array().into_iter().zip(exact) {
-                let error = (f64::from(found) - exact).abs();
-                assert!(error < 3e-8, "{direction} {up}: {error}");
-            }
+        let forward = direction.as_dvec3().normalize();
+        let right = forward.cross(up.as_dvec3().normalize()).normalize();
+        for (found, exact) in [
+            (sight.forward(), forward),
+            (sight.right(), right),
+            (sight.up(), right.cross(forward)),
+        ] {
+            let error = (found.as_dvec3() - exact).abs().max_element();
+            assert!(error < 3e-8, "{direction} {up}: {error}");
         }
     }
 
@@ -223,7 +200,8 @@ mod tests {
             let aside = Vec3::new(a, b, c) * 2f32.powi(power);
             let up = if sign { direction + aside } else { aside - direction };
             prop_assume!(direction.length() > 1e-3 && up.length() > 1e-3);
-            let parallel = exact_length(exact_cross(exact(direction), exact(up)));
+            let [forward, upward] = [direction, up].map(|v| v.as_dvec3().normalize());
+            let parallel = forward.cross(upward).length();
             if parallel > f64::from(LineOfSight::PARALLEL) * 1.001 {
                 check(direction, up);
             } else if parallel < f64::from(LineOfSight::PARALLEL) * 0.999 {

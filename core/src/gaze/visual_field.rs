@@ -247,53 +247,41 @@ mod tests {
     fn limits_out_of_range_are_refused() {
         use VisualFieldError as Error;
         let paper = VisualField::PAPER.limits();
-        let new = |limits| VisualField::new(limits, Boundary::Printed).unwrap_err();
+        let new = |[central, up, down, left, right]: [f32; 5]| {
+            let limits = VisualFieldLimits {
+                central,
+                up,
+                down,
+                left,
+                right,
+            };
+            VisualField::new(limits, Boundary::Printed).map(drop)
+        };
         for central in [0.0, -0.0, -0.5, 9.9e-7] {
-            let limits = VisualFieldLimits { central, ..paper };
-            assert_eq!(new(limits), Error::Central { central });
+            assert_eq!(
+                new([central, 1.0, 1.0, 1.0, 1.0]),
+                Err(Error::Central { central })
+            );
         }
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-            assert_eq!(
-                new(VisualFieldLimits {
-                    central: bad,
-                    ..paper
-                }),
-                Error::NotFinite
-            );
-            assert_eq!(
-                new(VisualFieldLimits { left: bad, ..paper }),
-                Error::NotFinite
-            );
+            assert_eq!(new([bad, 1.0, 1.0, 1.0, 1.0]), Err(Error::NotFinite));
+            assert_eq!(new([0.5, 1.0, 1.0, bad, 1.0]), Err(Error::NotFinite));
         }
-        let limits = VisualFieldLimits {
-            down: paper.central,
-            ..paper
-        };
         let error = Error::BelowCentral {
             side: "down",
             limit: paper.central,
             central: paper.central,
         };
-        assert_eq!(new(limits), error);
-        for (limits, side) in [
-            (VisualFieldLimits { up: 1.571, ..paper }, "up"),
-            (
-                VisualFieldLimits {
-                    right: 3.15,
-                    ..paper
-                },
-                "right",
-            ),
+        assert_eq!(
+            new([paper.central, 1.0, paper.central, 1.0, 1.0]),
+            Err(error)
+        );
+        for (limits, far) in [
+            ([0.5, 1.571, 1.0, 1.0, 1.0], "up"),
+            ([0.5, 1.0, 1.0, 1.0, 3.15], "right"),
         ] {
-            assert!(matches!(new(limits), Error::TooFar { side: found, .. } if found == side));
+            assert!(matches!(new(limits), Err(Error::TooFar { side, .. }) if side == far));
         }
-        let most = VisualFieldLimits {
-            up: FRAC_PI_2,
-            down: FRAC_PI_2,
-            left: PI,
-            right: PI,
-            central: LEAST_CENTRAL,
-        };
-        assert!(VisualField::new(most, Boundary::Printed).is_ok());
+        assert_eq!(new([LEAST_CENTRAL, FRAC_PI_2, FRAC_PI_2, PI, PI]), Ok(()));
     }
 }

@@ -1,9 +1,7 @@
 use super::sqrt;
 
-/// A number as the unevaluated sum of two f32, good to some 46 bits where
-/// nothing overflows or underflows (Dekker, "A Floating-Point Technique for
-/// Extending the Available Precision", 1971): for what is computed once a
-/// frame and must not cancel, on targets where f64 is emulated.
+/// A number as the unevaluated sum of two f32, good to 46 bits without overflow (Dekker, "A
+/// Floating-Point Technique for Extending the Available Precision", 1971).
 #[derive(Clone, Copy)]
 pub(crate) struct DoubleFloat {
     high: f32,
@@ -71,10 +69,8 @@ impl DoubleFloat {
         self.low
     }
 
-    /// The sum of some numbers as if added exactly, within an ulp, however many
-    /// digits cancel: each pass over them moves what is left of every addition
-    /// down, unrounded (Ogita, Rump & Oishi, "Accurate Sum and Dot Product",
-    /// 2005; as many passes as four f32 have digits).
+    /// The sum of some numbers within an ulp, however many digits cancel (Ogita, Rump & Oishi,
+    /// "Accurate Sum and Dot Product", 2005).
     pub(crate) fn exact_sum<const N: usize>(numbers: [Self; N]) -> f32 {
         let mut carried = Self::from(0.0);
         let mut left = numbers;

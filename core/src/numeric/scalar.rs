@@ -9,11 +9,8 @@ pub fn sqrt(x: f32) -> f32 {
     libm::sqrtf(x)
 }
 
-/// The square root instruction of Cortex-M4F and M7, which libm does not use:
-/// its loop takes 52 instructions, this call 3.
-///
-/// Stable Rust has neither a way to ask for the feature on ARM nor registers
-/// of floats in `asm!` without it; the hard-float ABI implies both.
+/// The square root instruction of Cortex-M4F and M7: the hard-float ABI implies it, and
+/// stable Rust has no way to ask for it.
 #[cfg(all(target_arch = "arm", target_os = "none", target_abi = "eabihf"))]
 #[allow(unsafe_code)]
 mod hard_float_arm {
@@ -55,9 +52,7 @@ pub const fn min(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// The greater of two numbers that are not NaN, either of −0 and 0: for what is
-/// only compared. An instruction of its own where the processor has `FPv5`, which
-/// takes three for [`max`]; no call elsewhere.
+/// The greater of two numbers that are not NaN, either of −0 and 0: only for comparisons.
 #[inline(always)]
 pub(crate) const fn greater(a: f32, b: f32) -> f32 {
     #[cfg(feature = "fpv5")]
@@ -75,8 +70,7 @@ pub(crate) const fn lesser(a: f32, b: f32) -> f32 {
     min(a, b)
 }
 
-/// `f` of each of three values. Unlike the array's own `map`, always inlined:
-/// a closure over vectors that is not leaves their instruction set.
+/// `f` of each of three values, always inlined to stay in the vectors' instruction set.
 #[inline(always)]
 pub(crate) fn map3<T: Copy, U>(values: [T; 3], f: impl Fn(T) -> U) -> [U; 3] {
     [f(values[0]), f(values[1]), f(values[2])]

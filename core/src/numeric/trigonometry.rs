@@ -4,8 +4,7 @@ use core::f32::consts::FRAC_2_PI;
 /// The largest magnitude that [`sin_cos`] takes: more than two turns.
 pub const LARGEST_ANGLE: f32 = 16.0;
 
-/// π/2 in four parts: the first three have 12 bits, so that their multiples up
-/// to 15 are exact, and the sum is right to 2⁻⁶³.
+/// π/2 to 2⁻⁶³ in four parts, of which multiples up to 15 of the first three are exact.
 const QUARTER_TURN: [f32; 4] = [1.570_312_5, 4.837_513e-4, 7.549_533_6e-8, 2.563_344e-12];
 
 /// Coefficients of the sine on ±π/4, from the highest; the last is taken off.
@@ -14,11 +13,8 @@ const SINE: [f32; 3] = [-1.951_529_6e-4, 8.332_161e-3, 1.666_665_5e-1];
 /// Coefficients of the cosine; the second is subtracted.
 const COSINE: [f32; 3] = [2.443_315_7e-5, 1.388_731_6e-3, 4.166_664_6e-2];
 
-/// Sine and cosine of an angle in radians, up to [`LARGEST_ANGLE`] either
-/// way; NaN beyond. Error of each ≤ 1.5 ulp, also next to their zeros.
-///
-/// libm's `sinf` and `cosf` compute in f64. Quarter turns are taken off
-/// first; the polynomials on ±π/4 are those of Moshier's Cephes library.
+/// Sine and cosine of an angle in radians, up to [`LARGEST_ANGLE`] either way; NaN beyond. Error
+/// of each ≤ 1.5 ulp, by the polynomials of Moshier's Cephes library.
 pub fn sin_cos(angle: f32) -> (f32, f32) {
     // NaN fails the comparison too.
     if !(angle.abs() <= LARGEST_ANGLE) {
@@ -131,15 +127,5 @@ mod tests {
             }
         }
         check(f32::from_bits(1));
-    }
-
-    #[test]
-    fn what_is_no_angle_has_no_sine() {
-        for bad in [f32::NAN, f32::INFINITY, -16.1, f32::MAX] {
-            let (sin, cos) = sin_cos(bad);
-            assert!(sin.is_nan() && cos.is_nan(), "{bad}");
-        }
-        assert_eq!(sin_cos(0.0), (0.0, 1.0));
-        assert_eq!(sin_cos(1.0e-40), (1.0e-40, 1.0));
     }
 }

@@ -123,11 +123,9 @@ impl EffectSet {
         Self::from_bits_truncate(material.effects & 0xffff)
     }
 
-    /// What a scene of these records asks for: the effects of the materials
-    /// that rays can meet, shadows where a light, a surface that is lit and
-    /// an instance that occludes come together, and soft light where a light
-    /// with a size and a surface that is lit do. Baking and
-    /// [`Scene::from_bytes`](super::Scene::from_bytes) both use it.
+    /// What a scene of these records asks for: the effects of the materials that rays can meet,
+    /// shadows where a light, a lit surface and an occluding instance come together, and soft
+    /// light where a light with a size and a lit surface do.
     pub fn of_records(records: &Records<'_>) -> Self {
         let mut asked = 0;
         records.materials_met(|number| {
@@ -191,18 +189,23 @@ mod tests {
             material(effect::LIT),
             material(effect::REFRACTION | effect::ABSORPTION),
         ];
-        let instance = Instance {
-            kind: kind::SPHEROID,
-            material: 1,
-            flags: flag::OCCLUDES,
-            ..Instance::new_zeroed()
-        };
         let light = Light {
             kind: light::POINT,
             colour: [1.0; 3],
             ..Light::new_zeroed()
         };
-        let of = |instance: Instance, lights: &[Light]| {
+        let large = Light {
+            kind: light::RECTANGLE,
+            samples: 4,
+            ..light
+        };
+        let of = |material, flags, lights: &[Light]| {
+            let instance = Instance {
+                kind: kind::SPHEROID,
+                material,
+                flags,
+                ..Instance::new_zeroed()
+            };
             EffectSet::of_records(&Records {
                 instances: &[instance],
                 meshes: &[],
@@ -211,25 +214,13 @@ mod tests {
                 lights,
             })
         };
-        assert_eq!(of(instance, &[light]), EffectSet::SHADOWS);
-        assert_eq!(of(instance, &[]), EffectSet::NONE);
-        let lets_through = Instance {
-            flags: 0,
-            ..instance
-        };
-        assert_eq!(of(lets_through, &[light]), EffectSet::NONE);
-        let large = Light {
-            kind: light::RECTANGLE,
-            samples: 4,
-            ..light
-        };
-        let soft = EffectSet::SOFT_LIGHT;
-        assert_eq!(of(instance, &[light, large]), EffectSet::SHADOWS | soft);
-        assert_eq!(of(lets_through, &[large]), soft);
-        let mirror = Instance {
-            material: 0,
-            ..instance
-        };
-        assert_eq!(of(mirror, &[light, large]), EffectSet::REFLECTION);
+        let (occludes, soft) = (flag::OCCLUDES, EffectSet::SOFT_LIGHT);
+        let shadows = EffectSet::SHADOWS;
+        assert_eq!(of(1, occludes, &[light]), shadows);
+        assert_eq!(of(1, occludes, &[]), EffectSet::NONE);
+        assert_eq!(of(1, 0, &[light]), EffectSet::NONE);
+        assert_eq!(of(1, occludes, &[light, large]), shadows | soft);
+        assert_eq!(of(1, 0, &[large]), soft);
+        assert_eq!(of(0, occludes, &[light, large]), EffectSet::REFLECTION);
     }
 }

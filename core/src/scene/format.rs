@@ -457,18 +457,14 @@ pub struct Triangle {
 /// Bytes before those that the checksum is of.
 const UNCHECKED: usize = offset_of!(Header, checksum) + size_of::<u32>();
 
-/// The checksum that belongs into the header of a blob; `None` where
-/// that is not even a header, or more than there are.
+/// The checksum that a blob's header should have; `None` where the blob is too short.
 pub(super) fn checksum(blob: &[u8], byte_len: u32) -> Option<u32> {
     let checked = blob.get(UNCHECKED..byte_len as usize)?;
     (checked.len() >= size_of::<Header>() - UNCHECKED).then(|| xxh32(checked, 0))
 }
 
-/// Gives a scene that was put together or changed by hand the checksum that it is to
-/// have: the last thing to do with it. Says whether that could be: not of bytes that
-/// are fewer than their header says, or than a header.
-///
-/// What else is wrong with it, [`Scene::from_bytes`](super::Scene::from_bytes) says.
+/// Gives a changed scene its checksum: the last thing to do with it. False if the bytes are
+/// fewer than their header says, or than a header.
 pub fn seal(blob: &mut [u8]) -> bool {
     let word = |at: usize| at..at + size_of::<u32>();
     let length = blob.get(word(offset_of!(Header, byte_len)));

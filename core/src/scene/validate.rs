@@ -85,8 +85,7 @@ const GRATICULE_DIVISIONS: RangeInclusive<u32> = 1..=900;
 /// The widest that lines may be: radians.
 const GRATICULE_WIDEST: f32 = 0.5;
 
-/// Farthest that a vertex may be from a texture's lower left corner, in its
-/// sides: an f32 has some two digits of a side left there.
+/// Farthest coordinate of a vertex on a texture, in its sides.
 const FARTHEST_COORDINATE: f32 = 1.0e5;
 
 /// Cells or copies of a texture in a unit of coordinates.
@@ -334,8 +333,7 @@ fn part(start: u32, count: u32, length: usize) -> Option<Range<u32>> {
     (end as usize <= length).then_some(start..end)
 }
 
-/// Whether a mesh is the rung below `finer`. Without one: the first of as many rungs as the
-/// scene's ladders have, or no ladder at all.
+/// Whether a mesh is the rung below `finer`, or without one begins a ladder or has none.
 fn check_rung(
     rungs: u32,
     finer: Option<&Mesh>,

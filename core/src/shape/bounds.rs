@@ -2,23 +2,18 @@ use super::Ray;
 use crate::numeric::{UNIT_ROUNDOFF, greater, largest_number, lesser, map3, smallest_number};
 use glam::Vec3;
 
-/// A ray made ready for slab tests against boxes, conservatively: a box whose
-/// contents the ray meets, as the triangle test of this core decides it, is
-/// never missed (Ize 2013, "Robust BVH Ray Traversal", by another bound).
+/// A ray made ready for slab tests against boxes, conservatively: a box whose contents the ray
+/// meets, as the triangle test of this core decides it, is never missed (Ize 2013, "Robust BVH
+/// Ray Traversal", by another bound).
 ///
-/// Per axis the ray meets plane b at `b·r − c`, r the direction's reciprocal.
-/// Widening `c` by δ·|r| moves the near plane δ towards the ray's start and
-/// the far plane δ away from it, in space. With u = 2⁻²⁴ and M the larger of
-/// the scene's farthest coordinate and the origin's, the triangle test sees
-/// its vertices displaced by at most 10·u·M (2 for the subtraction of the
-/// origin, 8 for the shear), and this arithmetic rounds by at most 7·u·M;
-/// δ = 32·u·M covers both. Directions are clamped away from zero so that no
-/// product is 0·∞ or overflows; against the ray's largest component by 10⁻⁸
-/// at most, which moves the ray by less than 1·u·M where boxes are.
+/// Per axis the ray meets plane b at `b·r − c`, r the direction's reciprocal; widening `c` by
+/// δ·|r| moves the planes apart by δ in space. With u = 2⁻²⁴ and M the larger of the scene's
+/// farthest coordinate and the origin's, the triangle test displaces vertices by at most 10·u·M,
+/// and this arithmetic rounds by at most 7·u·M; δ = 32·u·M covers both. Directions are clamped
+/// away from zero so that no product is 0·∞ or overflows.
 ///
-/// Every step is monotone in the planes: a box inside another is entered, as
-/// computed, no earlier and left no later. Traversal relies on it for results
-/// that do not depend on the order of visit.
+/// Every step is monotone in the planes: a box inside another is entered, as computed, no
+/// earlier and left no later, so that results do not depend on the order of visit.
 #[derive(Debug, Clone, Copy)]
 pub struct Slabs {
     reciprocal: [f32; 3],
@@ -29,12 +24,10 @@ pub struct Slabs {
 }
 
 impl Slabs {
-    /// The least magnitude of a clamped component: its reciprocal times
-    /// [`Ray::FARTHEST`] is finite, and so are sums of three such.
+    /// The least magnitude of a clamped component, whose reciprocal overflows no product.
     pub(crate) const LEAST_COMPONENT: f32 = 1.0e-26;
 
-    /// Components that are a smaller share of the largest count as so much of it: their
-    /// reciprocals are of a size with which there is still something to be compared.
+    /// The least share of the largest component that a component counts as.
     pub(crate) const LEAST_SHARE: f32 = 1.0e-18;
 
     /// Extents up to this keep the widening of all planes finite, so that a
@@ -107,8 +100,7 @@ impl Slabs {
         2 * axis + (1 - self.negative[axis])
     }
 
-    /// Reciprocal of the direction, and what to subtract for near and far
-    /// planes, on `axis`.
+    /// Reciprocal of the direction on `axis`, and offsets of near and far planes.
     #[inline(always)]
     pub(crate) fn coefficients(&self, axis: usize) -> (f32, f32, f32) {
         (self.reciprocal[axis], self.near[axis], self.far[axis])

@@ -73,21 +73,13 @@ mod tests {
     fn what_cannot_be_traced_is_no_ray() {
         let (o, d) = (Vec3::ZERO, Vec3::NEG_Z);
         assert!(Ray::new(o, d).is_some());
-        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0e13] {
-            for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
-                assert_eq!(
-                    Ray::new(Vec3::select(axis.cmpgt(o), Vec3::splat(bad), o), d),
-                    None
-                );
+        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+            for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0e19] {
+                let with_bad = |v| Vec3::select(axis.cmpgt(o), Vec3::splat(bad), v);
+                assert_eq!(Ray::new(with_bad(o), d), None);
+                assert_eq!(Ray::new(o, with_bad(d)), None);
             }
-        }
-        for bad in [f32::NAN, f32::INFINITY, 1.0e19] {
-            for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
-                assert_eq!(
-                    Ray::new(o, Vec3::select(axis.cmpgt(o), Vec3::splat(bad), d)),
-                    None
-                );
-            }
+            assert_eq!(Ray::new(axis * 1.0e13, d), None);
         }
         assert_eq!(Ray::new(o, Vec3::ZERO), None);
         assert_eq!(Ray::new(o, Vec3::splat(9.0e-19)), None);

@@ -17,8 +17,7 @@ use glam::Vec3;
 
 cpufeatures::new!(avx2_detected, "avx2", "bmi1", "bmi2", "popcnt");
 
-/// For each mask of eight lanes, the numbers of its set lanes, packed to
-/// the front.
+/// For each mask of eight lanes, the numbers of its set lanes, packed to the front.
 static PACKED: [[u8; 8]; 256] = packed();
 
 const fn packed() -> [[u8; 8]; 256] {
@@ -39,8 +38,7 @@ const fn packed() -> [[u8; 8]; 256] {
 }
 
 impl Avx2 {
-    /// The proof, if this processor and its operating system have AVX2
-    /// and the bit operations that came with it.
+    /// The proof that this machine has AVX2 and the bit operations that came with it.
     pub(crate) fn detect() -> Option<Self> {
         avx2_detected::get().then_some(Self(()))
     }
@@ -59,9 +57,8 @@ impl Avx2 {
     /// As [`run`](Self::run), along a ray.
     #[inline(always)]
     pub(crate) fn run_along<K: RayKernel<8>>(self, ray: &Ray, kernel: K) -> K::Output {
-        // The ray goes over in registers. In memory, where its numbers would just have
-        // been written one by one, they cannot be read as a vector before all of them
-        // have got there, which was a third of what most rays take.
+        // The ray goes over in registers: numbers just written one by one to memory cannot
+        // be read back as a vector at once.
         #[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
         fn inner<K: RayKernel<8>>(
             lanes: Avx2,

@@ -109,8 +109,7 @@ impl MatchingTable<'_> {
     }
 }
 
-/// Gaussians with a width to either side of their centre: peak, centre, and the
-/// reciprocals of the two standard deviations.
+/// Peak, centre, and the reciprocals of both standard deviations of Gaussians.
 const WYMAN: [&[[f32; 4]]; 3] = [
     &[
         [0.362, 442.0, 0.0624, 0.0374],
@@ -145,8 +144,7 @@ fn wyman(nm: f32) -> Vec3 {
     Vec3::from_array(sum)
 }
 
-/// Centre, Δ, which is √2 standard deviations, intensity, and the share of red,
-/// green and blue.
+/// Centre, Δ (√2 standard deviations), intensity; shares of red, green and blue.
 const ENDO: [([f32; 3], [f32; 3]); 7] = [
     ([700.0, 90.0, 0.95], [1.0, 0.0, 0.0]),
     ([605.0, 60.0, 0.40], [1.0, 0.715, 0.23]),

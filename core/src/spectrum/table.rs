@@ -13,21 +13,13 @@ pub struct SpectralSample {
 
 /// The wavelengths that rays take, and the colours that they add up to.
 ///
-/// A table has one or more *phases*, each of which is n wavelengths at the same
-/// offset in their parts of the range. One phase alone is the fixed set: the
-/// parts' centres. Rays that take phases at random, or one after another,
-/// are a comb, which sees no stripes where n is too small.
+/// A table has one or more *phases*, each of which is n wavelengths at the same offset in their
+/// parts of the range. One phase alone is the fixed set: the parts' centres. Rays that take
+/// phases at random, or one after another, are a comb, which shows no stripes.
 ///
-/// In every phase the weights sum to white, exactly, whatever the order: XYZ of
-/// the n wavelengths under a spectrum of equal energy are scaled, each of the three
-/// by itself, to those of white. One that none of them has, such as Z of far
-/// red alone, they share equally.
-///
-/// What a comb shows on average is off by this scaling. Of light in bands of
-/// 30 nm, as by a slit, 7 wavelengths are off by 0.008 of white at most, 10 by
-/// 0.001 and 14 by 0.0003, where fixed sets are off by 0.25, 0.07 and 0.06
-/// (`cargo test -p shisen-tests a_comb_has_the_colours`); a single wavelength is
-/// white wherever it is, and shows no colours at all.
+/// In every phase the weights sum to white, exactly, whatever the order: X, Y and Z of the n
+/// wavelengths are scaled to those of white, and one that none of them has they share equally. A
+/// comb of 7 or more wavelengths is off by this scaling by 0.008 of white at most.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpectralTable<'a> {
     /// Phase after phase.
@@ -85,8 +77,7 @@ impl<'a> SpectralTable<'a> {
         (wavelengths.count() + Self::BROAD).saturating_mul(phases as usize)
     }
 
-    /// Below this sum of a colour-matching function there is nothing to scale:
-    /// a few wavelengths at one end of the spectrum.
+    /// The least sum of a colour-matching function that is scaled.
     const LEAST_SUM: f32 = 1.0e-6;
 
     /// Works a table out, in the caller's memory: as many
@@ -172,15 +163,13 @@ impl<'a> SpectralTable<'a> {
     }
 }
 
-/// The centre of one of `phases` equal parts of 0 to 1, by van der Corput's
-/// sequence: bits in reverse.
+/// The centre of one of `phases` parts of 0 to 1, by van der Corput's sequence.
 fn offset(phase: u32, phases: u32) -> f32 {
     let place = (u64::from(phase.reverse_bits()) * u64::from(phases)) >> 32;
     (place as f32 + 0.5) / phases as f32
 }
 
-/// Added and taken off again, this rounds weights above −2.5 to multiples of
-/// 2⁻²¹. Sums of these are exact, in whatever order, as long as they are below 8.
+/// Added and taken off again, this rounds weights to multiples of 2⁻²¹: exact sums.
 const GRID: Vec3 = Vec3::splat(6.5);
 
 /// Sets the weights by the wavelengths.
@@ -199,8 +188,7 @@ fn weigh(samples: &mut [SpectralSample], matching: Matching<'_>) {
     settle(samples);
 }
 
-/// Sets the samples that stand for all of a phase: Lagrange's parabolas through
-/// three of them, or those themselves where there are no more.
+/// Sets the samples that stand for all of a phase, by Lagrange's parabolas.
 fn gather(samples: &[SpectralSample], broad: &mut [SpectralSample]) {
     let count = samples.len();
     if count <= SpectralTable::BROAD {
@@ -234,8 +222,7 @@ fn gather(samples: &[SpectralSample], broad: &mut [SpectralSample]) {
     settle(broad);
 }
 
-/// Makes weights sum to white: what rounding took goes to the one that it
-/// changes least, one in each channel.
+/// Makes weights sum to white: the largest takes what rounding took, in each channel.
 fn settle(samples: &mut [SpectralSample]) {
     let sum: Vec3 = samples.iter().map(|sample| sample.weight).sum();
     let largest = samples.iter().map(|sample| sample.weight);
@@ -385,18 +372,6 @@ mod tests {
             assert_eq!(offsets / phases as f32, 0.5);
             assert_eq!(table.sample(0, count), SpectralSample::default());
         });
-    }
-
-    #[test]
-    fn one_wavelength_is_white() {
-        let mut storage = [SpectralSample::default(); 4];
-        let one = Wavelengths::new(1, Wavelengths::RANGE).unwrap();
-        let table = SpectralTable::new(one, 1, Matching::Wyman, &mut storage).unwrap();
-        let expected = SpectralSample {
-            nm: 550.0,
-            weight: Vec3::ONE,
-        };
-        assert_eq!(table.sample(0, 0), expected);
     }
 
     #[test]

@@ -66,11 +66,6 @@ impl Budget {
         self.most == 0
     }
 
-    /// Whether the overrun has no limit.
-    pub(crate) const fn is_endless(&self) -> bool {
-        self.most == ENDLESS
-    }
-
     /// Steps left for the current sample, overrun included.
     pub(crate) const fn most(&self) -> u64 {
         self.most
@@ -79,7 +74,7 @@ impl Budget {
     /// Subtracts steps, down to 0.
     pub(crate) const fn spend(&mut self, steps: u64) {
         self.left = self.left.saturating_sub(steps);
-        if !self.is_endless() {
+        if self.most != ENDLESS {
             self.most = self.most.saturating_sub(steps);
         }
     }

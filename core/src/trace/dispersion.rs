@@ -22,10 +22,8 @@ pub enum Spectrum<'a> {
     Comb {
         /// The wavelengths.
         table: SpectralTable<'a>,
-        /// How many each sample takes, evenly spread over the range; more
-        /// where there are too few samples for all to have their turn. One is
-        /// the cheapest. With several a sample is nearly white, and edges
-        /// without colours stay so with fewer samples. With all (255 will do)
+        /// How many each sample takes, evenly spread over the range; more where there are too
+        /// few samples for all to have their turn. One is the cheapest; with all (255 will do)
         /// every sample is white.
         each: u8,
     },
@@ -61,10 +59,7 @@ impl<'a> Spectrum<'a> {
         }
     }
 
-    /// Checks that media are known at all its wavelengths.
-    ///
-    /// # Errors
-    /// The first medium that is not known at all of them.
+    /// Checks that media are known at all its wavelengths; the error names the first that is not.
     pub(super) fn check(&self, media: &[Medium]) -> Result<(), SpectrumError> {
         let wavelengths = match *self {
             Self::Rgb => return Ok(()),
@@ -92,8 +87,7 @@ impl<'a> Spectrum<'a> {
         }
     }
 
-    /// Returns the wavelengths that a sample takes when `groups` of them are distinguished;
-    /// `None` for one group.
+    /// The part of `groups` wavelengths that a sample takes; `None` for one group.
     pub(super) fn part(&self, sample: Sample, groups: u8) -> Option<Part<'a>> {
         let groups = u32::from(groups).min(u32::from(self.count()));
         let groups = NonZeroU32::new(groups).filter(|groups| groups.get() > 1)?;
@@ -127,18 +121,11 @@ impl<'a> Spectrum<'a> {
     }
 }
 
-/// From one turn to the next: a prime above all lengths of rounds, so that all
-/// have a turn. Samples of a pixel go from its left to its right, and
-/// wavelengths next to each other should not.
+/// Step from one turn to the next: a prime above all lengths of rounds.
 const STRIDE: u32 = 67;
 
-/// Returns by how many turns a round starts later than the first.
-///
-/// A sample's height in its pixel is its number with the bits reversed. Where the
-/// length of rounds is even, wavelengths that had the same place in each of them
-/// would all have the same lowest bit: one half of the pixel, or less of it. One
-/// turn a round, and one more after as many rounds as have turned once about,
-/// leads each over the whole of it; odd lengths do so of themselves.
+/// By how many turns a round starts later than the first, so that a wavelength's samples,
+/// whose heights are their numbers' bits in reverse, go over the whole pixel.
 const fn rotation(round: u32, round_length: u32) -> u32 {
     if round_length.is_multiple_of(2) && round_length > 0 {
         round + round / round_length
@@ -213,13 +200,8 @@ impl Part<'_> {
     }
 }
 
-/// What the samples of a pixel lack to be white together, and the light that it
-/// is made up by.
-///
-/// Where all samples of a pixel enter glass they are white together. At its rim
-/// some do, whose wavelengths may be of one colour; what these lack is made up
-/// by the mean of what they see as if it had no colour of its own. So white stays white,
-/// and what has no dispersion its colour.
+/// What the samples of a pixel lack to be white together, as at the rim of glass, and the
+/// mean light, without its colour, that makes it up.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Balance {
     /// Sum over samples of what their wavelengths lack to be white.
@@ -278,74 +260,7 @@ mod tests {
         check(SpectralTable::new(wavelengths, 8, Matching::Wyman, &mut storage).unwrap());
     }
 
-    /// The mean of a pixel's samples, and how many rays they take.
-    fn of_pixel(
-        spectrum: &Spectrum<'_>,
-        (column, count): (u32, u16),
-        groups: u8,
-    ) -> ([f64; 3], u32) {
-        let (mut sum, mut rays) = ([0.0; 3], 0);
-        for index in 0..count {
-            let sample = Sample::new(column, 5, index, count);
-            let mut part = spectrum.part(sample, groups).unwrap();
-            let announced = part.count();
-            let mut own = 0;
-            while let Some(sample) = part.next() {
-                assert!((400.0..=700.0).contains(&sample.nm));
-                for (sum, weight) in sum.iter_mut().zip(sample.weight.to_array()) {
-                    *sum += f64::from(weight);
-                }
-                own += 1;
-            }
-            assert_eq!(own, announced);
-            rays += own;
-        }
-        (sum.map(|sum| sum / f64::from(count)), rays)
-    }
-
-    #[test]
-    fn pixels_are_white_whatever_their_samples_and_wavelengths() {
-        let counts: &[u32] = if cfg!(miri) {
-            &[3]
-        } else {
-            &[2, 3, 7, 14, 33, 64]
-        };
-        for &wavelengths in counts {
-            with_tables(wavelengths, |table| {
-                let samples: &[u16] = if cfg!(miri) {
-                    &[2, 7]
-                } else {
-                    &[1, 2, 4, 5, 16, 31, 140]
-                };
-                for &samples in samples {
-                    for groups in [wavelengths as u8, 2, wavelengths.div_ceil(2).max(2) as u8] {
-                        for column in 0..3 {
-                            for each in [0, 1, 3, u8::MAX] {
-                                let comb = Spectrum::Comb { table, each };
-                                let (white, rays) = of_pixel(&comb, (column, samples), groups);
-                                assert!(
-                                    white.iter().all(|part| (part - 1.0).abs() < 1e-6),
-                                    "{white:?}"
-                                );
-                                let all = u32::from(samples) * u32::from(groups);
-                                let turns = u32::from(samples) * u32::from(each.max(1));
-                                assert!(rays >= groups.into() && rays <= all);
-                                match each {
-                                    0 | 1 => assert_eq!(rays, turns.max(groups.into())),
-                                    u8::MAX => assert_eq!(rays, all),
-                                    _ => assert!(rays <= turns.max(groups.into())),
-                                }
-                            }
-                        }
-                    }
-                }
-            });
-        }
-    }
-
-    /// A sample's place along its pixel is its number, and up its pixel that
-    /// number's lowest bits: wavelengths that took every so many-th sample would
-    /// each see a strip.
+    /// No wavelength sees a strip of its pixel only.
     #[test]
     fn each_wavelength_sees_all_of_its_pixel() {
         let lengths: &[u32] = if cfg!(miri) {

@@ -24,9 +24,7 @@ pub(crate) static BETWEEN: Material = Material {
     reserved2: [0; 7],
 };
 
-/// Whether a point of a shape's own frame is between the lines of a material
-/// that has lines, if `effects` includes them; without them in `EFFECTS` there is no code.
-/// Lines have the same width everywhere, seen from the origin.
+/// Whether a point in a shape's own frame is between a material's lines, by `effects`.
 #[inline]
 pub(super) fn is_between<const EFFECTS: u32>(
     effects: u32,
@@ -38,10 +36,8 @@ pub(super) fn is_between<const EFFECTS: u32>(
         && are_on_lines(Portable, point.to_array().map(|c| [c]), material) == 0
 }
 
-/// Whether the directions of points, of any length but zero, are at most half
-/// a line's width off a meridian or a parallel about Y. Error ≤ 4·10⁻⁷ rad.
-///
-/// The octants are each other's mirrors, and lines lie between them.
+/// Whether the directions of points are at most half a line's width off a meridian or a
+/// parallel about Y. Error ≤ 4·10⁻⁷ rad.
 #[inline(always)]
 pub(super) fn are_on_lines<const W: usize, L: Lanes<W>>(
     l: L,

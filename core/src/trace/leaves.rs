@@ -6,9 +6,7 @@ use crate::scene::format::{self, IdLeaf, LeafBlock, Mesh};
 use crate::shape::Triangle;
 use glam::Vec3;
 
-/// The leaves of a mesh. Leaves of 8-wide trees hold corners, leaves of 4-wide trees hold
-/// numbers by which corners are looked up; the other tables are empty. The width is known at
-/// compile time.
+/// The leaves of a mesh: corners in 8-wide trees, triangle numbers in 4-wide ones.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Leaves<'a, const W: usize> {
     blocks: &'a [LeafBlock<W>],

@@ -105,30 +105,3 @@ impl Record for Ledger {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pixels_count_once_and_rays_each() {
-        let place = EffectSet::SHADOWS.bits().trailing_zeros() as u8;
-        let mut ledger = Ledger::EMPTY;
-        for _ in 0..2 {
-            ledger.touch(EffectSet::SHADOWS.bits());
-            ledger.ray(place, 5);
-        }
-        ledger.end_pixel();
-        ledger.end_pixel();
-        let expected = Entry {
-            pixels: 1,
-            rays: 2,
-            steps: 10,
-        };
-        assert_eq!(ledger.entry(EffectSet::SHADOWS), expected);
-        assert_eq!(ledger.entry(EffectSet::REFLECTION), Entry::default());
-        let mut both = ledger;
-        both.add(&ledger);
-        assert_eq!(both.entry(EffectSet::ALL).steps, 20);
-    }
-}

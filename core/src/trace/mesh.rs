@@ -83,9 +83,7 @@ impl<'r, 'a, const W: usize, S: Goal> InMesh<'r, 'a, W, S> {
         }
     }
 
-    /// A leaf of numbers, a triangle at a time: gathered into lanes, corners
-    /// would go through memory twice, and where there are no vectors padding
-    /// would cost as much as triangles.
+    /// A leaf of numbers, a triangle at a time, which is faster than gathering lanes.
     #[inline(always)]
     fn one_by_one(&mut self, leaf: u32) -> bool {
         let Some(triangles) = self.leaves.leaf(leaf) else {
@@ -115,9 +113,8 @@ impl<'r, 'a, const W: usize, S: Goal> InMesh<'r, 'a, W, S> {
     }
 }
 
-/// The nearest of the lanes whose edge functions vanished somewhere, decided
-/// exactly. Takes its arguments by value: a reference to the search would keep it in memory
-/// all through the walk.
+/// The nearest of the lanes whose edge functions vanished, decided exactly. Takes values: a
+/// reference to the search would keep it in memory.
 #[cold]
 #[inline(never)]
 fn nearest_exactly<const W: usize>(
@@ -146,8 +143,7 @@ fn nearest_exactly<const W: usize>(
     best
 }
 
-/// Where the ray of `slabs` enters and leaves the box of each of a block's
-/// triangles: [`Slabs::interval`] in every lane.
+/// [`Slabs::interval`] of the box of each of a block's triangles.
 #[inline(always)]
 fn box_interval<const W: usize, L: Lanes<W>>(
     l: L,
@@ -194,16 +190,9 @@ impl<const W: usize, S: Goal> Visitor<W> for InMesh<'_, '_, W, S> {
         self.limit
     }
 
-    /// [`Triangle::intersect`] on all lanes of a block, or on each triangle
-    /// where there are no blocks.
+    /// [`Triangle::intersect`] on all lanes of a block, or one by one without blocks.
     #[inline(always)]
-    fn leaf<L: Lanes<W>, const ENDS: bool>(
-        &mut self,
-        l: L,
-        child: u32,
-        _near: f32,
-        path: &mut Path<'_, ENDS>,
-    ) -> bool {
+    fn leaf<L: Lanes<W>>(&mut self, l: L, child: u32, _near: f32, path: &mut Path<'_>) -> bool {
         if !path.take(u64::from((child >> COUNT_SHIFT & 7) + 1)) {
             return false;
         }
@@ -298,7 +287,7 @@ impl<const W: usize, S: Goal> RayKernel<W> for SearchMesh<'_, '_, W, S> {
     fn run<L: Lanes<W>>(self, lanes: L, ray: &Ray) -> (MeshHit, Work) {
         let slabs = Slabs::new(ray, self.mesh.extent);
         let mut search = InMesh::new(self.goal, self.mesh, ray, &slabs, (0.0, f32::INFINITY));
-        let mut path = Path::<false>::new(self.stack, 0);
+        let mut path = Path::new(self.stack, u64::MAX);
         let (nodes, root) = (self.mesh.nodes, self.mesh.root);
         walk(lanes, nodes, root, &slabs, &mut search, &mut path);
         (search.best, path.work())

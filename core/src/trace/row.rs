@@ -1,10 +1,8 @@
 //! Eight rays, each with its own start, through a scene together.
 //!
-//! Rays off a mirror have no eye in common. Those of eight neighbours still
-//! enter the same few instances: a scene whose instances are all children of
-//! one node is looked at once for all eight, and spheroids are intersected by
-//! eight rays at a time. Every ray's own test is the one that it would take
-//! alone, so its hit is the same, bit for bit. Meshes are then traced ray by ray.
+//! A scene whose instances are all children of one node is tested once for eight neighbouring
+//! rays, spheroids by eight rays at a time, and meshes ray by ray. Every ray's own test is the
+//! one that it would take alone, so its hit is the same, bit for bit.
 
 use super::graticule;
 use super::hit::{Hit, MeshHit};
@@ -41,8 +39,7 @@ pub(crate) struct RowHits {
 }
 
 impl RowHits {
-    /// What a ray sees that has met a surface between its lines; `None` for
-    /// others.
+    /// What a ray sees that has met a surface between its lines.
     #[inline]
     pub(crate) fn between_lines(&self, lane: usize, workspace: &mut Workspace) -> Option<Pixel> {
         (self.between >> (lane % EIGHT) & 1 != 0).then(|| {
@@ -67,8 +64,8 @@ impl RowHits {
     }
 }
 
-/// Searches the instances of a scene. `None` where they are not all children of
-/// one node, or where a ray is square to an axis: it has no reciprocal here.
+/// Searches the instances of a scene; `None` unless they are all children of one node and no
+/// ray is square to an axis.
 pub(super) struct RowSearch<'r, 'a, const W: usize> {
     pub(super) scene: &'r Scene<'a, W>,
     pub(super) rays: &'r RowRays<'r>,
@@ -376,8 +373,7 @@ fn radii<L: Lanes<EIGHT>>(l: L, instance: &Instance) -> [L::F; 3] {
     [l.splat(equatorial), l.splat(polar), l.splat(equatorial)]
 }
 
-/// [`Spheroid::clearance_from_far`] in the lanes of `unsure`, and `all` in the
-/// others.
+/// [`Spheroid::clearance_from_far`] in the lanes of `unsure`, else `all`.
 #[inline(always)]
 fn from_far<L: Lanes<EIGHT>>(
     l: L,
@@ -400,8 +396,8 @@ fn from_far<L: Lanes<EIGHT>>(
     all
 }
 
-/// [`Spheroid::intersect`] of eight rays: where each meets a spheroid first
-/// after `start`, whether on the way in, and whether it does.
+/// [`Spheroid::intersect`] of eight rays: the first distance after `start`, whether on the
+/// way in, and whether it is a hit.
 #[inline(always)]
 fn on_spheroid<L: Lanes<EIGHT>>(
     l: L,

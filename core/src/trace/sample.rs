@@ -1,7 +1,6 @@
 use crate::numeric::lowbias32;
 
-/// The sample and pixel that a ray belongs to. It seeds all random choices, so they are
-/// the same for tiles of any size, in any order, on any number of threads.
+/// The sample and pixel of a ray, which seed all random choices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Sample {
     column: u16,

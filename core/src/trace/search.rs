@@ -16,7 +16,7 @@ use glam::Vec3;
 
 /// A scene, how it is traced, and the searches for what rays meet in it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Searcher<'a, const W: usize> {
+pub(crate) struct Searcher<'a, const W: usize> {
     pub(super) scene: Scene<'a, W>,
     pub(super) simd: Simd,
     pub(super) detail: RayDetail,
@@ -28,9 +28,8 @@ impl<const W: usize> Searcher<'_, W>
 where
     Simd: Runs<W>,
 {
-    /// Finds the nearest hit through the meshes of a rung. A search that exhausts the
-    /// budget returns the nearest of the hits that it came to.
-    pub(super) fn nearest_on(
+    /// Finds the nearest hit through the meshes of a rung, as far as the budget goes.
+    pub(crate) fn nearest_on(
         &self,
         rung: u8,
         ray: &Ray,
@@ -52,27 +51,11 @@ where
         &self,
         goal: S,
         rung: u8,
-        within: (&Ray, f32),
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> Hit {
-        if is_unlimited(budget) {
-            self.search_within::<false, S>(goal, rung, within, budget, workspace)
-        } else {
-            self.search_within::<true, S>(goal, rung, within, budget, workspace)
-        }
-    }
-
-    #[inline(always)]
-    fn search_within<const ENDS: bool, S: Goal>(
-        &self,
-        goal: S,
-        rung: u8,
         (ray, limit): (&Ray, f32),
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Hit {
-        let search = Search::<W, ENDS, S> {
+        let search = Search::<W, S> {
             goal,
             scene: &self.scene,
             rung,
@@ -126,11 +109,14 @@ where
         workspace: &mut Workspace,
     ) -> TileHits {
         let mut hits = TileHits::none_of(rays);
-        let work = if is_unlimited(budget) {
-            self.search_tile::<false>(rays, &mut hits, budget, workspace)
-        } else {
-            self.search_tile::<true>(rays, &mut hits, budget, workspace)
+        let search = TileSearch::<W> {
+            scene: &self.scene,
+            rays,
+            hits: &mut hits,
+            stack: &mut workspace.stack,
+            most: budget.most(),
         };
+        let work = <Simd as Runs<8>>::run(self.simd, search);
         let all = [(ALL_INSTANCES, u8::MAX)];
         let deferred = hits.deferred.clone();
         let left = match work {
@@ -165,42 +151,8 @@ where
         hits
     }
 
-    fn search_tile<const ENDS: bool>(
-        &self,
-        rays: &TileRays,
-        hits: &mut TileHits,
-        budget: &Budget,
-        workspace: &mut Workspace,
-    ) -> Option<Work> {
-        let search = TileSearch::<W, ENDS> {
-            scene: &self.scene,
-            rays,
-            hits,
-            stack: &mut workspace.stack,
-            most: budget.most(),
-        };
-        <Simd as Runs<8>>::run(self.simd, search)
-    }
-
-    /// Finds the nearest hit of a ray in an instance, through the meshes of a rung, or
-    /// returns `best` if that is nearer.
+    /// The nearest hit of a ray in an instance on a rung, or `best` if that is nearer.
     fn nearer_in(
-        &self,
-        of: (u32, u8),
-        ray: &Ray,
-        best: Hit,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> Hit {
-        if is_unlimited(budget) {
-            self.nearer_within::<false>(of, ray, best, budget, workspace)
-        } else {
-            self.nearer_within::<true>(of, ray, best, budget, workspace)
-        }
-    }
-
-    #[inline(always)]
-    fn nearer_within<const ENDS: bool>(
         &self,
         (instance, rung): (u32, u8),
         ray: &Ray,
@@ -208,7 +160,7 @@ where
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Hit {
-        let search = SearchInstance::<W, ENDS> {
+        let search = SearchInstance::<W> {
             scene: &self.scene,
             rung,
             instance,
@@ -221,8 +173,8 @@ where
         hit
     }
 
-    /// As `Tracer::nearest_of_row`.
-    pub(super) fn nearest_of_row<const EFFECTS: u32>(
+    /// The nearest hits of eight rays, each on its own rung; `None` if they cannot go together.
+    pub(crate) fn nearest_of_row<const EFFECTS: u32>(
         &self,
         rays: &RowRays<'_>,
         rung: impl Fn(usize) -> Option<(Ray, u8)>,
@@ -261,9 +213,8 @@ where
         Some(found)
     }
 
-    /// Whether anything blocks light between the ray's start and `limit`, in units of its
-    /// direction, through the meshes of a rung.
-    pub(super) fn is_occluded_on(
+    /// Whether anything on a rung blocks light up to `limit` directions from the start.
+    pub(crate) fn is_occluded_on(
         &self,
         rung: u8,
         ray: &Ray,
@@ -279,10 +230,4 @@ where
         workspace.statistics.shadow += 1;
         hit.instance != u32::MAX
     }
-}
-
-/// Whether a search only counts its steps: its budget has no end, and the target favours
-/// speed over size.
-const fn is_unlimited(budget: &Budget) -> bool {
-    Simd::HAS_VECTORS && budget.is_endless()
 }

@@ -244,7 +244,7 @@ where
             let weight = at.weight * Vec3::from_array(material.mirror);
             let cause = gathered.cause::<EFFECTS>(effect::REFLECTION);
             if weight.max_element() >= LEAST_WEIGHT
-                && at.reflected(weight, 0.0, cause).push(workspace)
+                && workspace.push(at.reflected(weight, 0.0, cause))
             {
                 gathered.record.touch(effect::REFLECTION);
                 workspace.statistics.reflected += 1;
@@ -295,9 +295,7 @@ where
         let sides = self.sides(&at, at.let_through(&refraction), reflectance);
         if let Some(share) = sides.through {
             let cause = gathered.cause::<EFFECTS>(effect::REFRACTION);
-            if let Some(next) = at.refracted(&refraction, share, cause)
-                && next.push(workspace)
-            {
+            if workspace.push(at.refracted(&refraction, share, cause)) {
                 gathered.record.touch(effect::REFRACTION);
                 workspace.statistics.refracted += 1;
             }
@@ -307,9 +305,7 @@ where
         }
     }
 
-    /// Chooses the rays that leave a border, given the shares of light that pass and that
-    /// return. A ray that is not traced gives its share to the other, so clear glass loses
-    /// no light and white stays white.
+    /// Chooses the rays that leave a border; one that is not traced gives its share to the other.
     fn sides(&self, at: &Arrival<'_>, through: Vec3, back: Vec3) -> Sides {
         let counts = |share: Vec3| (at.weight * share).max_element() >= LEAST_WEIGHT;
         // A ray reflected into the body at the last bounce would end inside it.
@@ -340,15 +336,13 @@ where
             0.0
         };
         let cause = gathered.cause::<EFFECTS>(effect::REFRACTION);
-        let next = at.reflected(at.weight * share, uncovered, cause);
-        if next.push(workspace) {
+        if workspace.push(at.reflected(at.weight * share, uncovered, cause)) {
             gathered.record.touch(effect::REFRACTION);
             workspace.statistics.reflected += 1;
         }
     }
 
-    /// Returns the refraction at the border of a clear body, at one wavelength (`nm`) or
-    /// for all (0). Nested media are not supported: outside is always air.
+    /// The refraction from or to air at one wavelength (`nm`), or for all (0).
     fn refraction(&self, at: &Arrival<'_>, nm: f32) -> Refraction {
         let material = at.surface.material;
         let own = if Self::has(effect::DISPERSION)
@@ -382,21 +376,26 @@ struct Arrival<'a> {
 }
 
 impl Arrival<'_> {
+    /// A ray that leaves the border.
+    fn next(&self, direction: Vec3, weight: Vec3, uncovered: f32, cause: u32) -> Option<Pending> {
+        Some(Pending {
+            ray: Ray::new(self.surface.start(direction), direction)?,
+            weight,
+            uncovered,
+            bounces: self.bounces,
+            cause: place(cause),
+            is_tinted: self.is_tinted,
+        })
+    }
+
     /// The reflected ray.
-    fn reflected(&self, weight: Vec3, uncovered: f32, cause: u32) -> Next {
+    fn reflected(&self, weight: Vec3, uncovered: f32, cause: u32) -> Option<Pending> {
         let facing = if self.inside { -1.0 } else { 1.0 };
         let reflected = above(
             reflect(self.direction, self.normal),
             self.surface.geometric_normal * facing,
         );
-        Next {
-            ray: Ray::new(self.surface.start(reflected), reflected),
-            weight,
-            uncovered,
-            bounces: self.bounces,
-            cause,
-            is_tinted: self.is_tinted,
-        }
+        self.next(reflected, weight, uncovered, cause)
     }
 
     /// The share of light that the border lets through.
@@ -405,21 +404,13 @@ impl Arrival<'_> {
     }
 
     /// The refracted ray, with a share of the light; `None` on total reflection.
-    fn refracted(&self, refraction: &Refraction, share: Vec3, cause: u32) -> Option<Next> {
-        let refracted = refraction.direction?;
-        Some(Next {
-            ray: Ray::new(self.surface.start(refracted), refracted),
-            weight: self.weight * share,
-            uncovered: self.uncovered * share.max_element(),
-            bounces: self.bounces,
-            cause,
-            is_tinted: self.is_tinted,
-        })
+    fn refracted(&self, refraction: &Refraction, share: Vec3, cause: u32) -> Option<Pending> {
+        let uncovered = self.uncovered * share.max_element();
+        self.next(refraction.direction?, self.weight * share, uncovered, cause)
     }
 }
 
-/// The shares of light that go on from the border of a clear body: `None` where
-/// no ray does.
+/// The shares of light that go on from the border of a clear body, if any.
 struct Sides {
     through: Option<Vec3>,
     back: Option<Vec3>,
@@ -448,8 +439,7 @@ struct Gathered<'r, 'a, R> {
 }
 
 impl<R> Gathered<'_, '_, R> {
-    /// The effect that a ray is counted for: dispersion for a fan's second and further
-    /// wavelengths, else `own`.
+    /// The effect that a ray is counted for: dispersion from a fan's second wavelength on.
     #[inline(always)]
     fn cause<const EFFECTS: u32>(&self, own: u32) -> u32 {
         if EFFECTS & effect::DISPERSION != 0 && self.share > 0.0 && !self.is_first {
@@ -481,39 +471,7 @@ impl<R> Gathered<'_, '_, R> {
     }
 }
 
-/// A ray about to be added to the tree.
-struct Next {
-    ray: Option<Ray>,
-    weight: Vec3,
-    uncovered: f32,
-    bounces: u8,
-    /// The effect's bit.
-    cause: u32,
-    is_tinted: bool,
-}
-
-impl Next {
-    /// Pushes the ray. False if there is none, or no room.
-    fn push(self, workspace: &mut Workspace) -> bool {
-        let Some(ray) = self.ray else {
-            return false;
-        };
-        workspace
-            .pending
-            .push(Pending {
-                ray,
-                weight: self.weight,
-                uncovered: self.uncovered,
-                bounces: self.bounces,
-                cause: place(self.cause),
-                is_tinted: self.is_tinted,
-            })
-            .is_ok()
-    }
-}
-
-/// Mirrors a direction that points into the surface back out of it, as reflections off
-/// interpolated normals can need. Continuous.
+/// Mirrors a direction that points into the surface back out of it. Continuous.
 fn above(direction: Vec3, normal: Vec3) -> Vec3 {
     let depth = direction.dot(normal);
     if depth < 0.0 {

@@ -14,8 +14,7 @@ use glam::Vec3;
 /// The surface at a hit, as shading needs it.
 #[derive(Clone, Copy)]
 pub(super) struct Surface<'a> {
-    /// On the surface to rounding, whatever the distance of the ray's start:
-    /// from the corners' weights, not from the ray.
+    /// On the surface to rounding: computed from the corners' weights, not from the ray.
     pub(super) point: Vec3,
     /// Outward normal of the true shape, unit length.
     pub(super) geometric_normal: Vec3,
@@ -24,15 +23,13 @@ pub(super) struct Surface<'a> {
     pub(super) material: &'a Material,
     /// Coordinates on the material's texture; 0 without a texture or its effect.
     pub(super) coordinate: [f32; 2],
-    /// How far from the surface `point` may be, and a ray started there as
-    /// the instance's own frame sees it: metres.
+    /// How far from the surface `point` may be after the instance's maps: metres.
     error: f32,
 }
 
 impl<'a> Surface<'a> {
-    /// The surface with some `effects` (bits of [`EffectSet`](crate::scene::EffectSet));
-    /// effects that are not in `EFFECTS` have no code. `None` only if the scene's bytes are
-    /// inconsistent.
+    /// The surface with some of [`EffectSet`](crate::scene::EffectSet)'s bits; `None` only if the
+    /// scene's bytes are inconsistent.
     pub(super) fn new<const W: usize, const EFFECTS: u32>(
         scene: &Scene<'a, W>,
         ray: &Ray,
@@ -115,9 +112,8 @@ impl<'a> Surface<'a> {
                 largest_magnitude(to_world(point)),
             )
         };
-        // A triangle without area is met where rounding gives it some, as what
-        // closes a seam of its mesh; whichever way it faces, light is seen on it
-        // and not the background through it.
+        // A triangle without area is met where it closes a seam of its mesh: either facing
+        // shows light, not the background.
         let geometric_normal =
             world_normal(instance, normal).or_else(|| normalize(-ray.direction()))?;
         let point = to_world(point);
@@ -137,8 +133,7 @@ impl<'a> Surface<'a> {
         })
     }
 
-    /// Where a surface is black and opaque: nothing leaves it, so that which way
-    /// it faces does not matter.
+    /// A black and opaque surface, which nothing leaves.
     fn between_lines(point: Vec3) -> Self {
         Self {
             point,
@@ -150,13 +145,10 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Multiples of the unit roundoff: 7 for the weighted corners, 4 for each
-    /// of the maps out and back (times their condition), and as much again for
-    /// the triangle test's own 10 of a start this near.
+    /// Unit roundoffs: the weighted corners, both maps, and the triangle test.
     const SLACK: f32 = 32.0;
 
-    /// Where a ray that leaves towards `direction` must start to be clear of
-    /// this surface.
+    /// Where a ray towards `direction` starts, clear of this surface.
     #[inline]
     pub(super) fn start(&self, direction: Vec3) -> Vec3 {
         let side = if direction.dot(self.geometric_normal) >= 0.0 {

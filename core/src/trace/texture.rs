@@ -10,8 +10,7 @@ use libm::floorf;
 /// Bits of the effects that are textures.
 pub(super) const TEXTURES: u32 = effect::CHECKER_TEXTURE | effect::IMAGE_TEXTURE;
 
-/// Factor of a material's colours at a place on its texture, 0 to 1. Textures that are not
-/// in `EFFECTS` have no code.
+/// Factor of a material's colours at a place on its texture, 0 to 1.
 pub(super) fn colour<const W: usize, const EFFECTS: u32>(
     scene: &Scene<'_, W>,
     material: &Material,
@@ -29,9 +28,8 @@ pub(super) fn colour<const W: usize, const EFFECTS: u32>(
     }
 }
 
-/// Texture coordinates of a point in a spheroid's own frame: u is its longitude,
-/// a half at +Z and more towards +X, and v its latitude, 0 at −Y and 1 at +Y,
-/// both as seen from the shape's origin. Error ≤ 3·10⁻⁷.
+/// Texture coordinates of a point in a spheroid's own frame: longitude, ½ at +Z and more
+/// towards +X, and latitude, 0 at −Y and 1 at +Y. Error ≤ 3·10⁻⁷.
 pub(super) fn around(point: Vec3) -> [f32; 2] {
     let across = sqrt(point.x * point.x + point.z * point.z);
     [
@@ -40,8 +38,7 @@ pub(super) fn around(point: Vec3) -> [f32; 2] {
     ]
 }
 
-/// The colour of a checker: a border is part of the cell above or to the right
-/// of it. NaN coordinates are in the first cell.
+/// The colour of a checker; borders belong to the cell above or to the right.
 fn checker(texture: &Texture, [u, v]: [f32; 2]) -> Vec3 {
     let [across, up] = texture.repeats;
     let odd = is_odd(floorf(u * across)) != is_odd(floorf(v * up));
@@ -53,8 +50,7 @@ fn is_odd(whole: f32) -> bool {
     whole - 2.0 * floorf(0.5 * whole) == 1.0
 }
 
-/// The colour of an image: interpolated between the middles of four texels in linear light;
-/// it wraps around at the edges.
+/// The colour of an image, interpolated in linear light; it wraps around.
 fn image(texture: &Texture, texels: &[Texel], [u, v]: [f32; 2]) -> Vec3 {
     let [across, up] = texture.repeats;
     let (left, right, to_right) = beside(u * across, texture.width);
@@ -75,8 +71,7 @@ fn image(texture: &Texture, texels: &[Texel], [u, v]: [f32; 2]) -> Vec3 {
     )
 }
 
-/// The texels on both sides of a position in sides of the image, and how far it
-/// is from the middle of the first to that of the second.
+/// The texels on both sides of a position, and its share of the way between them.
 fn beside(position: f32, count: u32) -> (u32, u32, f32) {
     let last = count.saturating_sub(1);
     // 0 to 1, either included, or NaN, which becomes the first texel.
@@ -404,16 +399,6 @@ mod tests {
             assert!(error <= expected * 6.0e-8, "{code}: {found}, {expected}");
         }
         assert_eq!((SRGB[0], SRGB[255]), (0.0, 1.0));
-    }
-
-    #[test]
-    fn cells_take_turns_from_the_corner_on_also_below_zero() {
-        for column in -9..9i32 {
-            for row in -9..9i32 {
-                let [u, v] = [(column, 8.0), (row, 4.0)].map(|(n, of)| (n as f32 + 0.5) / of);
-                assert_eq!(is_white(u, v), (column + row).rem_euclid(2) == 1);
-            }
-        }
     }
 
     #[test]

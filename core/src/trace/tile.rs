@@ -53,16 +53,14 @@ pub struct TileRays {
 enum Rungs {
     /// One rung for all rays.
     Equal(u8),
-    /// The least and the greatest rung, then the rung of each ray by group and lane;
-    /// [`NOT_TRACED`] for rays that are not traced.
+    /// The least and the greatest rung, then each ray's by group and lane, or [`NOT_TRACED`].
     Own(u8, u8, [[u8; EIGHT]; EIGHT]),
 }
 
 /// Rung of a ray that is not to be traced.
 pub(crate) const NOT_TRACED: u8 = u8::MAX;
 
-/// Group and lane of a place in the tile: a group is four columns wide and
-/// two rows high, so that its rays are close together.
+/// Group and lane of a place: a group is four columns wide and two rows high.
 #[inline(always)]
 const fn place(column: usize, row: usize) -> (usize, usize) {
     ((row & 6) | (column >> 2 & 1), (row & 1) << 2 | (column & 3))
@@ -234,8 +232,7 @@ impl TileHits {
         deferred: Vec::new(),
     };
 
-    /// The hits before any search. A ray that is not to be traced starts with a hit nearer
-    /// than any other.
+    /// The hits before any search; rays that are not traced have an unbeatable one.
     pub(super) fn none_of(rays: &TileRays) -> Self {
         let mut hits = Self::NONE;
         if let Rungs::Own(_, _, own) = &rays.rungs {
@@ -245,8 +242,7 @@ impl TileHits {
         hits
     }
 
-    /// Excludes rays of some groups from the search, by group and lane: nothing is nearer
-    /// than their hits.
+    /// Excludes rays of some groups from the search, by group and lane.
     #[inline(always)]
     fn exclude(&mut self, groups: u8, rays: impl Fn(usize, usize) -> bool) {
         self.restore(&[[-1.0; EIGHT]; EIGHT], groups, rays);

@@ -5,7 +5,6 @@ use super::budget::Budget;
 use super::dispersion::{Balance, Spectrum, SpectrumError};
 use super::hit::Hit;
 use super::ledger::Ledger;
-use super::row::{RowHits, RowRays};
 use super::sample::Sample;
 use super::search::Searcher;
 use super::shading::{PrimaryRay, Shade, shade_and_record, shade_tree};
@@ -16,15 +15,12 @@ use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
 use glam::Vec3;
 
-/// Traces the rays of a scene.
-///
-/// Shading is compiled for a set of effects, and a tracer holds a pointer to
-/// the shading that it uses: a program that makes tracers with
-/// [`for_effects`](Self::for_effects) only has no code of other effects. Where
-/// rays go through the scene is the same code for all sets.
+/// Traces the rays of a scene. It holds a pointer to shading that is compiled for a set of
+/// effects: a program that makes tracers with [`for_effects`](Self::for_effects) only has no
+/// code of other effects.
 #[derive(Debug, Clone, Copy)]
 pub struct Tracer<'a, const W: usize = 8> {
-    searcher: Searcher<'a, W>,
+    pub(crate) searcher: Searcher<'a, W>,
     shade: Shade<W>,
 }
 
@@ -123,23 +119,10 @@ where
         <Simd as crate::Runs<W>>::nearest(self, ray, budget, workspace)
     }
 
-    /// As [`nearest`](Self::nearest), through the meshes of a rung.
-    #[inline(always)]
-    pub(crate) fn nearest_on(
-        &self,
-        rung: u8,
-        ray: &Ray,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> Option<Hit> {
-        self.searcher.nearest_on(rung, ray, budget, workspace)
-    }
-
-    /// Whether any ray may meet anything that starts at `origin` and whose
-    /// direction lies between four `corners`, component by component: the rays
-    /// of a part of a flat screen, between those of its corners. False only where
-    /// none does, whatever their rungs; true, too, where the corners' components
-    /// differ in sign, are no numbers, or a budget is exhausted. At most 16 steps.
+    /// Whether any ray that starts at `origin` may meet anything, if its direction is, component
+    /// by component, between four `corners`. False only where none does on any rung; true, too,
+    /// where the corners' components differ in sign or are no numbers, or the budget ends. At most
+    /// 16 steps.
     #[inline(always)]
     pub fn may_hit(
         &self,
@@ -163,21 +146,6 @@ where
         self.searcher.nearest_of_tile(rays, budget, workspace)
     }
 
-    /// The nearest hits of eight rays that start apart, each on its own rung:
-    /// those that [`nearest`](Self::nearest) finds. `None`, without any steps, if they cannot
-    /// go together. Compiled for some effects.
-    #[inline(always)]
-    pub(crate) fn nearest_of_row<const EFFECTS: u32>(
-        &self,
-        rays: &RowRays<'_>,
-        rung: impl Fn(usize) -> Option<(Ray, u8)>,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> Option<RowHits> {
-        self.searcher
-            .nearest_of_row::<EFFECTS>(rays, rung, budget, workspace)
-    }
-
     /// Whether anything blocks light between the ray's start and `limit`, in
     /// units of its direction.
     pub fn is_occluded(
@@ -193,21 +161,11 @@ where
         <Simd as crate::Runs<W>>::is_occluded(self, ray, limit, budget, workspace)
     }
 
-    pub(crate) fn is_dark(
-        &self,
-        ray: &Ray,
-        limit: f32,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> bool {
-        let rung = self.searcher.detail.rung;
-        self.searcher
-            .is_occluded_on(rung, ray, limit, budget, workspace)
-    }
-
     /// The light that comes back along a ray from the eye.
     pub fn radiance(&self, ray: &Ray, budget: &mut Budget, workspace: &mut Workspace) -> Pixel {
-        let hit = self.nearest_on(self.searcher.detail.rung, ray, budget, workspace);
+        let hit = self
+            .searcher
+            .nearest_on(self.searcher.detail.rung, ray, budget, workspace);
         let pixel = self.radiance_from(
             ray,
             hit,
@@ -221,8 +179,7 @@ where
         pixel
     }
 
-    /// As [`radiance`](Self::radiance), with a detail of its own, as a sample of
-    /// a pixel.
+    /// As [`radiance`](Self::radiance), with a detail of its own, as a pixel's sample.
     pub(crate) fn radiance_with(
         &self,
         ray: &Ray,
@@ -231,7 +188,9 @@ where
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Pixel {
-        let hit = self.nearest_on(detail.rung, ray, budget, workspace);
+        let hit = self
+            .searcher
+            .nearest_on(detail.rung, ray, budget, workspace);
         self.radiance_from(ray, hit, detail, sample, budget, workspace)
     }
 
@@ -260,8 +219,7 @@ where
         }
     }
 
-    /// As [`radiance_with`](Self::radiance_with), recording in a ledger what each effect
-    /// does. Slower.
+    /// As [`radiance_with`](Self::radiance_with), recording what each effect does. Slower.
     pub(crate) fn radiance_and_record(
         &self,
         ray: &Ray,
@@ -271,7 +229,9 @@ where
         ledger: &mut Ledger,
     ) -> Pixel {
         let budget = &mut { Budget::UNLIMITED };
-        let hit = self.nearest_on(detail.rung, ray, budget, workspace);
+        let hit = self
+            .searcher
+            .nearest_on(detail.rung, ray, budget, workspace);
         workspace.statistics.primary += 1;
         match hit {
             Some(hit) => {

@@ -15,33 +15,25 @@ pub(super) trait Visitor<const W: usize> {
     fn limit(&self) -> f32;
 
     /// Looks into a leaf that the ray enters at `near`. True ends the walk.
-    fn leaf<L: Lanes<W>, const ENDS: bool>(
-        &mut self,
-        lanes: L,
-        child: u32,
-        near: f32,
-        path: &mut Path<'_, ENDS>,
-    ) -> bool;
+    fn leaf<L: Lanes<W>>(&mut self, lanes: L, child: u32, near: f32, path: &mut Path<'_>) -> bool;
 }
 
-/// The memory of a walk and its count of steps, which is limited if `ENDS`. Counting alone
-/// is faster.
-pub(super) struct Path<'s, const ENDS: bool> {
+/// The memory of a walk and its limited count of steps.
+pub(super) struct Path<'s> {
     pub(super) stack: &'s mut TraversalStack,
     /// The first free entry of the stack.
     pub(super) base: usize,
     /// The most stack entries in use.
     pub(super) deepest: u32,
-    /// Most steps, and the steps left; counted down from 0 unless `ENDS`.
+    /// Most steps, and the steps left.
     most: u64,
     left: u64,
 }
 
-impl<'s, const ENDS: bool> Path<'s, ENDS> {
-    /// A path of at most `most` steps if `ENDS`.
+impl<'s> Path<'s> {
+    /// A path of at most `most` steps.
     #[inline(always)]
     pub(super) const fn new(stack: &'s mut TraversalStack, most: u64) -> Self {
-        let most = if ENDS { most } else { 0 };
         Self {
             stack,
             base: 0,
@@ -51,20 +43,15 @@ impl<'s, const ENDS: bool> Path<'s, ENDS> {
         }
     }
 
-    /// Takes some steps. False if fewer are left: then none are, and the search is
-    /// incomplete.
+    /// Takes some steps. If fewer are left, takes those and returns false.
     #[inline(always)]
     pub(super) const fn take(&mut self, steps: u64) -> bool {
-        if !ENDS {
-            self.left = self.left.wrapping_sub(steps);
-            return true;
+        if self.left < steps {
+            self.left = 0;
+            return false;
         }
-        let left = self.left.checked_sub(steps);
-        self.left = match left {
-            Some(left) => left,
-            None => 0,
-        };
-        left.is_some()
+        self.left -= steps;
+        true
     }
 
     /// The work done.
@@ -77,20 +64,16 @@ impl<'s, const ENDS: bool> Path<'s, ENDS> {
     }
 }
 
-/// Visits all leaves of the tree at `root` whose boxes the ray enters no farther
-/// than the visitor's limit. True if the visitor ended the walk; false if no
-/// leaf or step is left.
-///
-/// Bounded by the tree: loading the scene has checked that it is one and that its depth fits
-/// the stack, and each node is visited at most once.
+/// Visits all leaves that the ray enters within the visitor's limit; true if the visitor ended
+/// the walk. Each node of a checked tree is visited at most once.
 #[inline(always)]
-pub(super) fn walk<const W: usize, const ENDS: bool, L: Lanes<W>, V: Visitor<W>>(
+pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
     lanes: L,
     nodes: &[Node<W>],
     root: u32,
     slabs: &Slabs,
     visitor: &mut V,
-    path: &mut Path<'_, ENDS>,
+    path: &mut Path<'_>,
 ) -> bool {
     let (rx, nx, fx) = coefficients(lanes, slabs, 0);
     let (ry, ny, fy) = coefficients(lanes, slabs, 1);
@@ -207,8 +190,7 @@ fn distance<const W: usize, L: Lanes<W>>(
     lanes.sub(lanes.mul(planes, reciprocal), offset)
 }
 
-/// A ray's numbers for one axis, in every lane. Not a closure: one that is not inlined is
-/// compiled without the kernel's instruction set.
+/// A ray's numbers for one axis, in every lane. Not a closure, which may not be inlined.
 #[inline(always)]
 fn coefficients<const W: usize, L: Lanes<W>>(
     lanes: L,

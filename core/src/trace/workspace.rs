@@ -58,6 +58,11 @@ impl Workspace {
         }
     }
 
+    /// Adds a ray to the tree. False if there is none, or no room.
+    pub(super) fn push(&mut self, next: Option<Pending>) -> bool {
+        next.is_some_and(|next| self.pending.push(next).is_ok())
+    }
+
     pub(crate) fn account(&mut self, work: Work, budget: &mut Budget) {
         self.statistics.steps += work.steps;
         self.statistics.deepest_stack = self.statistics.deepest_stack.max(work.deepest);

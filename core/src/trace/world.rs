@@ -8,7 +8,7 @@ use crate::numeric::{max, min};
 use crate::scene::Scene;
 use crate::scene::format::{Instance, flag, kind};
 use crate::shape::{Ray, Slabs, Spheroid};
-use crate::simd::{Lanes, RayKernel, Simd, dot};
+use crate::simd::{Lanes, RayKernel, dot};
 use glam::Vec3;
 
 /// A point or a direction through a baked map: columns, then translation.
@@ -75,16 +75,24 @@ fn on_spheroid(instance: &Instance, ray: &Ray, start: f32) -> Option<MeshHit> {
     })
 }
 
-impl<const W: usize, S: Goal> InWorld<'_, '_, W, S> {
-    /// Looks into an instance that the ray enters at `near`. True where the search is over.
+impl<const W: usize, S: Goal> Visitor<W> for InWorld<'_, '_, W, S> {
     #[inline(always)]
-    fn instance<L: Lanes<W>, const ENDS: bool>(
-        &mut self,
-        lanes: L,
-        number: u32,
-        near: f32,
-        path: &mut Path<'_, ENDS>,
-    ) -> bool {
+    fn limit(&self) -> f32 {
+        self.limit
+    }
+
+    // Not inlined without vectors: most rays meet no instance, and inlined code would keep
+    // their registers in memory.
+    #[cfg_attr(
+        any(target_arch = "arm", target_arch = "riscv32", target_arch = "xtensa"),
+        inline(never)
+    )]
+    #[cfg_attr(
+        not(any(target_arch = "arm", target_arch = "riscv32", target_arch = "xtensa")),
+        inline(always)
+    )]
+    fn leaf<L: Lanes<W>>(&mut self, lanes: L, child: u32, near: f32, path: &mut Path<'_>) -> bool {
+        let number = leaf_index(child);
         let Some(instance) = self.scene.instances.get(number as usize) else {
             return false;
         };
@@ -128,45 +136,10 @@ impl<const W: usize, S: Goal> InWorld<'_, '_, W, S> {
         self.take_nearer(number, on);
         false
     }
-
-    /// As `instance`, not inlined: most rays meet no instance, and inlined code would keep
-    /// their registers in memory.
-    #[inline(never)]
-    fn instance_not_inlined<L: Lanes<W>, const ENDS: bool>(
-        &mut self,
-        lanes: L,
-        number: u32,
-        near: f32,
-        path: &mut Path<'_, ENDS>,
-    ) -> bool {
-        self.instance(lanes, number, near, path)
-    }
-}
-
-impl<const W: usize, S: Goal> Visitor<W> for InWorld<'_, '_, W, S> {
-    #[inline(always)]
-    fn limit(&self) -> f32 {
-        self.limit
-    }
-
-    #[inline(always)]
-    fn leaf<L: Lanes<W>, const ENDS: bool>(
-        &mut self,
-        lanes: L,
-        child: u32,
-        near: f32,
-        path: &mut Path<'_, ENDS>,
-    ) -> bool {
-        if Simd::HAS_VECTORS {
-            self.instance(lanes, leaf_index(child), near, path)
-        } else {
-            self.instance_not_inlined(lanes, leaf_index(child), near, path)
-        }
-    }
 }
 
 /// One search through a scene.
-pub(super) struct Search<'r, 'a, const W: usize, const ENDS: bool, S> {
+pub(super) struct Search<'r, 'a, const W: usize, S> {
     pub(super) goal: S,
     pub(super) scene: &'r Scene<'a, W>,
     /// The rung of the meshes' ladders to trace.
@@ -174,11 +147,11 @@ pub(super) struct Search<'r, 'a, const W: usize, const ENDS: bool, S> {
     /// Farthest distance of a hit.
     pub(super) limit: f32,
     pub(super) stack: &'r mut TraversalStack,
-    /// Most steps; ignored unless `ENDS`.
+    /// Most steps.
     pub(super) most: u64,
 }
 
-impl<const W: usize, const ENDS: bool, S: Goal> RayKernel<W> for Search<'_, '_, W, ENDS, S> {
+impl<const W: usize, S: Goal> RayKernel<W> for Search<'_, '_, W, S> {
     type Output = (Hit, Work);
 
     #[inline(always)]
@@ -192,7 +165,7 @@ impl<const W: usize, const ENDS: bool, S: Goal> RayKernel<W> for Search<'_, '_, 
             limit: self.limit,
             best: Hit::NONE,
         };
-        let mut path = Path::<ENDS>::new(self.stack, self.most);
+        let mut path = Path::new(self.stack, self.most);
         let (nodes, root) = (self.scene.nodes, self.scene.header.root);
         let found = walk(lanes, nodes, root, &slabs, &mut visitor, &mut path);
         if self.goal.is_any() && found {
@@ -203,23 +176,23 @@ impl<const W: usize, const ENDS: bool, S: Goal> RayKernel<W> for Search<'_, '_, 
 }
 
 /// A search for the nearest hit of one ray in one instance.
-pub(super) struct SearchInstance<'r, 'a, const W: usize, const ENDS: bool> {
+pub(super) struct SearchInstance<'r, 'a, const W: usize> {
     pub(super) scene: &'r Scene<'a, W>,
     /// The rung of the meshes' ladders to trace.
     pub(super) rung: u8,
     pub(super) instance: u32,
     pub(super) best: Hit,
     pub(super) stack: &'r mut TraversalStack,
-    /// Most steps; ignored unless `ENDS`.
+    /// Most steps.
     pub(super) most: u64,
 }
 
-impl<const W: usize, const ENDS: bool> RayKernel<W> for SearchInstance<'_, '_, W, ENDS> {
+impl<const W: usize> RayKernel<W> for SearchInstance<'_, '_, W> {
     type Output = (Hit, Work);
 
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L, ray: &Ray) -> (Hit, Work) {
-        let mut path = Path::<ENDS>::new(self.stack, self.most);
+        let mut path = Path::new(self.stack, self.most);
         let mut visitor = InWorld {
             goal: Nearest,
             scene: self.scene,
@@ -233,7 +206,7 @@ impl<const W: usize, const ENDS: bool> RayKernel<W> for SearchInstance<'_, '_, W
             let (near, far) = slabs.interval(instance.low.into(), instance.high.into());
             let near = max(near, 0.0);
             if near <= min(far, visitor.limit) {
-                visitor.instance(lanes, self.instance, near, &mut path);
+                visitor.leaf(lanes, self.instance, near, &mut path);
             }
         }
         (visitor.best, path.work())

@@ -162,8 +162,7 @@ impl Batch {
     }
 }
 
-/// What one sample of a pixel sees: incomplete if the budget is exhausted, `None` outside a
-/// dome master's rim.
+/// What one sample of a pixel sees; `None` outside a dome master's rim.
 pub(super) fn see<const W: usize>(
     seeing: &Seeing<'_, '_, W>,
     (x, y): (u32, u32),
@@ -179,7 +178,9 @@ where
     let samples = seeing.renderer.settings.samples;
     let (dx, dy) = offset(sample, samples);
     let ray = seeing.view.ray(x as f32 + dx, y as f32 + dy)?;
-    let hit = tracer.nearest_on(detail.rung, &ray, budget, workspace);
+    let hit = tracer
+        .searcher
+        .nearest_on(detail.rung, &ray, budget, workspace);
     let of = Sample::new(x, y, sample, samples);
     Some(Node {
         class: Node::class_of(hit.as_ref()),

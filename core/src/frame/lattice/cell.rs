@@ -137,8 +137,7 @@ where
     }
 }
 
-/// Traces the corners that are missing, sample by sample. False where the budget ends
-/// before the last.
+/// Traces the missing corners; false where the budget ends before the last sample.
 fn trace_corners<const W: usize>(
     seeing: &Seeing<'_, '_, W>,
     grid: &Grid,

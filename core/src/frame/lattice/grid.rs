@@ -27,8 +27,7 @@ impl Grid {
         }
     }
 
-    /// Requests the corners of a block of `step` steps a side, if the piece contains a
-    /// part of it.
+    /// Requests the corners that the piece has of a block of `step` steps a side.
     pub(super) fn request(
         &mut self,
         (column, row): (usize, usize),
@@ -71,8 +70,7 @@ impl Grid {
         (x + column as u32 * self.unit, y + row as u32 * self.unit)
     }
 
-    /// Takes the next requested node that does not exist yet, from `row` on; marks it as
-    /// known and moves `row` along.
+    /// Takes the next requested node from `row` on, which moves along.
     pub(super) fn next(&mut self, row: &mut usize) -> Option<(usize, usize)> {
         while let (Some(known), Some(wanted)) = (self.known.get_mut(*row), self.wanted.get(*row)) {
             let missing = wanted & !*known;

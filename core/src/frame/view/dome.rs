@@ -25,8 +25,7 @@ pub(crate) struct Dome {
     start: [f32; 3],
     /// The centre of a screen from the eye, in radii; `None` for pictures of directions.
     centre: Option<Vec3>,
-    /// Pixels are seen up to this distance from the centre; past the rim, at 1, they show
-    /// the rim.
+    /// Largest distance from the centre at which pixels are seen; past 1 they show the rim.
     seen_to: f32,
 }
 
@@ -132,8 +131,7 @@ impl Dome {
         self.pose.position
     }
 
-    /// The ray through a point of the picture, in pixels from the centre of
-    /// the first; `None` outside the rim.
+    /// The ray through a point of the picture, in pixels; `None` outside the rim.
     pub(crate) fn ray(&self, x: f32, y: f32) -> Option<Ray> {
         let rays = self.rays_of_one(x, y);
         let vector = |[[x], [y], [z]]: [[f32; 1]; 3]| Vec3::new(x, y, z);
@@ -153,8 +151,7 @@ impl Dome {
         <Simd as Runs<8>>::run(simd, Row { dome: self, x, y })
     }
 
-    /// The rays through points of the picture, in every lane: the scalar's
-    /// bits, since it is one lane of it.
+    /// The rays through points of the picture, in every lane.
     #[inline(always)]
     fn rays<const W: usize, L: Lanes<W>>(&self, l: L, x: L::F, y: L::F) -> Rays<L::F, L::M> {
         let mut pixel = self.place(l, x, y);
@@ -199,8 +196,7 @@ impl Dome {
         [x_axis.to_array(), y_axis.to_array(), z_axis.to_array()]
     }
 
-    /// Directions along the capture's own axes in the room: of a screen, from
-    /// the eye to what they are of it.
+    /// The room's directions of those along the capture's axes; of a screen, from the eye.
     #[inline(always)]
     fn in_room<const W: usize, L: Lanes<W>>(
         &self,
@@ -224,8 +220,7 @@ impl Dome {
         }
     }
 
-    /// (u, v) of points of the picture and their distances from its centre.
-    /// Rounded once for whole pixels, so that opposite ones are opposite.
+    /// (u, v) of points of the picture, and their distances from its centre.
     #[inline(always)]
     fn place<const W: usize, L: Lanes<W>>(&self, l: L, x: L::F, y: L::F) -> [L::F; 3] {
         let side = l.splat(self.side as f32);
@@ -237,8 +232,7 @@ impl Dome {
         [u, v, radius]
     }
 
-    /// Where lines of sight start, metres from the position (`None` for all at
-    /// it), and where they go, both along the capture's own axes.
+    /// Starts of lines of sight in metres (`None`: the position), and their directions.
     #[inline(always)]
     fn lines<const W: usize, L: Lanes<W>>(
         &self,
@@ -294,8 +288,7 @@ impl Dome {
     }
 }
 
-/// Places outside the rim at the nearest point of it: (u, v) and the distance
-/// from the centre.
+/// Moves places outside the rim to its nearest point: (u, v) and the distance.
 #[inline(always)]
 fn back_inside<const W: usize, L: Lanes<W>>(l: L, [u, v, radius]: [L::F; 3]) -> [L::F; 3] {
     /// What is divided by it and its distance from the centre is inside the rim,
@@ -339,8 +332,7 @@ fn is_rotation(axes: &Mat3) -> bool {
 }
 
 impl Dome {
-    /// Whether all rays of a block start at one point, inside the rim; (x, y) is its first
-    /// pixel.
+    /// Whether all rays of a block, from its first pixel (x, y) on, start at one point.
     pub(crate) fn sees_all_from(&self, x: u32, y: u32) -> bool {
         if let DomeProjection::Mirror(_) = self.projection {
             return false;

@@ -4,8 +4,7 @@ use crate::shape::Ray;
 use crate::simd::{Lanes, Simd};
 use glam::Vec3;
 
-/// The rays from an eye through the pixels of a flat screen: an off-axis
-/// frustum (Kooima 2008) as an affine map from pixels to directions.
+/// The rays of an off-axis frustum (Kooima 2008): a map from pixels to directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Screen {
     eye: Vec3,
@@ -45,8 +44,7 @@ pub(crate) struct ScreenColumns<F> {
 }
 
 impl<F: Copy> ScreenColumns<F> {
-    /// [`Screen::direction`] of a row's pixels, at an offset from their centres. One past
-    /// the view's borders repeats its last one.
+    /// [`Screen::direction`] of a row's pixels; those past the borders repeat the last.
     #[inline(always)]
     pub(crate) fn directions<L: Lanes<8, F = F>>(&self, l: L, y: u32, dy: f32) -> [F; 3] {
         let row = l.splat(y.min(self.last_row) as f32 + dy);
@@ -147,8 +145,7 @@ impl Screen {
         }
     }
 
-    /// The ray through a point of the screen, in pixels from the centre of
-    /// the first; `None` where its direction cannot be traced.
+    /// The ray through a point, in pixels from the first's centre, if it can be traced.
     #[inline(always)]
     pub(crate) fn ray(&self, x: f32, y: f32) -> Option<Ray> {
         Ray::new(self.eye, self.direction(x, y))
@@ -215,35 +212,19 @@ mod tests {
 
     #[test]
     fn what_is_no_screen_is_refused() {
-        let new = |eye, first, size| View::new(eye, first, Vec3::X, Vec3::NEG_Y, size);
-        let (eye, first) = (Vec3::ZERO, Vec3::new(-0.5, 0.5, -1.0));
-        assert!(new(eye, first, [2, 2]).is_ok());
-        assert_eq!(new(eye, first, [0, 2]), Err(ViewError::Size));
-        assert_eq!(new(eye, first, [2, 65_537]), Err(ViewError::Size));
-        assert_eq!(
-            new(Vec3::splat(f32::NAN), first, [2, 2]),
-            Err(ViewError::Eye)
-        );
-        assert_eq!(
-            new(eye, Vec3::new(-0.5, 0.5, 0.0), [2, 2]),
-            Err(ViewError::Screen)
-        );
-        assert_eq!(
-            new(eye, Vec3::splat(f32::INFINITY), [2, 2]),
-            Err(ViewError::Screen)
-        );
-        assert_eq!(
-            View::new(eye, first, Vec3::X, Vec3::X, [2, 2]),
-            Err(ViewError::Screen)
-        );
-    }
-
-    #[test]
-    fn rays_go_through_pixel_centres() {
-        let first = Vec3::new(-0.5, 0.5, -1.0);
-        let view = View::new(Vec3::ONE, first, Vec3::X, Vec3::NEG_Y, [2, 2]).unwrap();
-        let ray = view.ray(1.0, 1.0).unwrap();
-        assert_eq!(ray.origin(), Vec3::ONE);
-        assert_eq!(ray.direction(), Vec3::new(0.5, -0.5, -1.0));
+        let (eye, first, down) = (Vec3::ZERO, Vec3::new(-0.5, 0.5, -1.0), Vec3::NEG_Y);
+        let in_plane = Vec3::new(-0.5, 0.5, 0.0);
+        for (eye, first, down, size, expected) in [
+            (eye, first, down, [2, 2], Ok(())),
+            (eye, first, down, [0, 2], Err(ViewError::Size)),
+            (eye, first, down, [2, 65_537], Err(ViewError::Size)),
+            (Vec3::NAN, first, down, [2, 2], Err(ViewError::Eye)),
+            (eye, in_plane, down, [2, 2], Err(ViewError::Screen)),
+            (eye, Vec3::INFINITY, down, [2, 2], Err(ViewError::Screen)),
+            (eye, first, Vec3::X, [2, 2], Err(ViewError::Screen)),
+        ] {
+            let made = View::new(eye, first, Vec3::X, down, size);
+            assert_eq!(made.map(drop), expected);
+        }
     }
 }

@@ -1,5 +1,5 @@
 use super::*;
-use core::f32::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6};
+use core::f32::consts::FRAC_PI_2;
 
 fn gaze(direction: Vec3, up: Vec3) -> Gaze {
     let sight = LineOfSight::new(Vec3::ZERO, direction, up).unwrap();
@@ -45,29 +45,6 @@ fn next_to_the_line_of_sight_the_boundary_is_known() {
 }
 
 #[test]
-fn right_angles_are_exact() {
-    let outside = (0.0, Zone::Outside);
-    // Traced without bounces.
-    let side = (1.0 / 7.0, Zone::Peripheral);
-    for (direction, alpha, beta, (level, zone)) in [
-        ([0.0, 1.0, -0.0], 0.0, FRAC_PI_2, outside),
-        ([0.0, -1.0, -0.0], 0.0, -FRAC_PI_2, outside),
-        ([0.0, 0.0, 1.0], PI, 0.0, outside),
-        ([0.0, -0.0, 1.0], PI, 0.0, outside),
-        ([1.0, 0.0, 0.0], FRAC_PI_2, 0.0, side),
-        ([-1.0, 0.0, 0.0], FRAC_PI_2, 0.0, side),
-        ([1.0e-40, 0.0, 0.0], FRAC_PI_2, 0.0, side),
-        ([-1.0e38, 0.0, 0.0], FRAC_PI_2, 0.0, side),
-    ] {
-        let sight = front().sight(Vec3::from_array(direction)).unwrap();
-        assert_eq!((sight.m_alpha, sight.m_beta), (alpha, beta));
-        let slack = if level == 0.0 { 0.0 } else { 5e-7 };
-        assert!((sight.level - level).abs() <= slack, "{sight:?}");
-        assert_eq!(sight.zone, zone);
-    }
-}
-
-#[test]
 fn what_has_no_direction_has_no_level() {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
@@ -78,39 +55,6 @@ fn what_has_no_direction_has_no_level() {
     }
     assert_eq!(front().level(Vec3::ZERO), None);
     assert_eq!(front().level(-Vec3::ZERO), None);
-}
-
-/// The directions at `radius` along (`across`, `along`) in the plane of the two
-/// angles, in front.
-fn direction_at(radius: f64, across: f64, along: f64) -> Vec3 {
-    let (alpha, beta) = (radius * across, radius * along);
-    Vec3::new(alpha.tan() as f32, beta.tan() as f32, -1.0)
-}
-
-#[test]
-fn borders_of_the_zones_are_exact() {
-    let zones = |l: f64, (across, along): (f64, f64)| {
-        let sight = front().sight(direction_at(l, across, along)).unwrap();
-        (sight.level, sight.zone)
-    };
-    for step in (0..64).step_by(if cfg!(miri) { 21 } else { 1 }) {
-        let (across, along) = (f64::from(step) / 64.0 * core::f64::consts::TAU).sin_cos();
-        let a = 100f64.to_radians();
-        let b = if along < 0.0 { 70f64 } else { 60.0 }.to_radians();
-        let limit = (a * a * across * across + b * b * along * along).sqrt();
-        let way = (across, along);
-        assert_eq!(zones(30f64.to_radians() - 1e-6, way), (1.0, Zone::Central));
-        let (level, zone) = zones(30f64.to_radians() + 1e-6, way);
-        assert!(level < 1.0 && level > 0.9999, "{level}");
-        assert_eq!(zone, Zone::Peripheral);
-        // The boundary, where it is before the viewer.
-        if limit * across.abs().max(along.abs()) < 1.5 {
-            let (level, zone) = zones(limit - 1e-6, way);
-            assert!(level > 0.0 && level < 1e-5, "{way:?}: {level}");
-            assert_eq!(zone, Zone::Peripheral);
-            assert_eq!(zones(limit + 1e-6, way), (0.0, Zone::Outside));
-        }
-    }
 }
 
 #[test]
@@ -140,21 +84,6 @@ fn sides_and_halves_have_their_own_limits() {
 }
 
 #[test]
-fn the_ellipse_lies_within_the_printed_curve() {
-    let printed = front();
-    let field = VisualField::PAPER.with_boundary(Boundary::Ellipse);
-    let ellipse = Gaze::new(printed.line_of_sight(), field);
-    // Where the paper's upper half differs most.
-    let angle = 41.24f64.to_radians();
-    let direction = direction_at(0.9, angle.cos(), angle.sin());
-    let [printed, ellipse] = [printed, ellipse].map(|g| g.sight(direction).unwrap());
-    let difference = (printed.big_l - ellipse.big_l).to_degrees();
-    assert!((difference - 9.853).abs() < 0.001, "{difference}");
-    assert!(printed.level > ellipse.level);
-    assert_eq!(printed.l, ellipse.l);
-}
-
-#[test]
 fn length_does_not_matter() {
     let gaze = gaze(Vec3::new(1.0, 2.0, -3.0), Vec3::new(0.1, 1.0, 0.2));
     let direction = Vec3::new(0.3, -0.75, -1.5);
@@ -167,19 +96,6 @@ fn length_does_not_matter() {
             "{power}"
         );
     }
-}
-
-#[test]
-fn an_eighth_of_a_turn_is_known() {
-    let sight = front().sight(Vec3::new(-1.0, -1.0, -1.0)).unwrap();
-    assert!((sight.m_alpha - FRAC_PI_4).abs() < 1e-7);
-    assert!((sight.m_beta + FRAC_PI_4).abs() < 1e-7);
-    assert!((sight.l - FRAC_PI_4 * 2f32.sqrt()).abs() < 2e-7);
-    let limits = VisualField::PAPER.limits();
-    let big_l = limits.right.powi(2).midpoint(limits.down.powi(2)).sqrt();
-    assert!((sight.big_l - big_l).abs() < 2e-7);
-    let level = (big_l - sight.l) / (big_l - FRAC_PI_6);
-    assert!((sight.level - level).abs() < 5e-7);
 }
 
 /// Uses one combination of components in this many: Miri is slow.
@@ -245,23 +161,6 @@ fn rows_are_as_long_as_their_shortest_slice() {
     assert_eq!(levels[19..], [0.5; 2]);
 }
 
-#[test]
-fn traced_is_what_lies_within_the_boundary() {
-    for direction in directions() {
-        let Some(sight) = front().sight(direction) else {
-            continue;
-        };
-        assert_eq!(front().level(direction), Some(sight.level));
-        assert!((0.0..=1.0).contains(&sight.level), "{direction}");
-        assert_eq!(sight.level > 0.0, sight.l < sight.big_l, "{direction}");
-        assert_eq!(
-            sight.level > 0.0,
-            sight.zone != Zone::Outside,
-            "{direction}"
-        );
-    }
-}
-
 fn field(central: f32, up: f32, down: f32, left: f32, right: f32) -> VisualField {
     let limits = VisualFieldLimits {
         central,
@@ -273,8 +172,7 @@ fn field(central: f32, up: f32, down: f32, left: f32, right: f32) -> VisualField
     VisualField::new(limits, Boundary::Printed).unwrap()
 }
 
-/// Fields that are narrow, wide, flat and uneven; in an interpreter, which takes its
-/// time, the first and the last.
+/// Fields that are narrow, wide, flat and uneven; fewer under Miri, which is slow.
 fn fields() -> impl Iterator<Item = VisualField> {
     let all = [
         VisualField::PAPER,

@@ -6,8 +6,7 @@ use crate::scene::{STACK_ENTRIES, Scene, SceneError};
 use core::ops::Range;
 use heapless::Vec;
 
-/// Whether `order` names each of `W` lanes once. A lane named twice would be
-/// visited twice, at every level.
+/// Whether `order` names each of `W` lanes once.
 fn is_permutation<const W: usize>(order: u32) -> bool {
     let bits = W.trailing_zeros();
     let named = (0..W as u32).fold(0u32, |named, place| {
@@ -23,8 +22,7 @@ const _: () = assert!(STACK_ENTRIES <= u8::MAX as usize);
 pub(super) struct Tree<'m> {
     pub(super) nodes: Range<u32>,
     pub(super) leaves: Range<u32>,
-    /// The mesh whose triangles its leaves hold, and its number; leaves of other
-    /// trees name one primitive each and carry no count.
+    /// The mesh whose triangles its leaves hold, and its number; `None` for other trees.
     pub(super) mesh: Option<(&'m Mesh, Record)>,
 }
 
@@ -58,9 +56,8 @@ impl Tree<'_> {
     }
 }
 
-/// Walks a tree once, checks that it is one, and returns the most stack
-/// entries that traversal in any order of children can need, and how many
-/// primitives its leaves hold.
+/// Walks a tree once and checks that it is one. Returns the most stack entries that
+/// traversal needs in any order, and how many primitives its leaves hold.
 // Not inlined: keeps its stack frame out of the callers'.
 #[inline(never)]
 pub(super) fn check_tree<const W: usize>(

@@ -9,8 +9,7 @@ use crate::trace::ledger::Record;
 use crate::trace::workspace::Workspace;
 use glam::Vec3;
 
-/// A ray that enters a dispersive medium: what goes on from there, one
-/// wavelength after another.
+/// What goes on from where a ray enters a dispersive medium, by wavelength.
 pub(super) struct Fan<'a> {
     /// Wavelengths that are still to come.
     part: Part<'a>,
@@ -27,9 +26,7 @@ impl<'a, const W: usize, const EFFECTS: u32> Shading<'_, 'a, W, EFFECTS>
 where
     Simd: Runs<W>,
 {
-    /// A ray of all wavelengths enters a dispersive medium. What is reflected
-    /// goes the same way for those that the sample takes; the rest one after
-    /// another.
+    /// Begins a fan where a ray of all wavelengths enters a dispersive medium; reflects once.
     #[inline(never)]
     pub(super) fn begin_fan<R: Record>(
         &self,
@@ -120,8 +117,7 @@ where
                 if fan.is_all {
                     share += refraction.reflectance;
                 }
-                let next = fan.at.refracted(&refraction, share, cause);
-                if next.is_some_and(|next| next.push(workspace)) {
+                if workspace.push(fan.at.refracted(&refraction, share, cause)) {
                     workspace.statistics.refracted += 1;
                     gathered.is_first = fan.is_new;
                     fan.is_new = false;

@@ -18,8 +18,7 @@ impl<const W: usize, const EFFECTS: u32> Shading<'_, '_, W, EFFECTS>
 where
     Simd: Runs<W>,
 {
-    /// What a surface sends back along a ray without any further ones of the
-    /// tree: its own light and that of lights, in the colours of its texture.
+    /// A surface's own light and that of lights, in the colours of its texture.
     #[inline(always)]
     pub(super) fn own_light<R: Record>(
         &self,
@@ -96,8 +95,7 @@ where
         sum
     }
 
-    /// The mean over points of a rectangle, further ones for each sample of a
-    /// pixel; of its middle alone where soft light is left out.
+    /// The mean over points of a rectangle; its middle alone without soft light.
     fn lit_by_rectangle<R: Record>(
         &self,
         at: &Lighting<'_, '_>,
@@ -202,8 +200,7 @@ impl Lighting<'_, '_> {
         (cosine > 0.0 && outside).then_some((unit, cosine))
     }
 
-    /// A ray to a light and where that is along it. To the light's own place
-    /// from where the ray starts.
+    /// A ray to a light and the light's distance along it.
     #[inline(always)]
     fn ray_to(&self, unit: Vec3, place: Option<Vec3>) -> Option<(Ray, f32)> {
         let start = self.surface.start(unit);
@@ -226,8 +223,7 @@ impl Lighting<'_, '_> {
     }
 }
 
-/// Blinn-Phong's cosⁿ, or 0 where it is under e⁻¹⁶, a ten-millionth: there
-/// by ln x ≤ x − 1, without the price of a power.
+/// Blinn-Phong's cosⁿ, or 0 under e⁻¹⁶.
 fn highlight(cosine: f32, shininess: f32) -> f32 {
     if cosine <= 0.0 || shininess * (1.0 - cosine) > 16.0 {
         0.0

@@ -6,11 +6,8 @@ use crate::simd::{Kernel, Lanes};
 use crate::trace::walk::leaf_index;
 use glam::Vec3;
 
-/// Whether rays from one point with directions between those of four corners
-/// may meet anything. False only if no ray does.
-///
-/// Tests the boxes of the tree over instances and of the instances' covers, which contain
-/// the meshes of all rungs: the rays' levels need not be known.
+/// Whether rays from one point with directions between four corners may meet anything, by the
+/// boxes of the tree over instances and of the instances' covers.
 pub(in crate::trace) struct MayHit<'r, 'a, const W: usize> {
     pub(in crate::trace) scene: &'r Scene<'a, W>,
     pub(in crate::trace) origin: Vec3,
@@ -19,8 +16,7 @@ pub(in crate::trace) struct MayHit<'r, 'a, const W: usize> {
     pub(in crate::trace) most: u64,
 }
 
-/// Nodes after one another: half of them in the tree over instances leaves
-/// enough for every cover.
+/// Most nodes after one another.
 const DEPTH: usize = 6;
 
 /// Most nodes to visit.
@@ -73,8 +69,7 @@ impl<const W: usize> Kernel<W> for MayHit<'_, '_, W> {
 }
 
 impl<const W: usize> MayHit<'_, '_, W> {
-    /// The node below a lane of another, which for an instance is its cover's
-    /// first; `None` where no more boxes are known.
+    /// The node below a lane of another, or an instance's cover, if there is one.
     #[inline(always)]
     fn child(&self, node: u32, lane: usize) -> Option<u32> {
         let child = *self.scene.nodes.get(node as usize)?.child.get(lane)?;

@@ -72,13 +72,7 @@ impl<const W: usize> TileVisitor for TileInMesh<'_, '_, W> {
     }
 
     #[inline(always)]
-    fn leaf<L: Lanes<EIGHT>, const ENDS: bool>(
-        &mut self,
-        l: L,
-        child: u32,
-        groups: u8,
-        path: &mut Path<'_, ENDS>,
-    ) {
+    fn leaf<L: Lanes<EIGHT>>(&mut self, l: L, child: u32, groups: u8, path: &mut Path<'_>) {
         let count = (child >> COUNT_SHIFT & 7) + 1;
         if !path.take(u64::from(count)) {
             return;
@@ -175,13 +169,13 @@ struct TileInWorld<'r, 'a, const W: usize> {
 impl<const W: usize> TileInWorld<'_, '_, W> {
     /// False where the rays cannot go together in the mesh's frame.
     #[inline(always)]
-    fn in_mesh<L: Lanes<EIGHT>, const ENDS: bool>(
+    fn in_mesh<L: Lanes<EIGHT>>(
         &mut self,
         l: L,
         mesh: &Mesh,
         (number, instance): (u32, &Instance),
         groups: u8,
-        path: &mut Path<'_, ENDS>,
+        path: &mut Path<'_>,
     ) -> bool {
         let Some(rays) = mapped(l, self.rays, groups, instance) else {
             return false;
@@ -235,13 +229,7 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
     }
 
     #[inline(always)]
-    fn leaf<L: Lanes<EIGHT>, const ENDS: bool>(
-        &mut self,
-        l: L,
-        child: u32,
-        groups: u8,
-        path: &mut Path<'_, ENDS>,
-    ) {
+    fn leaf<L: Lanes<EIGHT>>(&mut self, l: L, child: u32, groups: u8, path: &mut Path<'_>) {
         let number = leaf_index(child);
         let Some(instance) = self.scene.instances.get(number as usize) else {
             return;
@@ -335,8 +323,7 @@ fn mapped<L: Lanes<EIGHT>>(
     Some(inside)
 }
 
-/// The main axis that all rays share, last, and their shears; `None` where
-/// they do not.
+/// The main axis that all rays share, last, and their shears; `None` without one.
 #[inline(always)]
 fn shears<L: Lanes<EIGHT>>(l: L, rays: &TileRays, groups: u8) -> Option<([usize; 3], [PerRay; 3])> {
     let first = rays.ray(groups.trailing_zeros() as usize, 0)?;
@@ -364,22 +351,22 @@ fn shears<L: Lanes<EIGHT>>(l: L, rays: &TileRays, groups: u8) -> Option<([usize;
 }
 
 /// A search through a scene for all rays of a tile.
-pub(in crate::trace) struct TileSearch<'r, 'a, const W: usize, const ENDS: bool> {
+pub(in crate::trace) struct TileSearch<'r, 'a, const W: usize> {
     pub(in crate::trace) scene: &'r Scene<'a, W>,
     pub(in crate::trace) rays: &'r TileRays,
     pub(in crate::trace) hits: &'r mut TileHits,
     pub(in crate::trace) stack: &'r mut TraversalStack,
-    /// Most steps; ignored unless `ENDS`.
+    /// Most steps.
     pub(in crate::trace) most: u64,
 }
 
-impl<const W: usize, const ENDS: bool> Kernel<EIGHT> for TileSearch<'_, '_, W, ENDS> {
+impl<const W: usize> Kernel<EIGHT> for TileSearch<'_, '_, W> {
     /// `None` where the rays cannot go together.
     type Output = Option<Work>;
 
     #[inline(always)]
     fn run<L: Lanes<EIGHT>>(self, l: L) -> Option<Work> {
-        let mut path = Path::<ENDS>::new(self.stack, self.most);
+        let mut path = Path::new(self.stack, self.most);
         let slabs = TileSlabs::new(
             l,
             self.rays,
@@ -419,7 +406,7 @@ impl<const W: usize> Kernel<EIGHT> for TileInMeshSearch<'_, '_, W> {
 
     #[inline(always)]
     fn run<L: Lanes<EIGHT>>(self, l: L) -> Option<Work> {
-        let mut path = Path::<false>::new(self.stack, 0);
+        let mut path = Path::new(self.stack, u64::MAX);
         let (axes, shear) = shears(l, self.rays, u8::MAX)?;
         let slabs = TileSlabs::new(l, self.rays, u8::MAX, self.mesh.extent, &self.hits.t)?;
         let mut search = TileInMesh::<W> {

@@ -14,9 +14,8 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// Bounds for all rays whose directions lie between those of `corners`, component
-    /// by component; `None` where their signs differ, or one is next to zero, and
-    /// where one is no [`Ray`].
+    /// Bounds for all rays with directions between those of `corners`; `None` where signs differ,
+    /// one is next to zero, or one is no [`Ray`].
     pub(super) fn between(origin: Vec3, corners: &[Vec3; 4], extent: f32) -> Option<Self> {
         let mut largest = 0.0;
         for corner in corners {
@@ -69,8 +68,7 @@ fn delta(origin: Vec3, extent: f32) -> f32 {
     Slabs::SLACK * UNIT_ROUNDOFF * max(extent, largest_number(origin))
 }
 
-/// [`Slabs`] of all rays of a tile, and the interval that those span that may
-/// still find something.
+/// [`Slabs`] of all rays of a tile, and the interval that the searching ones span.
 pub(super) struct TileSlabs {
     pub(super) span: Span,
     pub(super) reciprocal: [PerRay; 3],
@@ -79,8 +77,7 @@ pub(super) struct TileSlabs {
 }
 
 impl TileSlabs {
-    /// Bounds for the rays of `groups`; `None` where the signs of their directions
-    /// differ, or one is zero. Rays whose `nearest` hit is below zero do not count.
+    /// Bounds for the rays of `groups` that still search; `None` where signs differ or are zero.
     #[inline(always)]
     pub(super) fn new<L: Lanes<EIGHT>>(
         l: L,

@@ -12,13 +12,7 @@ pub(super) trait TileVisitor {
     /// Prefetches a leaf that will be visited.
     fn expect<L: Lanes<EIGHT>>(&self, l: L, child: u32);
     /// Visits a leaf.
-    fn leaf<L: Lanes<EIGHT>, const ENDS: bool>(
-        &mut self,
-        l: L,
-        child: u32,
-        groups: u8,
-        path: &mut Path<'_, ENDS>,
-    );
+    fn leaf<L: Lanes<EIGHT>>(&mut self, l: L, child: u32, groups: u8, path: &mut Path<'_>);
 }
 
 /// A node's planes in eight lanes; lanes past its width are empty.
@@ -55,8 +49,7 @@ impl<F: Copy> Interval<F> {
         }
     }
 
-    /// The children that a ray may enter before `limit`, a bit a lane, and a
-    /// lower bound of where.
+    /// The children that a ray may enter before `limit`, and a lower bound of where.
     #[inline(always)]
     pub(super) fn children<const W: usize, const N: usize, L: Lanes<N, F = F>>(
         &self,
@@ -121,17 +114,16 @@ fn groups_within(hits: &TileHits, groups: u8, near: f32) -> u8 {
     within
 }
 
-/// Visits all leaves of the tree at `root` that any ray of `groups` enters no
-/// farther than its group's farthest hit. Bounded as the walk of one ray is.
+/// Visits all leaves that any ray of `groups` enters; bounded as the walk of one ray is.
 #[inline(always)]
-pub(super) fn walk_tile<const W: usize, const ENDS: bool, L: Lanes<EIGHT>, V: TileVisitor>(
+pub(super) fn walk_tile<const W: usize, L: Lanes<EIGHT>, V: TileVisitor>(
     l: L,
     nodes: &[Node<W>],
     root: u32,
     slabs: &TileSlabs,
     groups: u8,
     visitor: &mut V,
-    path: &mut Path<'_, ENDS>,
+    path: &mut Path<'_>,
 ) {
     let interval = Interval::new(l, &slabs.span);
     let octant = slabs.span.octant();
