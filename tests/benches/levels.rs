@@ -14,7 +14,7 @@ use shisen::bake::{Baked, lone_mesh};
 use shisen::scene::mesh::TriangleMesh;
 use shisen_core::Simd;
 use shisen_core::frame::{
-    Budget, LevelOfDetail, Outcome, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace,
+    Budget, LevelOfDetail, Outcome, Pixel, Renderer, Settings, TileJob, View, Workspace,
 };
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField, VisualFieldLimits};
 use shisen_core::scene::Scene;
@@ -24,7 +24,8 @@ use shisen_core::trace::{MeshTracer, TraversalStack};
 use shisen_evidence::measure::{in_turns, timed};
 use shisen_evidence::table::Table;
 use shisen_tests::meshes::normalised;
-use shisen_tests::rays::{Random, RawRay, incoherent, pinhole};
+use shisen_tests::rays::{Random, incoherent, pinhole, to_rays};
+use shisen_tests::scenes::tile;
 use std::collections::HashSet;
 use std::convert::Infallible;
 use std::hint::black_box;
@@ -278,12 +279,7 @@ fn tiles(contenders: &[Contender], view: &View, lod: LevelOfDetail) -> f64 {
 }
 
 fn time_of_tile(renderer: &Renderer<'_>, view: &View, (x, y): (u32, u32)) -> f64 {
-    let tile = Tile {
-        x,
-        y,
-        width: TILE,
-        height: TILE,
-    };
+    let tile = tile([x, y, TILE, TILE]);
     let mut pixels = [Pixel::default(); (TILE * TILE) as usize];
     let mut workspace = Workspace::new();
     let mut budget = Budget::UNLIMITED;
@@ -343,10 +339,4 @@ fn trace<'r>(rays: impl Iterator<Item = (&'r Ray, &'r MeshTracer<'r>)>) -> (usiz
 
 fn seconds(work: &mut dyn FnMut()) -> f64 {
     timed(work).0
-}
-
-fn to_rays(raw: &[RawRay]) -> Vec<Ray> {
-    raw.iter()
-        .map(|&[a, b, c, d, e, f]| Ray::new([a, b, c].into(), [d, e, f].into()).expect("finite"))
-        .collect()
 }

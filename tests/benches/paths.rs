@@ -1,5 +1,5 @@
-//! Closest hits on one thread by each path of the tracer, on the same rays, in turns in one run. `cargo bench -p shisen-tests --bench paths`,
-//! optionally with `-- FILE.obj` for a mesh of one's own.
+//! Closest hits on one thread by each path of the tracer, on the same rays, in turns in one run.
+//! `cargo bench -p shisen-tests --bench paths`, optionally with `-- FILE.obj` for another mesh.
 
 use shisen::bake::{Baked, lone_mesh};
 use shisen_core::Simd;
@@ -8,7 +8,7 @@ use shisen_core::trace::{MeshTracer, TileRays, TraversalStack};
 use shisen_evidence::measure::{Timed, in_turns, timed};
 use shisen_evidence::table::Table;
 use shisen_tests::meshes::{icosphere, normalised};
-use shisen_tests::rays::{Random, RawRay, bounce, incoherent, pinhole};
+use shisen_tests::rays::{Random, RawRay, bounce, incoherent, pinhole, to_rays};
 use std::convert::Infallible;
 use std::path::Path;
 
@@ -35,14 +35,12 @@ fn main() {
     let mut random = Random::new(1);
     let primary = pinhole(1024, 0.55);
     let mut stack = TraversalStack::EMPTY;
-    let hits: Vec<_> = to_rays(&primary)
+    let hit = |ray| detected.nearest(ray, &mut stack).0;
+    let hits = to_rays(&primary);
+    let hits: Vec<_> = hits
         .iter()
-        .map(|ray| {
-            detected
-                .nearest(ray, &mut stack)
-                .0
-                .map(|hit| (hit.t, hit.triangle))
-        })
+        .map(hit)
+        .map(|hit| Some((hit?.t, hit?.triangle)))
         .collect();
     let sets = [
         ("zoom", pinhole(1024, 0.12)),
@@ -119,11 +117,5 @@ fn to_tiles(raw: &[RawRay]) -> Vec<TileRays> {
                 [d, e, f].into()
             })
         })
-        .collect()
-}
-
-fn to_rays(raw: &[RawRay]) -> Vec<Ray> {
-    raw.iter()
-        .map(|&[a, b, c, d, e, f]| Ray::new([a, b, c].into(), [d, e, f].into()).expect("finite"))
         .collect()
 }

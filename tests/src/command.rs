@@ -82,6 +82,30 @@ pub fn says(report: &Value, expected: Value) {
     }
 }
 
+/// A number of a report.
+///
+/// # Panics
+/// Where it is none.
+pub fn number(report: &Value, key: &str) -> f64 {
+    report[key].as_f64().expect("a number")
+}
+
+/// A whole number of a report.
+///
+/// # Panics
+/// Where it is none.
+pub fn count(report: &Value, key: &str) -> u64 {
+    report[key].as_u64().expect("a count")
+}
+
+/// A list of a report.
+///
+/// # Panics
+/// Where it is none.
+pub fn list<'v>(report: &'v Value, key: &str) -> &'v [Value] {
+    report[key].as_array().expect("a list")
+}
+
 /// What a command says that must end with this code and without output; its words with one
 /// space between.
 ///
@@ -99,17 +123,19 @@ pub fn refusal(command: &mut Command, code: i32) -> String {
     words.join(" ")
 }
 
-/// Checks that command lines end with this code, and say these words.
+/// Checks that command lines end with this code, and say each of some words, and a remedy: rows
+/// of `LINE => WORDS`, or of `LINE => WORDS & WORDS`.
 ///
 /// # Panics
 /// Where one does not.
-pub fn refused(folder: &Path, code: i32, lines: &[(&str, &str)]) {
-    for (words, expected) in lines {
-        let said = refusal(&mut line(folder, words), code);
-        assert!(
-            said.contains(expected),
-            "{words}: no \"{expected}\" in: {said}"
-        );
+pub fn refused(folder: &Path, code: i32, table: &str) {
+    for row in table.lines().filter(|row| !row.trim().is_empty()) {
+        let (words, expected) = row.split_once("=>").expect("a line and words");
+        let said = refusal(&mut line(folder, words.trim()), code);
+        for expected in expected.split(" & ").map(str::trim) {
+            assert!(said.contains(expected), "{row}: no {expected:?} in: {said}");
+        }
+        assert!(said.len() > 60, "no remedy: {said}");
     }
 }
 

@@ -184,20 +184,12 @@ pub fn watch(run: Run<'_>) -> Result<Watched, FirmwareError> {
     }
     session.log(&emulator.log()?);
     Ok(Watched {
-        ready: session.ready.unwrap_or(NOTHING),
+        ready: session
+            .ready
+            .ok_or_else(|| FirmwareError::nonsense("frames before it is ready"))?,
         frames: session.frames,
         tracker: session.tracker,
         log: session.log,
         damaged: decoder.dropped(),
     })
 }
-
-const NOTHING: Ready = Ready {
-    scene_bytes: 0,
-    effects: 0,
-    linked: 0,
-    fault: 0,
-    flash_bytes: 0,
-    static_bytes: 0,
-    picture_bytes: 0,
-};

@@ -1,6 +1,7 @@
 //! Sets of rays for benchmarks and watertightness, and their files.
 
 use shisen::scene::mesh::TriangleMesh;
+use shisen_core::shape::Ray;
 
 /// Origin and direction.
 pub type RawRay = [f32; 6];
@@ -51,6 +52,15 @@ impl Random {
 fn ray(origin: [f64; 3], direction: [f64; 3]) -> RawRay {
     let ([a, b, c], [d, e, f]) = (origin, direction);
     [a, b, c, d, e, f].map(|x| x as f32)
+}
+
+/// Rays as the core has them.
+///
+/// # Panics
+/// Where one is not finite or has no direction.
+pub fn to_rays(raw: &[RawRay]) -> Vec<Ray> {
+    let ray = |&[a, b, c, d, e, f]: &RawRay| Ray::new([a, b, c].into(), [d, e, f].into());
+    raw.iter().map(|raw| ray(raw).expect("a ray")).collect()
 }
 
 /// A pinhole picture of `side`² pixels of a mesh of radius 10 about the

@@ -1,12 +1,16 @@
 //! Scenes, rooms and pictures as small as a test needs them.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
+use shisen::bake::simplify::PolygonLevels;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::render::{self, Frame, Observer, Options};
 use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Object, Scene, Shape};
-use shisen_core::frame::{Budget, Outcome, Pixel, Renderer, Tile, TileJob, View, Workspace};
+use shisen_core::frame::{
+    Budget, LevelOfDetail, Outcome, Pixel, Renderer, Tile, TileJob, View, Workspace,
+};
+use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 use shisen_core::{Runs, Simd};
 
 /// A scene without objects and lights, in light of 1 from everywhere, on black.
@@ -51,6 +55,23 @@ pub fn three_walls(side: u32) -> Cave {
 /// Both eyes of one in the middle of a room.
 pub fn both_eyes() -> [Observer; 2] {
     Eye::STEREO.map(|eye| Observer::new(eye, Viewer::default().eye(eye)))
+}
+
+/// The paper's levels of detail along a line of sight from a place.
+///
+/// # Panics
+/// Where there is no such line.
+pub fn lod(place: Vec3, forward: Vec3, up: Vec3) -> LevelOfDetail {
+    let sight = LineOfSight::new(place, forward, up).expect("a line of sight");
+    LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER))
+}
+
+/// All faces to the fewest, in `rungs` steps.
+///
+/// # Panics
+/// Where there is no such ladder.
+pub fn levels(rungs: u32) -> PolygonLevels {
+    PolygonLevels::new(PolygonLevels::FEWEST_FACES..=u32::MAX, rungs).expect("levels")
 }
 
 /// Renders what observers see in a room.

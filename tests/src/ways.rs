@@ -4,16 +4,22 @@ use shisen::render::{Frame, Options};
 use shisen_core::Simd;
 use shisen_core::frame::{Mode, Settings, Statistics};
 
+/// Settings for a mode and a number of samples.
+pub fn settings(mode: Mode, samples: u16) -> Settings {
+    Settings {
+        mode,
+        samples,
+        ..Settings::default()
+    }
+}
+
 /// Options for a number of threads and of pixels a side of tiles.
 pub fn options(threads: usize, tile: u32, mode: Mode, simd: Simd) -> Options {
     Options {
         threads,
         tile,
         simd,
-        settings: Settings {
-            mode,
-            ..Settings::default()
-        },
+        settings: settings(mode, 1),
         ..Options::default()
     }
 }

@@ -89,6 +89,11 @@ fn words_out_of_range_have_their_error() {
     let lines = "a material's meridians and parallels";
     let (kind, size) = ("a material's kind of texture", "a texture's size");
     let (light_size, number) = ("a light's size", "a light's number of samples");
+    let (shine, repeated) = ("a material's emission", "a texture's repeats");
+    let coloured = "a texture's colours";
+    let first_coordinate = mesh(offset_of!(Mesh, first_coordinate));
+    let light_kind = offset_of!(format::Light, kind);
+    let medium = offset_of!(format::Material, medium);
     for (at, word, expected) in [
         (material(1, divisions), 0, value(lines, 1)),
         (material(1, divisions), 901, value(lines, 1)),
@@ -102,16 +107,8 @@ fn words_out_of_range_have_their_error() {
         (material(2, kind_of_texture), 1, value(kind, 2)),
         (material(2, kind_of_texture), u32::MAX, value(kind, 2)),
         (material(0, kind_of_texture), 0, value(kind, 0)),
-        (
-            material(2, emission),
-            nan,
-            value("a material's emission", 2),
-        ),
-        (
-            material(1, emission),
-            over,
-            value("a material's emission", 1),
-        ),
+        (material(2, emission), nan, value(shine, 2)),
+        (material(1, emission), over, value(shine, 1)),
         (texture(0, 0), 2, value("a texture's kind", 0)),
         (texture(0, 0), 0, value(size, 0)),
         (texture(1, 0), 1, value(size, 1)),
@@ -121,48 +118,25 @@ fn words_out_of_range_have_their_error() {
         (texture(0, first), 1, index("texel", 0, 1)),
         (texture(0, first), u32::MAX, index("texel", 0, u32::MAX)),
         (texture(1, first), 1, value(size, 1)),
-        (texture(0, repeats), 0, value("a texture's repeats", 0)),
-        (
-            texture(0, repeats + 4),
-            nan,
-            value("a texture's repeats", 0),
-        ),
-        (texture(0, colours), over, value("a texture's colours", 0)),
-        (
-            texture(1, colours + 20),
-            over,
-            value("a texture's colours", 1),
-        ),
+        (texture(0, repeats), 0, value(repeated, 0)),
+        (texture(0, repeats + 4), nan, value(repeated, 0)),
+        (texture(0, colours), over, value(coloured, 0)),
+        (texture(1, colours + 20), over, value(coloured, 1)),
         (coordinates + 4, far, value("a texture coordinate", 0)),
-        (
-            mesh(offset_of!(Mesh, first_coordinate)),
-            1,
-            index("coordinate", 0, 1),
-        ),
+        (first_coordinate, 1, index("coordinate", 0, 1)),
         (count, 3, index("coordinate", 0, 0)),
         (light(2, samples), 0, value(number, 2)),
         (light(2, samples), 65, value(number, 2)),
         (light(2, right), nan, value(light_size, 2)),
         (light(0, samples), 1, value(light_size, 0)),
         (light(1, right), over, value(light_size, 1)),
-        (
-            light(2, offset_of!(format::Light, kind)),
-            5,
-            value("a light's kind", 2),
-        ),
-        (
-            material(0, offset_of!(format::Material, medium)),
-            1,
-            index("medium", 0, 1),
-        ),
+        (light(2, light_kind), 5, value("a light's kind", 2)),
+        (material(0, medium), 1, index("medium", 0, 1)),
         // Its range.
         (media, nan, value("a medium's coefficients", 0)),
     ] {
-        assert_eq!(
-            with_word(&baked, at, word),
-            Err(expected),
-            "{word:#x} at byte {at}"
-        );
+        let found = with_word(&baked, at, word);
+        assert_eq!(found, Err(expected), "{word:#x} at byte {at}");
     }
     for (at, word) in [
         (material(1, divisions), 900),
@@ -171,11 +145,8 @@ fn words_out_of_range_have_their_error() {
         // A mesh without coordinates has its texture's first colour.
         (count, 0),
     ] {
-        assert_eq!(
-            with_word(&baked, at, word),
-            Ok(()),
-            "{word:#x} at byte {at}"
-        );
+        let found = with_word(&baked, at, word);
+        assert_eq!(found, Ok(()), "{word:#x} at byte {at}");
     }
 }
 
@@ -198,18 +169,10 @@ fn leaves_of_numbers_name_triangles_and_those_name_vertices() {
     let empty = words
         .find(|&at| bytes[at..at + 4] == [0xff; 4])
         .expect("an empty lane");
-    let found = refused(empty, 0);
-    assert!(
-        matches!(
-            found,
-            SceneError::Index {
-                what: "triangle",
-                index: 0,
-                ..
-            }
-        ),
-        "{found:?}"
-    );
+    let SceneError::Index { what, index: 0, .. } = refused(empty, 0) else {
+        panic!("an empty lane was taken");
+    };
+    assert_eq!(what, "triangle");
 
     let first = header.triangles.offset as usize + offset_of!(Triangle, corners);
     let second = first + 4 * size_of::<Triangle>();
@@ -262,12 +225,8 @@ fn each_layout_has_its_own_leaves_and_tables_of_a_length() {
         assert!(refused == Err(error) || outside, "{W} wide: {refused:?}");
     }
     let (normals, positions) = (offset_of!(Header, normals), offset_of!(Header, positions));
-    check::<8>(
-        offset_of!(Header, id_leaves),
-        1,
-        "leaves of numbers",
-        [1, 0],
-    );
+    let numbers = offset_of!(Header, id_leaves);
+    check::<8>(numbers, 1, "leaves of numbers", [1, 0]);
     check::<8>(positions, 1, "positions", [1, 0]);
     check::<4>(offset_of!(Header, leaves), 1, "leaves", [1, 0]);
     // Four corners of a tetrahedron, twelve of an icosahedron.
@@ -348,6 +307,7 @@ fn rungs_that_make_no_ladder_are_refused() {
     let levels = "the scene's number of polygon levels";
     let faces = "a mesh's number of faces";
     let of_mesh = offset_of!(Mesh, rungs);
+    let meshes = offset_of!(Header, meshes) + offset_of!(Table, count);
     for (place, word, expected) in [
         (rungs, 0, value(levels, 0)),
         (rungs, 65, value(levels, 0)),
@@ -372,16 +332,9 @@ fn rungs_that_make_no_ladder_are_refused() {
         (instance(1), 2, index("mesh", 1, 2)),
         (instance(1), 4, index("mesh", 1, 4)),
         // A scene that ends within a ladder.
-        (
-            offset_of!(Header, meshes) + offset_of!(Table, count),
-            3,
-            ladder(2),
-        ),
+        (meshes, 3, ladder(2)),
     ] {
-        assert_eq!(
-            with_word(&baked, place, word),
-            Err(expected),
-            "{word} at byte {place}"
-        );
+        let found = with_word(&baked, place, word);
+        assert_eq!(found, Err(expected), "{word} at byte {place}");
     }
 }

@@ -11,8 +11,9 @@ use shisen_core::capture::{Mapping, SpheroidMirror};
 use shisen_core::frame::{
     DomePose, DomeProjection, DomeScreen, LevelOfDetail, MirrorCamera, Mode, View,
 };
-use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 use shisen_tests::meshes::icosphere;
+use shisen_tests::paths::Paths;
+use shisen_tests::scenes;
 use shisen_tests::ways::options;
 use std::f32::consts::{PI, TAU};
 
@@ -107,12 +108,9 @@ fn small_scene() -> Scene {
 
 #[test]
 fn the_same_bytes_come_from_any_threads_tiles_vectors_and_layouts() {
-    let lod = lod();
+    let lod = scenes::lod(Vec3::ZERO, Vec3::new(0.3, 0.6, -1.0), Vec3::Y);
     for scene in [small_scene(), grid(0.1)] {
-        let (fast, compact) = (
-            Baked::<8>::new(&scene).expect("a scene"),
-            Baked::<4>::new(&scene).expect("a scene"),
-        );
+        let Paths { fast, compact } = Paths::new(&scene);
         for view in views(45) {
             for (samples, lod) in [(1, None), (1, Some(lod)), (5, None), (4, Some(lod))] {
                 let options = |threads, tile, mode, simd| {
@@ -227,14 +225,6 @@ fn the_mirror_is_in_no_reflection_and_casts_no_shadow() {
     });
     // A silhouette or two.
     assert!(differ.count() <= 4);
-}
-
-fn lod() -> LevelOfDetail {
-    let sight = LineOfSight::new(Vec3::ZERO, Vec3::new(0.3, 0.6, -1.0), Vec3::Y);
-    LevelOfDetail::new(Gaze::new(
-        sight.expect("a line of sight"),
-        VisualField::PAPER,
-    ))
 }
 
 #[test]

@@ -416,56 +416,34 @@ fn impossible_warps_are_refused_and_nothing_is_written() {
     let folder = folder.path();
     let file = |name: &str, text: String| fs::write(folder.join(name), text).expect("a file");
     file("room.toml", ROOM.to_owned());
-    file(
-        "two.toml",
-        format!("{ROOM}{}", ROOM.replace("sky", "small")),
-    );
+    let two = format!("{ROOM}{}", ROOM.replace("sky", "small"));
+    file("two.toml", two);
+    let wall = "lower_left = [-1, -1, -1]\nlower_right = [1, -1, -1]\nupper_left = [-1, 1, -1]\n";
+    file("flat.toml", format!("[[wall]]\nname = \"front\"\n{wall}"));
     file("bad.toml", ROOM.replace("170", "400"));
     file("back.toml", PROJECTOR.to_owned());
     file("away.toml", PROJECTOR.replace("0.3, -1]", "-1, -0.1]"));
     file("wide.toml", PROJECTOR.replace("80", "200"));
     file("key.toml", PROJECTOR.replace("look", "looks"));
     for (code, walls, projector, more, expected) in [
-        (
-            1,
-            "room.toml",
-            "away.toml",
-            "bourke",
-            "does not see dome \"sky\"",
-        ),
-        (1, "room.toml", "wide.toml", "bourke", "200°"),
-        (
-            1,
-            "room.toml",
-            "key.toml",
-            "bourke",
-            "unknown field `looks`",
-        ),
-        (1, "room.toml", "no.toml", "bourke", "no.toml"),
-        (1, "bad.toml", "back.toml", "bourke", "400°"),
-        (2, "cube", "back.toml", "bourke", "no dome in --walls"),
-        (2, "two.toml", "back.toml", "bourke", "sky, small"),
-        (
-            2,
-            "two.toml",
-            "back.toml",
-            "bourke --dome large",
-            "no dome \"large\"",
-        ),
-        (2, "room.toml", "back.toml", "bourke --grid 1x9", "1 × 9"),
-        (2, "room.toml", "back.toml", "bourke --grid 0x9", "--grid"),
-        (2, "room.toml", "back.toml", "pdf", "mpcdi"),
+        (1, "room", "away", "bourke", "does not see dome \"sky\""),
+        (1, "room", "wide", "bourke", "200°"),
+        (1, "room", "key", "bourke", "unknown field `looks`"),
+        (1, "room", "no", "bourke", "no.toml"),
+        (1, "bad", "back", "bourke", "400°"),
+        (2, "flat", "back", "bourke", "no dome in --walls"),
+        (2, "two", "back", "bourke", "sky, small"),
+        (2, "two", "back", "bourke --dome large", "no dome \"large\""),
+        (2, "room", "back", "bourke --grid 1x9", "1 × 9"),
+        (2, "room", "back", "bourke --grid 0x9", "--grid"),
+        (2, "room", "back", "pdf", "mpcdi"),
     ] {
-        let words =
-            format!("dome warp --walls {walls} --projector {projector} --format {more} -o out");
-        refused(folder, code, &[(&words, expected)]);
+        let files = format!("--walls {walls}.toml --projector {projector}.toml");
+        let words = format!("dome warp {files} --format {more} -o out");
+        refused(folder, code, &format!("{words} => {expected}"));
         assert!(!folder.join("out").exists());
     }
-    let outside = "cave --walls dome --head 0,1,0 --out new";
-    refused(
-        folder,
-        1,
-        &[(outside, "not inside dome"), (outside, "2.475")],
-    );
+    let outside = "cave --walls dome --head 0,1,0 --out new => not inside dome & 2.475";
+    refused(folder, 1, outside);
     assert!(!folder.join("new").exists());
 }

@@ -2,14 +2,14 @@
 //! compiled in, the right picture with fewer carried out, and a ledger that
 //! adds up.
 
+use crate::blob_fuzz::small_scene;
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use shisen::bake::Baked;
 use shisen::render::effects::Effects;
 use shisen::render::{self, Account, Frame, Options};
 use shisen::scene::builtin::{PaperScene, grid, paper_scene};
-use shisen::scene::material::{Graticule, Material};
-use shisen::scene::texture::{Image, Pattern, Texture};
+use shisen::scene::material::Material;
 use shisen::scene::{Background, Light, Object, Scene};
 use shisen_core::COMPILED;
 use shisen_core::frame::{
@@ -19,15 +19,16 @@ use shisen_core::frame::{
 use shisen_core::scene::format::{Header, effect, seal};
 use shisen_core::scene::{EffectSet, SceneError};
 use shisen_core::shape::Ray;
-use shisen_core::spectrum::{Matching, Medium, SpectralSample, SpectralTable, Wavelengths};
+use shisen_core::spectrum::{Matching, SpectralSample, SpectralTable, Wavelengths};
 use shisen_core::trace::Tracer;
 use shisen_core::{Runs, Simd};
 use shisen_tests::command::{folder, report, says};
 use shisen_tests::meshes::icosphere;
+use shisen_tests::paths::Paths;
 use shisen_tests::scenes::{self, bits, both_eyes, empty, pixels, sphere, three_walls, tile};
+use shisen_tests::ways;
 use std::mem::offset_of;
 use std::path::Path;
-use std::sync::Arc;
 
 const SHADOWS: EffectSet = EffectSet::SHADOWS;
 const REFLECTION: EffectSet = EffectSet::REFLECTION;
@@ -64,58 +65,6 @@ fn glass() -> Material {
         absorption: [1.0, 0.5, 0.25],
         ..Material::default()
     }
-}
-
-/// Everything that there is, in one picture.
-fn everything() -> Scene {
-    let (divisions, width) = (3, 0.1);
-    let lines = Material {
-        graticule: Some(Graticule { divisions, width }),
-        ..Material::default()
-    };
-    let objects = vec![
-        sphere(0.5, 0, [-1.1, 0.0, -2.0]),
-        sphere(0.5, 1, [0.0, 0.0, -2.0]),
-        sphere(0.5, 2, [1.1, 0.0, -2.0]),
-        sphere(0.3, 3, [0.2, 0.9, -1.8]),
-        sphere(3.0, 3, [0.0, 0.0, -6.0]),
-        sphere(0.2, 4, [-0.6, 0.8, -1.8]),
-        sphere(0.2, 5, [-0.2, -0.9, -1.8]),
-        sphere(0.1, 6, [0.6, -0.8, -1.8]),
-    ];
-    let textured = |pattern| Material {
-        texture: Some(Texture {
-            pattern,
-            repeats: [4.0, 3.0],
-        }),
-        ..Material::default()
-    };
-    let image = Image::new(2, 1, &[[255, 0, 0], [0, 255, 99]]).expect("an image");
-    let materials = vec![
-        mirror(),
-        Material {
-            medium: Some(Medium::N_BK7),
-            ..glass()
-        },
-        lines,
-        Material::default(),
-        textured(Pattern::Checker([[0.9; 3], [0.1; 3]])),
-        textured(Pattern::Image(Arc::new(image))),
-        Material {
-            emission: [0.5; 3],
-            ..Material::default()
-        },
-    ];
-    let mut scene = scene(materials, objects);
-    scene.lights.push(Light::Rectangle {
-        centre: DVec3::new(0.0, 2.0, 0.0),
-        right: DVec3::new(-0.5, 0.0, 0.0),
-        up: DVec3::new(0.0, 0.0, -0.5),
-        colour: [2.0; 3],
-        samples: 2,
-        two_sided: false,
-    });
-    scene
 }
 
 fn frame<const W: usize>(baked: &Baked<W>, side: u32, effects: Effects) -> Frame
@@ -162,10 +111,7 @@ fn fixed(baked: &Baked<4>, set: EffectSet, mode: Mode) -> Renderer<'_, 4> {
     const MIRRORS: u32 = SHADOWS.union(REFLECTION).bits();
     const GLASS: u32 = REFRACTION.union(ABSORPTION).union(SHADOWS).bits();
     let (scene, simd) = (baked.scene(), Simd::PORTABLE);
-    let settings = Settings {
-        mode,
-        ..Settings::default()
-    };
+    let settings = ways::settings(mode, 1);
     match set.bits() {
         0 => Renderer::for_effects::<0>(scene, simd, settings),
         OPAQUE => Renderer::for_effects::<OPAQUE>(scene, simd, settings),
@@ -179,8 +125,7 @@ fn fixed(baked: &Baked<4>, set: EffectSet, mode: Mode) -> Renderer<'_, 4> {
 fn papers_pictures_are_the_same_with_more_effects() {
     for which in PaperScene::ALL {
         let scene = paper_scene(which, icosphere(3)).expect("a scene");
-        let (fast, compact) = (Baked::<8>::new(&scene), Baked::<4>::new(&scene));
-        let (fast, compact) = (fast.expect("a scene"), compact.expect("a scene"));
+        let Paths { fast, compact } = Paths::new(&scene);
         let mirrors = matches!(which, PaperScene::A | PaperScene::C);
         let asked = if mirrors {
             SHADOWS | REFLECTION
@@ -310,13 +255,9 @@ fn what_is_left_out_is_seen_as_documented() {
 
 #[test]
 fn the_ledger_adds_up_and_its_pixels_are_the_picture_s() {
-    let baked = Baked::<8>::new(&everything()).expect("a scene");
+    let baked = Baked::<8>::new(&small_scene()).expect("a scene");
     assert_eq!(baked.scene().effects(), EffectSet::ALL);
-    let settings = Settings {
-        samples: 3,
-        mode: Mode::Single,
-        ..Settings::default()
-    };
+    let settings = ways::settings(Mode::Single, 3);
     let mut storage = [SpectralSample::default(); 3 + SpectralTable::BROAD];
     let three = Wavelengths::new(3, Wavelengths::RANGE).expect("three wavelengths");
     let table = SpectralTable::new(three, 1, Matching::Wyman, &mut storage).expect("a table");
@@ -414,9 +355,7 @@ fn pixels_are_counted_as_geometry_says() {
 
 #[test]
 fn an_account_is_the_same_on_any_threads_and_layout() {
-    let scene = everything();
-    let fast = Baked::<8>::new(&scene).expect("a scene");
-    let compact = Baked::<4>::new(&scene).expect("a scene");
+    let Paths { fast, compact } = Paths::new(&small_scene());
     let reference = account(&fast, 24, &options(Effects::AUTO));
     for threads in [1, 3] {
         let options = Options {
@@ -438,7 +377,7 @@ fn an_account_is_the_same_on_any_threads_and_layout() {
 
 #[test]
 fn scenes_ask_for_what_their_records_ask_for() {
-    let baked = Baked::<8>::new(&everything()).expect("a scene");
+    let baked = Baked::<8>::new(&small_scene()).expect("a scene");
     let mut bytes = baked.as_bytes().to_vec();
     let at = offset_of!(Header, effects);
     let asked = EffectSet::ALL.bits();
@@ -459,37 +398,6 @@ fn explain(folder: &Path, words: &str) -> Value {
 fn names<'v>(report: &'v Value, list: &str) -> Vec<&'v str> {
     let all = report[list].as_array().unwrap().iter();
     all.map(|one| one["effect"].as_str().unwrap()).collect()
-}
-
-#[test]
-fn papers_scenes_are_explained() {
-    let folder = folder();
-    for (name, material, asked) in [
-        ("A", "chrome", vec!["shadows", "reflection"]),
-        ("B", "clay", vec!["shadows"]),
-    ] {
-        let report = explain(folder.path(), name);
-        says(&report, json!({ "scene": name, "mesh": "quadruped" }));
-        assert_eq!(report["pixels"], 6 * 24 * 24);
-        assert_eq!(report["primary"]["rays"], 6 * 24 * 24);
-        assert_eq!(names(&report, "effects"), asked);
-        let left_out = names(&report, "not_simulated");
-        assert!(left_out.contains(&"refraction"), "{left_out:?}");
-        assert_eq!(left_out.len() + asked.len(), EffectSet::NAMED.len());
-        for one in report["effects"].as_array().unwrap() {
-            assert_eq!(one["materials"], json!([material]));
-            let [rays, steps, pixels] =
-                ["rays", "steps", "pixels"].map(|key| one[key].as_u64().unwrap());
-            assert!(rays >= pixels && pixels > 0 && steps >= rays, "{one}");
-            for seconds in [&report["seconds"], &one["seconds_without"], &one["seconds"]] {
-                let median = seconds["median"].as_f64().unwrap();
-                let [low, high] = [0, 1].map(|end| seconds["quartiles"][end].as_f64().unwrap());
-                assert!(low <= median && median <= high, "{one}");
-            }
-        }
-        assert_eq!(report["effects"][0]["lights"], json!(["light 0 (point)"]));
-        assert!(!report["not_built"].as_array().unwrap().is_empty());
-    }
 }
 
 #[test]

@@ -10,8 +10,8 @@ use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::quadruped::quadruped;
 use shisen::show::lod::OutsideDifference;
 use shisen_core::Simd;
-use shisen_core::frame::{BLEND, LevelOfDetail, Mode, Spectrum};
-use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
+use shisen_core::frame::{BLEND, Mode, Spectrum};
+use shisen_tests::scenes;
 use shisen_tests::ways::options;
 
 const SIZE: u32 = 64;
@@ -34,8 +34,7 @@ impl Setting {
     }
 
     fn eyes(forward: Vec3) -> [Observer; 2] {
-        let sight = LineOfSight::new(Vec3::ZERO, forward, Vec3::Y).expect("a gaze");
-        let lod = LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER));
+        let lod = scenes::lod(Vec3::ZERO, forward, Vec3::Y);
         let viewer = Viewer::default();
         Eye::STEREO.map(|eye| Observer {
             lod: Some(lod),

@@ -1,18 +1,16 @@
 //! Frames in tiles by eccentricity, within one budget.
 
 use glam::Vec3;
-use shisen::bake::simplify::PolygonLevels;
 use shisen::bake::{Baked, Layout};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen_core::Simd;
 use shisen_core::frame::{
-    Budget, FlatScreen, FrameError, FrameJob, LevelOfDetail, Mode, Part, Pixel, Place, Progress,
-    Renderer, Settings, Tile, Workspace,
+    Budget, FlatScreen, FrameError, FrameJob, Mode, Part, Pixel, Place, Progress, Renderer,
+    Settings, Tile, Workspace,
 };
-use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 use shisen_core::scene::EffectSet;
 use shisen_tests::meshes::icosphere;
-use shisen_tests::scenes;
+use shisen_tests::{scenes, ways};
 
 const ALL: u32 = EffectSet::ALL.bits();
 /// Pixels a side of tiles, which cuts walls of [`SIZE`] off at their borders.
@@ -22,11 +20,8 @@ const EYE: Vec3 = Vec3::new(0.1, 0.2, 0.3);
 
 fn baked() -> Baked<4> {
     let scene = paper_scene(PaperScene::A, icosphere(3)).expect("a scene");
-    let levels = PolygonLevels::new(
-        PolygonLevels::FEWEST_FACES..=u32::MAX,
-        Layout::Compact.polygon_levels(),
-    );
-    Baked::with_levels(&scene, &levels.expect("levels")).expect("a baked scene")
+    let levels = scenes::levels(Layout::Compact.polygon_levels());
+    Baked::with_levels(&scene, &levels).expect("a baked scene")
 }
 
 /// A side of a 3 m cube, by the signs of its corners.
@@ -46,15 +41,10 @@ fn screens() -> [FlatScreen; 3] {
 
 /// One eye's, along a line of sight or in full.
 fn renderer(baked: &Baked<4>, forward: Option<Vec3>, mode: Mode) -> Renderer<'_, 4> {
-    let settings = Settings {
-        mode,
-        ..Settings::default()
-    };
+    let settings = ways::settings(mode, 1);
     let mut renderer = Renderer::for_effects::<ALL>(baked.scene(), Simd::detect(), settings);
     if let Some(forward) = forward {
-        let sight = LineOfSight::new(EYE, forward, Vec3::Y).expect("a line of sight");
-        let gaze = Gaze::new(sight, VisualField::PAPER);
-        renderer = renderer.with_level_of_detail(LevelOfDetail::new(gaze));
+        renderer = renderer.with_level_of_detail(scenes::lod(EYE, forward, Vec3::Y));
     }
     renderer
 }
@@ -127,8 +117,7 @@ fn run(parts: &[Part<'_, '_, 4>], budget: Budget, slice: u64) -> Seen {
 }
 
 fn bits(pictures: &[Vec<Pixel>]) -> Vec<[u32; 4]> {
-    let pictures = pictures.iter().map(|pixels| scenes::bits(pixels));
-    pictures.flatten().collect()
+    scenes::bits(&pictures.concat())
 }
 
 #[test]

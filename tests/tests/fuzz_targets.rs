@@ -58,11 +58,17 @@ fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
         return;
     }
     let at = random.below(bytes.len());
-    match random.below(5) {
+    match random.below(6) {
         0 => bytes[at] ^= 1 << random.below(8),
         1 => bytes[at] = [0, 1, 0x7F, 0x80, 0xFF][random.below(5)],
         2 => bytes.truncate(at),
         3 => drop(bytes.drain(at..bytes.len().min(at + 1 + random.below(16)))),
+        4 => {
+            let mut lines: Vec<&[u8]> = bytes.split(|&byte| byte == b'\n').collect();
+            let [one, other] = [0; 2].map(|_| random.below(lines.len()));
+            lines.swap(one, other);
+            *bytes = lines.join(&b'\n');
+        }
         _ => {
             let piece = bytes[at..bytes.len().min(at + 1 + random.below(64))].to_vec();
             let to = random.below(bytes.len());

@@ -85,21 +85,13 @@ fn check(mesh: &TriangleMesh, asked: (u32, u32, u32)) -> Vec<u32> {
 #[test]
 fn closed_meshes_stay_closed_on_every_rung() {
     for (name, mesh) in meshes() {
-        for asked in [
-            (500, u32::MAX, 16),
-            (500, 5804, 11),
-            (500, 3000, 12),
-            (501, 3001, 7),
-            (40, u32::MAX, 64),
-        ] {
+        for asked in [(500, u32::MAX, 16), (501, 3001, 7), (40, u32::MAX, 64)] {
             println!("{name} {asked:?}: {:?}", check(&mesh, asked));
         }
     }
-    check(&icosphere(4), (20, 5120, 64));
-    check(&icosphere(4), (4, 5120, 5));
-    check(&torus(60, 30), (50, 3600, 20));
-    check(&torus(60, 30), (3000, 3000, 20));
-    check(&torus(60, 30), (3600, 5000, 20));
+    check(&icosphere(3), (4, 1280, 64));
+    check(&torus(40, 20), (50, 1600, 20));
+    check(&torus(40, 20), (1600, 5000, 20));
 }
 
 #[test]

@@ -2,15 +2,13 @@
 //! missing.
 
 use glam::Vec3;
-use shisen::bake::simplify::PolygonLevels;
 use shisen::bake::{Baked, Layout};
 use shisen::cave::{Eye, Viewer};
 use shisen::live::{Allowance, Engine, FrameCost, Governor, Quality, Share, with_engine};
 use shisen::render::{self, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen_core::Simd;
-use shisen_core::frame::{LevelOfDetail, Renderer, Settings, Spectrum};
-use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
+use shisen_core::frame::{Renderer, Settings, Spectrum};
 use shisen_tests::meshes::icosphere;
 use shisen_tests::scenes::{self, three_walls};
 use shisen_tests::sizes::cases;
@@ -19,11 +17,8 @@ const SIDE: u32 = 64;
 
 fn baked() -> Baked<8> {
     let scene = paper_scene(PaperScene::A, icosphere(4)).expect("a scene");
-    let levels = PolygonLevels::new(
-        PolygonLevels::FEWEST_FACES..=u32::MAX,
-        Layout::Fast.polygon_levels(),
-    );
-    Baked::with_levels(&scene, &levels.expect("levels")).expect("a baked scene")
+    let levels = scenes::levels(Layout::Fast.polygon_levels());
+    Baked::with_levels(&scene, &levels).expect("a baked scene")
 }
 
 /// Both eyes of one who looks from front to floor and to the right, over 60 frames.
@@ -33,10 +28,8 @@ fn eyes(frame: u32) -> Vec<Observer> {
     let viewer = Viewer::default();
     let observer = |eye: Eye| {
         let place = viewer.eye(eye);
-        let sight = LineOfSight::new(place.as_vec3(), forward, Vec3::Y).expect("a sight");
-        let gaze = Gaze::new(sight, VisualField::PAPER);
         Observer {
-            lod: Some(LevelOfDetail::new(gaze)),
+            lod: Some(scenes::lod(place.as_vec3(), forward, Vec3::Y)),
             ..Observer::new(eye, place)
         }
     };

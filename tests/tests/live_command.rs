@@ -4,7 +4,7 @@
 
 use super::tracker_command::{await_file, record, start, start_on_line};
 use serde_json::{Value, json};
-use shisen_tests::command::{folder, line, refusal, refused, report, says, shisen};
+use shisen_tests::command::{count, folder, line, number, refusal, refused, report, says, shisen};
 use shisen_tests::sizes::cases;
 use std::fs;
 use std::net::TcpListener;
@@ -19,14 +19,6 @@ fn logged(folder: &Path) -> Vec<Value> {
         .lines()
         .map(|line| serde_json::from_str(line).expect("an object"));
     records.collect()
-}
-
-fn number(value: &Value, key: &str) -> f64 {
-    value[key].as_f64().expect("a number")
-}
-
-fn count(value: &Value, key: &str) -> u64 {
-    value[key].as_u64().expect("a count")
 }
 
 /// What a command says on standard error, and its report.
@@ -360,33 +352,25 @@ fn bad_input_is_told() {
     refused(
         folder().path(),
         2,
-        &[
-            ("run --budget 33", "33 has no unit: give 33ms or 33steps"),
-            ("run --budget 0steps", "out of range"),
-            ("run --hz 0", "1 to 1000"),
-            ("run --scene grid", "give --hz or --budget"),
-            (
-                "run --scene grid --budget paper",
-                "A to D of the paper's Table 2",
-            ),
-            ("run --frames 0", "give a whole number from 1"),
-            ("run --tracker nothing", "--tracker"),
-            ("run --cluster", "--features cluster"),
-            ("run --cluster --view window", "--view none or png"),
-            ("run --cluster --view png --stereo anaglyph", "leave one"),
-            ("run --swap-timeout 3", "--cluster"),
-        ],
+        "
+        run --budget 33 => 33 has no unit: give 33ms or 33steps
+        run --budget 0steps => out of range
+        run --hz 0 => 1 to 1000
+        run --scene grid => give --hz or --budget
+        run --scene grid --budget paper => A to D of the paper's Table 2
+        run --frames 0 => give a whole number from 1
+        run --tracker nothing => --tracker
+        run --cluster => --features cluster
+        run --cluster --view window => --view none or png
+        run --cluster --view png --stereo anaglyph => leave one
+        run --swap-timeout 3 => --cluster",
     );
     refused(
         folder().path(),
         1,
-        &[
-            ("run --record no/such/folder/log", "cannot write"),
-            (
-                "run --tracker serial:/dev/shisen-gone?protocol=fastrak",
-                "shisen-gone",
-            ),
-        ],
+        "
+        run --record no/such/folder/log => cannot write
+        run --tracker serial:/dev/shisen-gone?protocol=fastrak => shisen-gone",
     );
 }
 

@@ -26,7 +26,6 @@ mod fuzzed;
 mod gaze;
 mod gaze_command;
 mod golden;
-mod hard_cases;
 mod levels;
 mod live;
 mod live_command;

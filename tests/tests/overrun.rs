@@ -5,12 +5,13 @@ use glam::{DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::scene::Light;
 use shisen_core::frame::{
-    Budget, DomePose, DomeProjection, FrameJob, LevelOfDetail, Mode, Outcome, Part, Pixel, Place,
-    Progress, Renderer, Settings, Spectrum, Tile, TileJob, View, Workspace,
+    Budget, DomePose, DomeProjection, FrameJob, Mode, Outcome, Part, Pixel, Place, Progress,
+    Renderer, Settings, Spectrum, TileJob, View, Workspace,
 };
-use shisen_core::gaze::{Acuity, Gaze, LineOfSight, VisualField};
+use shisen_core::gaze::Acuity;
 use shisen_core::spectrum::{Matching, Medium, SpectralSample, SpectralTable, Wavelengths};
 use shisen_core::{Runs, Simd};
+use shisen_tests::{scenes, ways};
 use std::f32::consts::PI;
 
 /// Mirrors, glass that disperses, soft light.
@@ -50,8 +51,7 @@ fn renderers<'a, const W: usize>(
 where
     Simd: Runs<W>,
 {
-    let sight = LineOfSight::new(Vec3::ZERO, Vec3::new(0.3, -0.2, -1.0), Vec3::Y);
-    let lod = LevelOfDetail::new(Gaze::new(sight.expect("a sight"), VisualField::PAPER));
+    let lod = scenes::lod(Vec3::ZERO, Vec3::new(0.3, -0.2, -1.0), Vec3::Y);
     let mut all = Vec::new();
     for (mode, samples) in [
         (Mode::Single, 1),
@@ -59,11 +59,7 @@ where
         (Mode::Single, 3),
         (Mode::Tile, 9),
     ] {
-        let settings = Settings {
-            mode,
-            samples,
-            ..Settings::default()
-        };
+        let settings = ways::settings(mode, samples);
         let plain = Renderer::new(baked.scene(), Simd::detect(), settings);
         let plain = plain.with_spectrum(spectrum).expect("known media");
         let acuity = Acuity::GUENTER.steeper(6.0);
@@ -86,12 +82,7 @@ fn finish<const W: usize>(
 where
     Simd: Runs<W>,
 {
-    let tile = Tile {
-        x: 3,
-        y: 2,
-        width: SIDE - 5,
-        height: SIDE - 2,
-    };
+    let tile = scenes::tile([3, 2, SIDE - 5, SIDE - 2]);
     let count = (tile.width * tile.height) as usize;
     let mut nothing = vec![Pixel::default(); count];
     let given_up = TileJob::new(tile).give_up(renderer, view, &mut nothing);

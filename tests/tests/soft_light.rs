@@ -7,9 +7,10 @@ use shisen::scene::material::Material;
 use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::{Light, Object, Scene, Shape};
 use shisen_core::Simd;
-use shisen_core::frame::{Renderer, Settings, View};
+use shisen_core::frame::{Mode, Renderer, View};
 use shisen_core::scene::EffectSet;
 use shisen_tests::scenes::{self, empty, object};
+use shisen_tests::ways;
 use std::f64::consts::PI;
 
 /// Half the sides of the light, along x and along z: metres.
@@ -72,10 +73,7 @@ fn scene(samples: u32, two_sided: bool) -> Scene {
 /// Many pixels of one place, which is seen from below the light at a slant.
 fn pixels(scene: &Scene, place: DVec3, samples: u16, without: EffectSet) -> Vec<f64> {
     let baked = Baked::<8>::new(scene).expect("a scene");
-    let settings = Settings {
-        samples,
-        ..Settings::default()
-    };
+    let settings = ways::settings(Mode::Tile, samples);
     let renderer = Renderer::new(baked.scene(), Simd::detect(), settings).without(without);
     let eye = place + DVec3::new(0.0, place.y.signum() * 0.4 + 0.5, 0.7);
     let (right, down) = (Vec3::X * 1e-6, Vec3::Y * -1e-6);

@@ -12,6 +12,7 @@ use shisen_core::scene::EffectSet;
 use shisen_core::shape::Ray;
 use shisen_core::trace::Tracer;
 use shisen_core::{Runs, Simd};
+use shisen_tests::paths::Paths;
 use shisen_tests::rays::Random;
 use shisen_tests::scenes::{empty, object};
 use std::sync::Arc;
@@ -110,10 +111,7 @@ fn a_checkered_floor_is_that_of_brute_force() {
         * DAffine3::from_rotation_y(0.4)
         * DAffine3::from_scale(DVec3::splat(side));
     let scene = floor(checker(cells.map(|c| c as f32)), map);
-    let (fast, compact) = (
-        Baked::<8>::new(&scene).expect("a scene"),
-        Baked::<4>::new(&scene).expect("a scene"),
-    );
+    let Paths { fast, compact } = Paths::new(&scene);
     assert_eq!(fast.scene().effects(), EffectSet::CHECKER_TEXTURE);
     let object_from_world = map.inverse();
     let mut random = Random::new(11);
@@ -152,26 +150,9 @@ fn a_checkered_floor_is_that_of_brute_force() {
 }
 
 #[test]
-fn cells_and_texels_have_their_colours_in_their_middles() {
+fn texels_have_their_colours_in_their_middles() {
     let down = DVec3::NEG_Y;
     let above = |u: f64, v: f64| DVec3::new(u - 0.5, 1.0, 0.5 - v);
-    let plain = floor(checker([5.0, 3.0]), DAffine3::IDENTITY);
-    let baked = Baked::<8>::new(&plain).expect("a scene");
-    for column in 0..5 {
-        for row in 0..3 {
-            let (u, v) = (
-                (f64::from(column) + 0.5) / 5.0,
-                (f64::from(row) + 0.5) / 3.0,
-            );
-            let found = look(&baked.scene(), Simd::detect(), above(u, v), down);
-            let expected = if (column + row) % 2 == 0 {
-                FIRST
-            } else {
-                SECOND
-            };
-            assert_eq!(found, Vec3::from(expected));
-        }
-    }
     let picture = image(7, 4);
     let pictured = floor(picture.clone(), DAffine3::IDENTITY);
     let baked = Baked::<4>::new(&pictured).expect("a scene");

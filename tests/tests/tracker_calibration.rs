@@ -224,30 +224,20 @@ fn what_makes_no_calibration_is_told() {
         (1, "", "--targets CSV"),
     ] {
         let words = format!("tracker calibrate {mock} a.toml {more}");
-        refused(folder, code, &[(&words, expected)]);
+        refused(folder, code, &format!("{words} => {expected}"));
         assert!(!folder.join("a.toml").exists());
     }
     record(folder, "mock:as=iscan", "short.csv", 50);
-    report(
-        folder,
-        &format!("tracker calibrate {mock} a.toml --targets nine.csv"),
-    );
-    let another = "is the calibration of iscan, and this is asl";
+    let words = format!("tracker calibrate {mock} a.toml --targets nine.csv");
+    report(folder, &words);
     refused(
         folder,
         1,
-        &[
-            (
-                "tracker calibrate replay:short.csv b.toml --targets late.csv",
-                "0 samples of the eyes came while they looked at target 1",
-            ),
-            (
-                "tracker calibrate mock:as=fastrak b.toml --targets nine.csv",
-                "0 samples of the eyes",
-            ),
-            ("cave --tracker mock:as=asl --calibration a.toml", another),
-            ("tracker monitor mock:as=asl --calibration a.toml", another),
-        ],
+        "
+        tracker calibrate replay:short.csv b.toml --targets late.csv => 0 samples of the eyes came while they looked at target 1
+        tracker calibrate mock:as=fastrak b.toml --targets nine.csv => 0 samples of the eyes
+        cave --tracker mock:as=asl --calibration a.toml => is the calibration of iscan, and this is asl
+        tracker monitor mock:as=asl --calibration a.toml => is the calibration of iscan, and this is asl",
     );
     for (text, expected) in [
         ("model = \"cubic\"\n", "there is no model \"cubic\""),
@@ -264,11 +254,8 @@ fn what_makes_no_calibration_is_told() {
         ),
     ] {
         std::fs::write(folder.join("b.toml"), text).unwrap();
-        refused(
-            folder,
-            1,
-            &[("cave --tracker mock --calibration b.toml", expected)],
-        );
+        let words = "cave --tracker mock --calibration b.toml";
+        refused(folder, 1, &format!("{words} => {expected}"));
     }
 }
 

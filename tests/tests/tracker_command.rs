@@ -285,49 +285,39 @@ fn birds_of_a_group_are_sensors_of_their_own() {
 #[test]
 fn unusable_trackers_are_refused() {
     let folder = folder();
-    for (code, spec, expected) in [
-        (2, "mouse", "serial:/dev/ttyUSB0"),
-        (2, "mock:rate=5", "60 to 10000"),
-        (2, "mock:rate=60&rate=60", "twice"),
-        (2, "serial:?protocol=asl", "names no port"),
-        (
-            2,
-            "serial:/dev/nowhere?protocol=asl&units=cm",
-            "layout=numbered",
-        ),
-        (2, "mock:as=mouse", "osvr-hdk"),
-        (2, "serial:/dev/nowhere", "?protocol=NAME"),
-        (1, "serial:/dev/nowhere?protocol=asl", "/dev/nowhere"),
-        (1, "serial:/dev/null?protocol=asl", "it is no serial port"),
-        (1, "hid:fffe:fffd", "fffe:fffd"),
-        (1, "replay:nothing.csv", "nothing.csv"),
-    ] {
-        for words in [
-            format!("tracker monitor {spec}"),
-            format!("tracker record {spec} a.csv"),
-            format!("cave --tracker {spec}"),
-        ] {
-            refused(folder.path(), code, &[(&words, expected)]);
+    let usage = "mouse => serial:/dev/ttyUSB0
+        mock:rate=5 => 60 to 10000
+        mock:rate=60&rate=60 => twice
+        serial:?protocol=asl => names no port
+        serial:/dev/nowhere?protocol=asl&units=cm => layout=numbered
+        mock:as=mouse => osvr-hdk
+        serial:/dev/nowhere => ?protocol=NAME";
+    let failure = "serial:/dev/nowhere?protocol=asl => /dev/nowhere
+        serial:/dev/null?protocol=asl => it is no serial port
+        hid:fffe:fffd => fffe:fffd
+        replay:nothing.csv => nothing.csv";
+    for (code, rows) in [(2, usage), (1, failure)] {
+        for row in rows.lines().map(str::trim) {
+            let record = row.replace(" =>", " a.csv =>");
+            let table =
+                format!("tracker monitor {row}\ntracker record {record}\ncave --tracker {row}");
+            refused(folder.path(), code, &table);
         }
     }
     refused(
         folder.path(),
         2,
-        &[
-            ("tracker mock --as mouse", "osvr-hdk"),
-            ("tracker replay a --to b --as mouse", "osvr-hdk"),
-            ("tracker monitor mock --frames -1", "from 1 on"),
-            ("tracker monitor mock --seconds nan", "from 0.001 to 86400"),
-            (
-                "tracker record mock a.csv --seconds 0",
-                "from 0.001 to 86400",
-            ),
-            ("tracker mock --rate 1e12", "from 60 to 10000"),
-            ("tracker mock --seed -1", "from 0 on"),
-            ("tracker replay a.csv --frames 1.5", "from 1 on"),
-            ("cave --tracker mock --frames 1e9", "from 1 to 100000"),
-            ("cave --tracker mock --hz inf", "from 1 to 1000"),
-        ],
+        "
+        tracker mock --as mouse => osvr-hdk
+        tracker replay a --to b --as mouse => osvr-hdk
+        tracker monitor mock --frames -1 => from 1 on
+        tracker monitor mock --seconds nan => from 0.001 to 86400
+        tracker record mock a.csv --seconds 0 => from 0.001 to 86400
+        tracker mock --rate 1e12 => from 60 to 10000
+        tracker mock --seed -1 => from 0 on
+        tracker replay a.csv --frames 1.5 => from 1 on
+        cave --tracker mock --frames 1e9 => from 1 to 100000
+        cave --tracker mock --hz inf => from 1 to 1000",
     );
     report(folder.path(), "tracker list");
 }
@@ -407,7 +397,7 @@ fn a_line_in_use_is_not_taken_over() {
     refused(
         folder.path(),
         1,
-        &[("tracker mock --as asl --pty tracker", "in use")],
+        "tracker mock --as asl --pty tracker => in use",
     );
     assert_eq!(std::fs::read_link(&link).unwrap(), before);
     // Killed, it leaves its name behind.

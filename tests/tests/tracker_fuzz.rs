@@ -3,13 +3,10 @@
 //! and the decoder back in step. What still comes through goes on to the clock
 //! and the estimator, whose line of sight stays one.
 
-use crate::fuzzed::line::{Line, assert_usable, records};
+use crate::fuzzed::line::{Line, records};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use shisen_tests::sizes::cases;
-use shisen_tracker::decoder::{Decoder, Event};
-use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, Mode, documented};
-use shisen_tracker::time::Micros;
 
 /// What can happen to a stream; the places are parts of its length.
 #[derive(Debug, Clone)]
@@ -135,34 +132,6 @@ proptest! {
             line.finish(records.concat().len());
             // The first may have the number of a damaged one.
             prop_assert!(line.samples - before + 1 >= INTACT as u64, "{}", name);
-        }
-    }
-
-    #[test]
-    fn damaged_descriptors(
-        damages in prop::collection::vec(damage(), 1..6),
-        reports in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..100), 1..10),
-    ) {
-        let mut descriptor = documented::DESCRIPTOR.to_vec();
-        for damage in &damages {
-                damage.apply(&mut descriptor);
-            }
-        if let Ok(mut tracker) = EyeTracker::new(&descriptor, Axes::default()) {
-            let intact = records("hid", 1, 3);
-            for report in reports.iter().chain(&intact) {
-                tracker.feed(report, Micros(1), &mut |event| {
-                    if let Event::Sample(sample) = event {
-                        assert_usable("hid", &sample);
-                    }
-                });
-                let _ = tracker.capabilities(report);
-                let _ = tracker.configuration(report);
-                let _ = tracker.status(report);
-            }
-            if let Some(request) = tracker.mode_request(Mode::ALL) {
-                let (_, size) = tracker.feature_reports()[3].expect("it has one");
-                prop_assert_eq!(request.len(), size);
-            }
         }
     }
 }

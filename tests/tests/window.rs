@@ -2,11 +2,10 @@
 //!
 //! `tests/window/run` runs these: they need `Xvfb` and `xdotool`.
 
+use image::RgbImage;
 use serde_json::Value;
 use shisen_tests::command::{line, refusal, shisen};
-use std::fs;
 use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
@@ -77,12 +76,6 @@ struct Run {
     screenshots: u32,
 }
 
-/// A screenshot: columns and rows, and its pixels.
-struct Picture {
-    width: usize,
-    pixels: Vec<[u8; 3]>,
-}
-
 impl Run {
     fn start(server: &Server, arguments: &[&str]) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
@@ -123,14 +116,14 @@ impl Run {
     }
 
     /// Asks for a screenshot, of frames after what was asked for before.
-    fn screenshot(&mut self, server: &Server) -> Picture {
+    fn screenshot(&mut self, server: &Server) -> RgbImage {
         std::thread::sleep(Duration::from_millis(400));
         self.key(server, "s");
         self.screenshots += 1;
         let name = format!("shisen-out/window-{:06}.png", self.screenshots);
         let path = self.folder.path().join(name);
         until(|| path.is_file().then_some(()));
-        read(&path)
+        image::open(path).expect("a picture").into_rgb8()
     }
 
     /// Waits for its end.
@@ -164,35 +157,26 @@ fn until<T>(mut is_there: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-fn read(path: &Path) -> Picture {
-    let file = BufReader::new(fs::File::open(path).expect("a picture"));
-    let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
-    let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
-    reader.next_frame(&mut bytes).expect("pixels");
-    Picture {
-        width: reader.info().width as usize,
-        pixels: bytes.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect(),
-    }
-}
-
-fn colours(picture: &Picture) -> usize {
-    let colours: std::collections::BTreeSet<_> = picture.pixels.iter().collect();
+fn colours(picture: &RgbImage) -> usize {
+    let colours: std::collections::BTreeSet<_> = picture.pixels().map(|pixel| pixel.0).collect();
     colours.len()
 }
 
 /// Pixels of the walls that are yellow, as full levels are.
-fn yellow(picture: &Picture) -> usize {
-    let walls = &picture.pixels[20 * picture.width..600 * picture.width];
-    let is_yellow = |&&[red, green, blue]: &&[u8; 3]| {
+fn yellow(picture: &RgbImage) -> usize {
+    let walls = picture.enumerate_pixels();
+    let walls = walls.filter(|(_, row, _)| (20..600).contains(row));
+    let is_yellow = |(.., pixel): &(u32, u32, &image::Rgb<u8>)| {
+        let [red, green, blue] = pixel.0;
         red > 150 && green > 150 && u16::from(blue) + 40 < u16::from(green)
     };
-    walls.iter().filter(is_yellow).count()
+    walls.filter(is_yellow).count()
 }
 
 /// Whether the middle of the gaze's cross is there, to a block or two.
-fn is_marked(picture: &Picture, x: usize, y: usize) -> bool {
-    let white = |x: usize, y: usize| picture.pixels[y * picture.width + x] == [255; 3];
-    let crosses = |x: usize, y: usize| (x - 10..=x + 10).all(|x| white(x, y));
+fn is_marked(picture: &RgbImage, x: u32, y: u32) -> bool {
+    let white = |x: u32, y: u32| picture.get_pixel(x, y).0 == [255; 3];
+    let crosses = |x: u32, y: u32| (x - 10..=x + 10).all(|x| white(x, y));
     (y - 6..=y + 6).any(|y| (x - 6..=x + 6).any(|x| crosses(x, y)))
 }
 
@@ -202,7 +186,7 @@ fn keys_change_what_is_seen_and_a_closed_window_ends_only_the_showing() {
     let server = Server::start();
     let mut run = Run::start(&server, &["--seconds", "25", "--threads", "1"]);
     let plain = run.screenshot(&server);
-    assert_eq!((plain.width, plain.pixels.len()), (960, 960 * 720));
+    assert_eq!(plain.dimensions(), (960, 720));
     run.key(&server, "h");
     let levels = run.screenshot(&server);
     assert!(
@@ -219,7 +203,7 @@ fn keys_change_what_is_seen_and_a_closed_window_ends_only_the_showing() {
     assert!(is_marked(&pointed, 400, 200), "no cross at the mouse");
     run.key(&server, "v");
     let viewer = run.screenshot(&server);
-    let differing = viewer.pixels.iter().zip(&plain.pixels);
+    let differing = viewer.pixels().zip(plain.pixels());
     assert!(differing.filter(|(a, b)| a != b).count() > 100_000);
     run.key(&server, "f");
     // Two keys more, and two more scenes.

@@ -187,7 +187,10 @@ fn descriptor(bytes: &[u8]) {
             let _ = tracker.configuration(report);
             let _ = tracker.status(report);
         }
-        let _ = tracker.mode_request(Mode::ALL);
+        if let Some(request) = tracker.mode_request(Mode::ALL) {
+            let (_, size) = tracker.feature_reports()[3].expect("it has one");
+            assert_eq!(request.len(), size);
+        }
     }
 }
 

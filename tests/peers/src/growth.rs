@@ -4,7 +4,7 @@ use super::clock::cpu_median;
 use super::command::Shisen;
 use super::contender::{Contender, RaySet, Subject};
 use super::meshes::{normalised, torus};
-use super::rays::{Random, incoherent, pinhole};
+use super::rays::{Random, incoherent, pinhole, to_rays};
 use super::report::{Report, Row};
 use glam::{DAffine3, DVec3};
 use shisen::bake::Baked;
@@ -14,7 +14,6 @@ use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen_core::Simd;
 use shisen_core::frame::{Budget, Workspace};
-use shisen_core::shape::Ray;
 use shisen_core::trace::{MeshTracer, Tracer, TraversalStack};
 use shisen_peers_interface::{Hit, Task};
 use std::error::Error;
@@ -57,11 +56,6 @@ fn ray_sets(mesh: &TriangleMesh, side: u32, seed: u64) -> [RaySet; 2] {
     ]
 }
 
-fn rays_of(set: &RaySet) -> Vec<Ray> {
-    let ray = |&[a, b, c, d, e, f]: &[f32; 6]| Ray::new([a, b, c].into(), [d, e, f].into());
-    set.rays.iter().filter_map(ray).collect()
-}
-
 /// Millions of rays a second, and steps a ray, of both kinds of rays.
 struct Growth([Curve; 2], [Curve; 2]);
 
@@ -90,14 +84,8 @@ impl Growth {
         notes: Vec<Note>,
     ) -> Result<(), Box<dyn Error>> {
         let Self(rates, steps) = self;
-        add(
-            report,
-            out,
-            axis,
-            ("rays a second", "Mrays/s"),
-            rates,
-            notes,
-        )?;
+        let rate = ("rays a second", "Mrays/s");
+        add(report, out, axis, rate, rates, notes)?;
         add(
             report,
             out,
@@ -142,7 +130,7 @@ pub fn triangles(
             opened.trace(set, &mut hits);
             let seconds = cpu_median(extent.rounds, || opened.trace(set, &mut hits));
             let mut stack = TraversalStack::EMPTY;
-            let rays = rays_of(set);
+            let rays = to_rays(&set.rays);
             let steps = rays.iter().map(|ray| tracer.nearest(ray, &mut stack).1);
             growth.push(kind, count, rays.len(), seconds, steps.sum());
         }
@@ -237,7 +225,7 @@ pub fn instances(extent: Extent, out: &Path, report: &mut Report) -> Result<(), 
             .iter()
             .enumerate()
         {
-            let rays = rays_of(set);
+            let rays = to_rays(&set.rays);
             let mut workspace = Workspace::new();
             let seconds = cpu_median(extent.rounds, || {
                 workspace.statistics = Default::default();
@@ -250,12 +238,8 @@ pub fn instances(extent: Extent, out: &Path, report: &mut Report) -> Result<(), 
             growth.push(kind, count, rays.len(), seconds, steps);
         }
     }
-    growth.add(
-        report,
-        out,
-        ("instances", "instances of one mesh"),
-        Vec::new(),
-    )
+    let axis = ("instances", "instances of one mesh");
+    growth.add(report, out, axis, Vec::new())
 }
 
 /// Measures frames of scene A, or of its animal, against lights, pixels of a wall and threads.
@@ -285,12 +269,7 @@ pub fn frames(
         let seconds = median(seconds);
         Ok((1.0e-6 * rays / seconds, seconds))
     };
-    let arguments = |words: &[&str]| {
-        words
-            .iter()
-            .map(|&word| word.to_owned())
-            .collect::<Vec<_>>()
-    };
+    let arguments = |words: &str| -> Vec<String> { words.split(' ').map(str::to_owned).collect() };
     let mut measure = |axis, places: &[usize], arguments: &dyn Fn(usize) -> Vec<String>| {
         let (mut rates, mut times) = (Vec::new(), Vec::new());
         for &place in places {
@@ -302,14 +281,8 @@ pub fn frames(
             ("rays of all kinds", rates, ("rays a second", "Mrays/s")),
             ("a frame", times, ("time of a frame", "ms")),
         ] {
-            add(
-                report,
-                out,
-                axis,
-                quantity,
-                &[Curve { name, points }],
-                Vec::new(),
-            )?;
+            let curves = [Curve { name, points }];
+            add(report, out, axis, quantity, &curves, Vec::new())?;
         }
         Ok::<_, Box<dyn Error>>(())
     };
@@ -324,14 +297,9 @@ pub fn frames(
     }
     measure(("lights", "point lights"), lights, &|count| {
         let scene = folder.join(format!("lights-{count}.toml"));
-        arguments(&[
-            "--threads",
-            "1",
-            "--size",
-            size,
-            "--scene",
-            &scene.to_string_lossy(),
-        ])
+        let mut arguments = arguments(&format!("--threads 1 --size {size} --scene"));
+        arguments.push(scene.to_string_lossy().into_owned());
+        arguments
     })?;
     let edges: &[usize] = if extent.quick {
         &[64, 256]
@@ -339,7 +307,7 @@ pub fn frames(
         &[64, 128, 256, 512, 1024]
     };
     measure(("pixels", "pixels along a wall's edge"), edges, &|edge| {
-        arguments(&["--threads", "1", "--size", &edge.to_string()])
+        arguments(&format!("--threads 1 --size {edge}"))
     })?;
     let most = available_parallelism().map_or(1, NonZeroUsize::get);
     let threads: Vec<_> = (1..=most)
@@ -348,7 +316,7 @@ pub fn frames(
     // Long frames: a thread that is woken for its first one begins it late.
     let size = if extent.quick { "512" } else { "1024" };
     measure(("threads", "threads"), &threads, &|count| {
-        arguments(&["--size", size, "--threads", &count.to_string()])
+        arguments(&format!("--size {size} --threads {count}"))
     })
 }
 

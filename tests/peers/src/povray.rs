@@ -129,19 +129,8 @@ fn dome(subject: &Subject, size: u32, out: &Path) -> Result<Picture, Box<dyn Err
     let scene = paper_scene(PaperScene::A, subject.mesh.clone())?;
     let mesh = out.join("dome-mesh.obj");
     subject.write_obj(&mesh)?;
-    let size_of = size.to_string();
-    let arguments = [
-        "dome",
-        "render",
-        "--scene",
-        "A",
-        "--mapping",
-        "true",
-        "--size",
-        &size_of,
-        "--mesh",
-    ];
-    let mut arguments: Vec<_> = arguments.map(str::to_owned).into();
+    let arguments = format!("dome render --scene A --mapping true --size {size} --mesh");
+    let mut arguments: Vec<_> = arguments.split(' ').map(str::to_owned).collect();
     arguments.push(mesh.to_string_lossy().into_owned());
     let mut text = settings();
     // A dome master has the front at the bottom, the right at the right.
@@ -173,20 +162,16 @@ fn describe(scene: &Scene, text: &mut String) {
             ..
         } = light
         {
-            let _ = writeln!(
-                text,
-                "light_source {{ {} {} }}",
-                vector(*position),
-                colour(*bright)
-            );
+            let (position, bright) = (vector(*position), colour(*bright));
+            let _ = writeln!(text, "light_source {{ {position} {bright} }}");
         }
     }
     for (number, mesh) in scene.meshes.iter().enumerate() {
         let normals = mesh.vertex_normals();
+        let count = mesh.positions.len();
         let _ = writeln!(
             text,
-            "#declare Mesh{number} = mesh2 {{\nvertex_vectors {{ {}",
-            mesh.positions.len()
+            "#declare Mesh{number} = mesh2 {{\nvertex_vectors {{ {count}"
         );
         for position in &mesh.positions {
             let _ = writeln!(text, ", {}", vector(Vec3::from(*position).as_dvec3()));
@@ -244,26 +229,15 @@ fn ball(size: u32, out: &Path) -> Result<Picture, Box<dyn Error>> {
         &walls,
         "[[wall]]\nname = \"front\"\nlower_left = [-1, -1, -2]\nlower_right = [1, -1, -2]\nupper_left = [-1, 1, -2]\n",
     )?;
-    let [scene, walls] = [scene, walls].map(|path| path.to_string_lossy().into_owned());
-    let (size_of, wavelengths) = (size.to_string(), WAVELENGTHS.to_string());
-    let arguments = [
-        "cave",
-        "--scene",
-        &scene,
-        "--walls",
-        &walls,
-        "--eyes",
-        "1",
-        // The picture that nobody compares stays small.
-        "--view-size",
-        "64x64",
-        "--size",
-        &size_of,
-        "--dispersion",
-        "split",
-        "--wavelengths",
-        &wavelengths,
-    ];
+    // The picture that nobody compares stays small.
+    let arguments = format!(
+        "cave --eyes 1 --view-size 64x64 --size {size} --dispersion split \
+         --wavelengths {WAVELENGTHS}"
+    );
+    let mut arguments: Vec<_> = arguments.split(' ').map(str::to_owned).collect();
+    for (option, path) in [("--scene", scene), ("--walls", walls)] {
+        arguments.extend([option.to_owned(), path.to_string_lossy().into_owned()]);
+    }
     // SF11's index at 587.6 nm, and what it has at 400 to that at 700 nm.
     let description = settings()
         + &format!(
@@ -278,7 +252,7 @@ fn ball(size: u32, out: &Path) -> Result<Picture, Box<dyn Error>> {
     Ok(Picture {
         name: "ball",
         size,
-        arguments: arguments.map(str::to_owned).into(),
+        arguments,
         description,
     })
 }

@@ -2,7 +2,6 @@
 
 use super::contender::locked;
 use super::table::Table;
-
 use serde::Serialize;
 use shisen::files::write_atomically;
 use std::fmt::Write as _;
@@ -185,32 +184,12 @@ impl Report {
     /// # Errors
     /// What the system reports.
     pub fn write_csv(&self, path: &Path) -> io::Result<()> {
-        let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
         write_atomically(path, |file| {
-            file.write_all(
-                b"part,subject,what,peer,mode,version,simd,value,unit,default_ratio,native_ratio,differ,rays\n",
-            )?;
+            let mut table = csv::Writer::from_writer(file);
             for row in &self.rows {
-                let Row {
-                    part,
-                    subject,
-                    what,
-                    peer,
-                    mode,
-                    version,
-                    simd,
-                    ..
-                } = row;
-                let texts = [*part, subject, what, peer, mode, version, simd].map(quoted);
-                let ratios = [row.default_ratio, row.native_ratio];
-                let ratios = ratios.map(|one| one.map_or(String::new(), |one| one.to_string()));
-                let counts = [row.differ, row.rays];
-                let counts = counts.map(|one| one.map_or(String::new(), |one| one.to_string()));
-                let value = [row.value.to_string(), quoted(row.unit)];
-                let cells = [&texts[..], &value, &ratios, &counts].concat();
-                writeln!(file, "{}", cells.join(","))?;
+                table.serialize(row)?;
             }
-            Ok(())
+            table.flush()
         })
     }
 }

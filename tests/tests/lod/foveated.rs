@@ -3,18 +3,18 @@
 use super::{GAZES, bits, direction, eyes, frame, levels, lod, mixed_scene, places, room, views};
 use glam::Vec3;
 use shisen::bake::Baked;
-use shisen::live::{FOVEA, Quality, Share, with_engine};
+use shisen::live::{Engine, FOVEA, Quality, Share, with_engine};
 use shisen::picture::Picture;
 use shisen::render::{Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::material::Material;
 use shisen::scene::{Background, Object, Scene};
 use shisen_core::Simd;
-use shisen_core::frame::{LevelOfDetail, Mode, Renderer, Settings, Spectrum};
-use shisen_core::gaze::{Acuity, Gaze, LineOfSight, VisualField};
+use shisen_core::frame::{Mode, Renderer, Spectrum};
+use shisen_core::gaze::{Acuity, LineOfSight};
 use shisen_tests::meshes::icosphere;
 use shisen_tests::scenes::sphere;
-use shisen_tests::ways::options;
+use shisen_tests::ways::{self, options};
 
 /// In pictures of a few pixels, as far apart as in large ones by what eyes see.
 const COARSE: f32 = 6.0;
@@ -39,10 +39,7 @@ fn foveated(gaze: (Vec3, Vec3), times: f32) -> [Observer; 2] {
 }
 
 fn renderer<'a>(baked: &'a Baked<8>, mode: Mode, eye: &Observer) -> Renderer<'a> {
-    let settings = Settings {
-        mode,
-        ..Settings::default()
-    };
+    let settings = ways::settings(mode, 1);
     let renderer = Renderer::new(baked.scene(), Simd::detect(), settings);
     let (lod, acuity) = (eye.lod.expect("a gaze"), eye.acuity.expect("an acuity"));
     renderer.with_foveation(lod, acuity)
@@ -174,31 +171,20 @@ fn twelve_times_fewer_rays() {
 #[test]
 fn an_eye_that_is_still_sees_the_same_in_every_frame() {
     let baked = Baked::<8>::with_levels(&mixed_scene(icosphere(3)), &levels()).expect("a scene");
-    let cave = room([96; 2]);
+    let (cave, options) = (room([96; 2]), Options::default());
     let (still, elsewhere) = (foveated(GAZES[0], COARSE), foveated(GAZES[4], COARSE));
-    let options = Options::default();
-    let spectrum = Spectrum::default();
-    with_engine(
-        (baked.scene(), spectrum),
-        &cave,
-        &still,
-        &options,
-        None,
-        Share::ALL,
-        |engine| {
-            let mut picture = |eyes: &[Observer]| {
-                engine.render(eyes, &Quality::FULL, None).expect("a frame");
-                let mut pictures = engine.pictures().expect("pictures");
-                engine.copy(&mut pictures);
-                pictures
-            };
-            let first = picture(&still);
-            assert!(picture(&still) == first);
-            assert!(picture(&elsewhere) != first);
-            assert!(picture(&still) == first);
-        },
-    )
-    .expect("an engine");
+    let scene = (baked.scene(), Spectrum::default());
+    let run = |engine: &mut Engine<'_, '_, 8>| {
+        let mut picture = |eyes: &[Observer]| {
+            engine.render(eyes, &Quality::FULL, None).expect("a frame");
+            engine.hashes().expect("pictures")
+        };
+        let first = picture(&still);
+        assert!(picture(&still) == first);
+        assert!(picture(&elsewhere) != first);
+        assert!(picture(&still) == first);
+    };
+    with_engine(scene, &cave, &still, &options, None, Share::ALL, run).expect("an engine");
 }
 
 #[test]
@@ -209,29 +195,21 @@ fn a_budget_of_the_live_loop_is_kept() {
         let run = |threads: usize| {
             let options = options(threads, 32, Mode::Tile, Simd::detect());
             let eyes = foveated(GAZES[0], COARSE);
-            let spectrum = Spectrum::default();
-            with_engine(
-                (baked.scene(), spectrum),
-                &cave,
-                &eyes,
-                &options,
-                None,
-                Share::ALL,
-                |engine| {
-                    let mut frames = Vec::new();
-                    for gaze in GAZES {
-                        let eyes = foveated(gaze, COARSE);
-                        for quality in [Quality::FULL, Quality::LADDER[4]] {
-                            let frame = engine.render(&eyes, &quality, Some(steps));
-                            let frame = frame.expect("a frame");
-                            assert!(frame.steps <= steps, "{} of {steps}", frame.steps);
-                            frames.push((frame.steps, frame.unfinished));
-                        }
+            let scene = (baked.scene(), Spectrum::default());
+            let run = |engine: &mut Engine<'_, '_, 8>| {
+                let mut frames = Vec::new();
+                for gaze in GAZES {
+                    let eyes = foveated(gaze, COARSE);
+                    for quality in [Quality::FULL, Quality::LADDER[4]] {
+                        let frame = engine.render(&eyes, &quality, Some(steps));
+                        let frame = frame.expect("a frame");
+                        assert!(frame.steps <= steps, "{} of {steps}", frame.steps);
+                        frames.push((frame.steps, frame.unfinished));
                     }
-                    frames
-                },
-            )
-            .expect("an engine")
+                }
+                frames
+            };
+            with_engine(scene, &cave, &eyes, &options, None, Share::ALL, run).expect("an engine")
         };
         assert_eq!(run(1), run(3), "{steps}");
     }
@@ -329,7 +307,6 @@ fn an_unknown_gaze_is_sampled_more_finely() {
 fn without_an_acuity_the_papers_levels_are_as_they_were() {
     let baked = Baked::<8>::with_levels(&mixed_scene(icosphere(3)), &levels()).expect("a scene");
     let paper = eyes(Some(lod(GAZES[2])));
-    let line = sight(GAZES[2]);
     // An acuity as fine as there is leaves each pixel its ray.
     let finest = Acuity::new(0.0, Acuity::FINEST).expect("an acuity");
     let each = paper.map(|eye| Observer {
@@ -343,6 +320,4 @@ fn without_an_acuity_the_papers_levels_are_as_they_were() {
     );
     assert_eq!(one.hash(), other.hash());
     assert_eq!(one.statistics, other.statistics);
-    let gaze = Gaze::new(line, VisualField::PAPER);
-    assert_eq!(paper[0].lod, Some(LevelOfDetail::new(gaze)));
 }

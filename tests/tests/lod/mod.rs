@@ -22,12 +22,12 @@ use shisen::scene::material::Material;
 use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::{Background, Object, Scene};
 use shisen_core::frame::{Budget, LevelOfDetail, View, Workspace};
-use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
+use shisen_core::gaze::Boundary;
 use shisen_core::scene::Scene as CoreScene;
 use shisen_core::trace::Tracer;
 use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::icosphere;
-use shisen_tests::scenes::{both_eyes, empty, sphere};
+use shisen_tests::scenes::{both_eyes, empty, levels as levels_of, sphere};
 
 /// Directions of sight, and what is up for the viewer: the paper's two, and
 /// oblique ones that put borders of the field across walls and corners.
@@ -40,17 +40,12 @@ const GAZES: [(Vec3, Vec3); 5] = [
 ];
 
 fn lod((forward, up): (Vec3, Vec3)) -> LevelOfDetail {
-    let line = LineOfSight::new(Vec3::ZERO, forward, up).expect("a line of sight");
-    LevelOfDetail::new(Gaze::new(line, VisualField::PAPER))
+    shisen_tests::scenes::lod(Vec3::ZERO, forward, up)
 }
 
 /// 500 faces to all in as many rungs as `shisen cave` takes.
 fn levels() -> PolygonLevels {
     levels_of(Layout::Fast.polygon_levels())
-}
-
-fn levels_of(rungs: u32) -> PolygonLevels {
-    PolygonLevels::new(PolygonLevels::FEWEST_FACES..=u32::MAX, rungs).expect("levels")
 }
 
 /// Both eyes, at the room's centre, with one line of sight or none.

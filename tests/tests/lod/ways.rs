@@ -6,12 +6,12 @@ use glam::Vec3;
 use shisen::bake::Baked;
 use shisen::scene::Scene;
 use shisen_core::Simd;
-use shisen_core::frame::{Mode, Pixel, Renderer, Settings};
+use shisen_core::frame::{Mode, Pixel, Renderer};
 use shisen_tests::meshes::meshes;
 use shisen_tests::rays::Random;
 use shisen_tests::scenes::tile;
 use shisen_tests::sizes::cases;
-use shisen_tests::ways::{assert_same, options};
+use shisen_tests::ways::{self, assert_same, options};
 
 const MODES: [Mode; 2] = [Mode::Single, Mode::Tile];
 
@@ -75,10 +75,7 @@ fn neither_tiles_nor_their_order_change_a_pixel() {
         .into_iter()
         .flat_map(|gaze| MODES.map(|mode| (gaze, mode)))
     {
-        let settings = Settings {
-            mode,
-            ..Settings::default()
-        };
+        let settings = ways::settings(mode, 1);
         let renderer = Renderer::new(baked.scene(), Simd::detect(), settings);
         let renderer = renderer.with_level_of_detail(lod(gaze));
         let (expected, ..) = in_instalments(&renderer, &view(), whole, u64::MAX);

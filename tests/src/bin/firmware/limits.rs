@@ -47,11 +47,10 @@ impl Measured {
     /// # Errors
     /// A file that cannot be written.
     pub(crate) fn add(&self, lines: &[(&str, u64)]) -> Result<(), Wrong> {
-        let lines = lines.iter();
-        let lines: Vec<String> = lines
-            .map(|(name, number)| format!("{name} {number}\n"))
-            .collect();
-        let text = lines.concat();
+        let lines = lines
+            .iter()
+            .map(|(name, number)| format!("{name} {number}\n"));
+        let text: String = lines.collect();
         let file = std::fs::OpenOptions::new()
             .append(true)
             .create(true)

@@ -28,9 +28,8 @@ mod time;
 
 use glam::{Quat, Vec3};
 use limits::{Limits, Measured};
-use shisen::bake::simplify::PolygonLevels;
 use shisen::bake::{Baked, Layout};
-use shisen::cave::{BuiltInCave, Cave, Wall};
+use shisen::cave::Wall;
 use shisen::picture::Picture;
 use shisen::render::frame_hash;
 use shisen::scene::Scene;
@@ -40,6 +39,7 @@ use shisen::tracker::{Spec, simulated};
 use shisen_core::frame::FlatScreen;
 use shisen_tests::firmware::{Image, Run, TrackerBytes, Watched, reference, watch};
 use shisen_tests::meshes::cow;
+use shisen_tests::scenes::{levels, three_walls};
 use shisen_tracker::link::Encoder;
 use shisen_tracker::link::display::Rendering;
 use shisen_tracker::mock::{Chunk, Source, Wire};
@@ -118,16 +118,9 @@ fn main() -> ExitCode {
     }
 }
 
-/// Front, right and floor of a 3 m cube.
-fn three_walls() -> Vec<FlatScreen> {
-    let cave = Cave::built_in(BuiltInCave::ThreeWall, [SIDE; 2]).expect("a room");
-    cave.walls.iter().map(Wall::flat_screen).collect()
-}
-
 fn bake(scene: &Scene) -> Baked<4> {
-    let rungs = Layout::Compact.polygon_levels();
-    let levels = PolygonLevels::new(PolygonLevels::FEWEST_FACES..=u32::MAX, rungs);
-    Baked::with_levels(scene, &levels.expect("levels")).expect("a scene that can be baked")
+    let levels = levels(Layout::Compact.polygon_levels());
+    Baked::with_levels(scene, &levels).expect("a scene that can be baked")
 }
 
 fn paper(which: PaperScene) -> Baked<4> {
@@ -229,10 +222,11 @@ struct Bench {
 impl Bench {
     fn new(limits: &str, measured: &str, images: [&String; 2]) -> Result<Self, Wrong> {
         let [plain, dispersive] = images.map(Path::new);
+        let walls = three_walls(SIDE).walls;
         Ok(Self {
             plain: Image::open(plain)?,
             dispersive: Image::open(dispersive)?,
-            screens: three_walls(),
+            screens: walls.iter().map(Wall::flat_screen).collect(),
             limits: Limits::read(limits)?,
             measured: Measured::new(Path::new(measured)),
             slices: Slices::default(),
