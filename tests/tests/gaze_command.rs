@@ -12,7 +12,8 @@ use std::process::Stdio;
 
 /// What `shisen gaze` says of some directions, a line each.
 fn sights(words: &str, directions: &str) -> Vec<Value> {
-    let mut command = line(folder().path(), &format!("gaze --json {words}"));
+    let folder = folder();
+    let mut command = line(folder.path(), &format!("gaze --json {words}"));
     let said = succeed(command.write_stdin(directions));
     assert_eq!(said.err, "");
     said.objects()

@@ -49,10 +49,6 @@ fn named(name: &str) -> Medium {
     Medium::named(name).expect("a medium")
 }
 
-fn index(name: &str, nm: f32) -> f64 {
-    named(name).index_in(nm).expect("in range").into()
-}
-
 fn numbers(row: &str) -> Vec<f64> {
     row.split_whitespace()
         .map(|number| number.parse().expect("a number"))
