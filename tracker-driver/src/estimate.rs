@@ -115,6 +115,26 @@ struct Lost {
     until: Micros,
 }
 
+/// What samples and messages have said beside poses and gazes.
+#[derive(Debug, Clone, Copy, Default)]
+struct Heard {
+    /// The sensor that counts, once it has said something.
+    sensor: Option<u8>,
+    /// It was reported that another sensor does not count.
+    other_said: bool,
+    lost: Option<Lost>,
+    /// By the device's own word.
+    hidden: Hidden,
+    /// The time of the newest sample.
+    newest: Micros,
+    /// What decides the gaze.
+    same_gaze: Unchanged,
+    /// The head's position and its orientation.
+    same_head: [Unchanged; 2],
+    /// That the head never changed is said.
+    still_said: bool,
+}
+
 /// Turns samples into the line of sight. One for each viewer.
 ///
 /// It keeps the newest `HEAD` poses of the head and the newest `EYES` gazes.
@@ -129,10 +149,7 @@ pub struct GazeEstimator<const HEAD: usize = 64, const EYES: usize = 128> {
     config: EstimatorConfig,
     /// The cosine of the largest eccentricity.
     least_ahead: f32,
-    /// The sensor that counts, once it has said something.
-    sensor: Option<u8>,
-    /// It was reported that another sensor does not count.
-    other_said: bool,
+    heard: Heard,
     head: HeadTrack<HEAD>,
     eyes: EyeTrack<EYES>,
     filter: Option<OneEuro>,
@@ -140,17 +157,6 @@ pub struct GazeEstimator<const HEAD: usize = 64, const EYES: usize = 128> {
     filter_before: Option<OneEuro>,
     /// The newest direction in the room, filtered.
     smooth: Vec3,
-    lost: Option<Lost>,
-    /// By the device's own word.
-    hidden: Hidden,
-    /// The time of the newest sample.
-    heard: Micros,
-    /// What decides the gaze.
-    same_gaze: Unchanged,
-    /// Its position and its orientation.
-    same_head: [Unchanged; 2],
-    /// That the head never changed is said.
-    still_said: bool,
     state: State,
     /// The newest one; what is shown if ever none can be made.
     sight: LineOfSight,
@@ -184,8 +190,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
             sight: sight.ok_or(EstimatorConfigError::NotFinite { field })?,
             config,
             least_ahead,
-            sensor: None,
-            other_said: false,
+            heard: Heard::default(),
             head: HeadTrack::new(config.head, config.resting_head),
             eyes: EyeTrack::new(
                 config.saccades,
@@ -199,12 +204,6 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
                 Filter::OneEuro(config) => Some(OneEuro::new(config)),
             },
             smooth: Vec3::NEG_Z,
-            lost: None,
-            hidden: Hidden::default(),
-            heard: Micros(0),
-            same_gaze: Unchanged::default(),
-            same_head: [Unchanged::default(); 2],
-            still_said: false,
             state: State::FullQuality,
         })
     }
@@ -229,12 +228,13 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         if self.config.head_tracked {
             self.push_head(&sample.head, time, sink);
         }
-        self.heard = self.heard.max(time);
-        self.hidden
+        self.heard.newest = self.heard.newest.max(time);
+        self.heard
+            .hidden
             .look(sample, time, self.config.fallback.longest_blink);
         let mut reject = |reason| sink(Event::Rejected { at: time, reason });
         let head = self.head.at(time);
-        match gaze::of_sample(&self.config, sample, &head, self.hidden.eyes()) {
+        match gaze::of_sample(&self.config, sample, &head, self.heard.hidden.eyes()) {
             Gaze::None => {}
             Gaze::Uncalibrated => reject(Rejection::Uncalibrated),
             Gaze::Lost => self.lose(time, sink),
@@ -264,9 +264,9 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         let Message::Eyes(event) = message else {
             return;
         };
-        self.hidden.hear(event, self.heard);
-        if self.hidden.hides(self.config.eyes) {
-            self.lose(self.heard, sink);
+        self.heard.hidden.hear(event, self.heard.newest);
+        if self.heard.hidden.hides(self.config.eyes) {
+            self.lose(self.heard.newest, sink);
         }
     }
 
@@ -274,16 +274,16 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
     fn counts(&mut self, sensor: u8, sink: &mut dyn FnMut(Event)) -> bool {
         let taken = match self.config.sensors {
             Sensors::All => return true,
-            Sensors::First => *self.sensor.get_or_insert(sensor),
+            Sensors::First => *self.heard.sensor.get_or_insert(sensor),
             Sensors::Only(taken) => taken,
         };
         if taken == sensor {
-            self.sensor = Some(sensor);
-        } else if !self.other_said {
-            self.other_said = true;
+            self.heard.sensor = Some(sensor);
+        } else if !self.heard.other_said {
+            self.heard.other_said = true;
             sink(Event::OtherSensor {
                 taken,
-                heard: self.sensor.is_some(),
+                heard: self.heard.sensor.is_some(),
                 ignored: sensor,
             });
         }
@@ -335,7 +335,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         for (((part, reading), same), stuck) in parts
             .into_iter()
             .zip(readings)
-            .zip(&mut self.same_head)
+            .zip(&mut self.heard.same_head)
             .zip(&mut stuck)
         {
             let Some(reading) = reading else {
@@ -352,8 +352,8 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
             }
         }
         let still = shortest.filter(|since| *since > most && !changed);
-        if let (Some(since), false) = (still, self.still_said) {
-            self.still_said = true;
+        if let (Some(since), false) = (still, self.heard.still_said) {
+            self.heard.still_said = true;
             sink(Event::HeadStill { at: time, since });
         }
         stuck
@@ -362,10 +362,10 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
     /// For how long the gaze has been the same, if that is too long.
     fn gaze_stuck(&mut self, reading: Fingerprint, time: Micros) -> Option<Micros> {
         let most = self.config.stuck_after?;
-        let since = self.same_gaze.push(reading, time);
+        let since = self.heard.same_gaze.push(reading, time);
         let stuck = since > most;
         if stuck {
-            self.same_gaze.set_stuck();
+            self.heard.same_gaze.set_stuck();
         }
         stuck.then_some(since)
     }
@@ -373,13 +373,13 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
     /// When the gaze was measured that is shown.
     fn gaze_time(&self) -> Option<Micros> {
         let newest = self.eyes.newest().map(|(time, _)| time);
-        self.same_gaze.measured(newest)
+        self.heard.same_gaze.measured(newest)
     }
 
     /// When what is known of the head's pose was measured: the older of what
     /// the tracker gives. `None` while it has given nothing.
     fn head_time(&self) -> Option<Micros> {
-        let [position, orientation] = &self.same_head;
+        let [position, orientation] = &self.heard.same_head;
         let position = position.measured(self.head.position_time());
         let orientation = orientation.measured(self.head.orientation_time());
         match (position, orientation) {
@@ -395,12 +395,12 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         if time < newest {
             return;
         }
-        let since = self.lost.map_or(time, |lost| lost.since);
-        if self.lost.is_none() {
-            self.same_gaze.interrupt();
+        let since = self.heard.lost.map_or(time, |lost| lost.since);
+        if self.heard.lost.is_none() {
+            self.heard.same_gaze.interrupt();
             sink(Event::BlinkStarted { at: time });
         }
-        self.lost = Some(Lost {
+        self.heard.lost = Some(Lost {
             seen,
             since,
             until: time,
@@ -413,7 +413,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
             let reason = Rejection::NotNewer;
             return sink(Event::Rejected { at: time, reason });
         }
-        if let Some(lost) = self.lost.take() {
+        if let Some(lost) = self.heard.lost.take() {
             let lasted = time.since(lost.since);
             sink(Event::BlinkEnded { at: time, lasted });
         }
@@ -451,16 +451,9 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
     /// Forgets all samples, as after a change of viewers. The state is decided
     /// by the next estimate.
     pub fn reset(&mut self) {
-        self.sensor = None;
-        self.other_said = false;
+        self.heard = Heard::default();
         self.head = HeadTrack::new(self.config.head, self.config.resting_head);
         self.eyes.clear();
-        self.lost = None;
-        self.hidden = Hidden::default();
-        self.heard = Micros(0);
-        self.same_gaze = Unchanged::default();
-        self.same_head = [Unchanged::default(); 2];
-        self.still_said = false;
         if let Some(filter) = &mut self.filter {
             filter.reset();
         }
@@ -487,7 +480,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         };
         // The tracker has to go on saying that the eyes are shut: one that
         // fell silent says nothing.
-        let blink = self.lost.is_some_and(|lost| {
+        let blink = self.heard.lost.is_some_and(|lost| {
             time.since(lost.seen) <= fallback.longest_blink
                 && time.since(lost.until) < fallback.widen_after
         });
@@ -517,7 +510,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
             head,
             state,
             widen,
-            blink: self.lost.is_some(),
+            blink: self.heard.lost.is_some(),
             movement: if state >= State::HeadDirection {
                 Movement::Unknown
             } else {

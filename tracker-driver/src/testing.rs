@@ -21,22 +21,22 @@ pub(crate) fn events(decoder: &mut impl Decoder, bytes: &[u8]) -> Vec<Event> {
 
 /// The samples among them.
 pub(crate) fn samples(decoder: &mut impl Decoder, bytes: &[u8]) -> Vec<Sample> {
-    let mut events = events(decoder, bytes);
-    let samples = events.drain(..).filter_map(|event| match event {
+    let events = events(decoder, bytes).into_iter();
+    let sample = |event| match event {
         Event::Sample(sample) => Some(sample),
         _ => None,
-    });
-    samples.collect()
+    };
+    events.filter_map(sample).collect()
 }
 
 /// Why bytes were dropped, in order.
 pub(crate) fn dropped(decoder: &mut impl Decoder, bytes: &[u8]) -> Vec<DropReason> {
-    let mut events = events(decoder, bytes);
-    let reasons = events.drain(..).filter_map(|event| match event {
+    let events = events(decoder, bytes).into_iter();
+    let reason = |event| match event {
         Event::Dropped(dropped) => Some(dropped.reason),
         _ => None,
-    });
-    reasons.collect()
+    };
+    events.filter_map(reason).collect()
 }
 
 /// The event of bytes that were dropped.

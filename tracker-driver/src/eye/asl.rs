@@ -31,12 +31,11 @@
 //! 2⁻⁸ (status) 2⁻¹¹ (top bits) 2⁻⁷⁻¹⁻⁴ 2⁻⁸ (the next status) = 2⁻³⁹ at each byte.
 //!
 //! A line that is read at another speed than the device sends at is not random: at a
-//! multiple of it zeros and single bits abound. So many bytes of the mock's records
-//! there are at least for each false sample, read at a quarter to four times the
-//! speed, with pauses between records and without (`cargo test -p shisen-tracker
-//! wrong_speed -- --nocapture`, which holds it against this table):
+//! multiple of it zeros and single bits abound. `cargo test -p shisen-tracker wrong_speed
+//! -- --nocapture` holds this table to the mock's records, read at a quarter to four times
+//! the speed, with pauses between them and without:
 //!
-//! | Records | Bytes |
+//! | Records | Bytes for each false sample, at least |
 //! |---|---|
 //! | `asl` at another speed | 866 |
 //!

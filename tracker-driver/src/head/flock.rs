@@ -82,11 +82,10 @@
 //!
 //! So false samples come from a line that is read at another speed than the device
 //! sends at, and a [`Watch`](crate::command::Watch) says that most bytes belong to no
-//! record. So many bytes of the mock's records there are at least for each false
-//! without (`cargo test -p shisen-tracker wrong_speed -- --nocapture`, which holds
-//! them against this table; with a matrix none came):
+//! record. `cargo test -p shisen-tracker wrong_speed -- --nocapture` holds this table to
+//! the mock's records; no false sample had a matrix:
 //!
-//! | Mode | Bytes |
+//! | Mode | Bytes for each false sample, at least |
 //! |---|---|
 //! | `Angles` at another speed | 14 |
 //! | `Position` at another speed | 14 |

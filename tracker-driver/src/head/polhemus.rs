@@ -316,6 +316,10 @@ impl ItemList {
         let microseconds = pose.time.map_or(0, |time| time.microseconds);
         for item in &self.items {
             let word = item.form == Form::Word;
+            let whole = match item.content {
+                Content::Time => microseconds / 1_000,
+                _ => 0,
+            };
             for place in 0..item.values() {
                 let value = match item.content {
                     Content::Position if word => position[place.min(2)] / scale.word_metres,
@@ -337,26 +341,14 @@ impl ItemList {
                     Form::Literal(bytes) => record.extend_from_slice(bytes),
                     Form::Fixed(decimals) => write_fixed(value, decimals, record),
                     Form::Extended => write_extended(value, record),
-                    Form::Whole(characters) => {
-                        let number = match item.content {
-                            Content::Time => microseconds / 1_000,
-                            _ => 0,
-                        };
-                        write_whole(number, characters, record)
-                    }
+                    Form::Whole(characters) => write_whole(whole, characters, record),
                     Form::SpaceAndDigit => record.extend_from_slice(b" 0"),
                     Form::Float => record.extend_from_slice(&value.to_le_bytes()),
                     Form::Word => {
                         let first = place == 0 && Some(item) == self.items.first();
                         record.extend_from_slice(&word_bytes(value, first))
                     }
-                    Form::U32 => {
-                        let number = match item.content {
-                            Content::Time => (microseconds / 1_000) as u32,
-                            _ => 0,
-                        };
-                        record.extend_from_slice(&number.to_le_bytes())
-                    }
+                    Form::U32 => record.extend_from_slice(&(whole as u32).to_le_bytes()),
                     Form::Bytes(count) => {
                         record.extend_from_slice(&[0; 2][..usize::from(count.min(2))])
                     }

@@ -25,7 +25,11 @@ pub trait Faulty: Copy {
     fn corrupt(&mut self, random: &mut Random);
 
     /// Gives it the contents of an earlier one, but not its arrival.
-    fn repeat(&mut self, earlier: &Self);
+    fn repeat(&mut self, earlier: &Self) {
+        let arrival = self.arrival();
+        *self = *earlier;
+        self.arrive_at(arrival);
+    }
 }
 
 /// Most bytes of a [`Chunk`].
@@ -98,12 +102,6 @@ impl Faulty for Chunk {
             _ => {}
         }
     }
-
-    fn repeat(&mut self, earlier: &Self) {
-        let arrival = self.arrival;
-        *self = *earlier;
-        self.arrival = arrival;
-    }
 }
 
 impl Faulty for Sample {
@@ -140,12 +138,6 @@ impl Faulty for Sample {
                 }
             }
         }
-    }
-
-    fn repeat(&mut self, earlier: &Self) {
-        let arrival = self.arrival;
-        *self = *earlier;
-        self.arrival = arrival;
     }
 }
 
