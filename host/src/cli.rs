@@ -80,16 +80,13 @@ struct Elsewhere {
 impl Elsewhere {
     /// Fails with the command line of the program that has this command.
     fn run(&self, program: &str) -> Result<(), Failure> {
-        let words: String = self.words.iter().map(|word| format!(" {word}")).collect();
-        Err(misuse!(
-            "another program has this command: {program}{words}"
-        ))
+        let line = [&[program.to_owned()], &self.words[..]].concat().join(" ");
+        Err(misuse!("another program has this command: {line}"))
     }
 
     fn run_evidence(&self, command: &str) -> Result<(), Failure> {
-        self.run(&format!(
-            "cargo run --release -p shisen-evidence -- {command}"
-        ))
+        let program = format!("cargo run --release -p shisen-evidence -- {command}");
+        self.run(&program)
     }
 }
 

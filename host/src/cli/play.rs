@@ -13,7 +13,7 @@ use crate::cli::arguments::source::Source;
 use crate::cli::arguments::tracing::TracingArguments;
 use crate::cli::arguments::{Model, SceneName};
 use crate::cli::prelude::*;
-use crate::cli::tracker::Announcer;
+use crate::cli::tracker::Opened;
 use crate::live::{
     Display, Engine, FrameBudget, FrameRecord, LiveTracker, Look, Order, Quality, SessionError,
     SessionReport, SessionSettings, Share, SwapError, SwapLock, Table2, with_engine,
@@ -22,8 +22,7 @@ use crate::picture::Picture;
 use crate::render::spectrum::Dispersion;
 use crate::render::{CaptureOptions, Observer, Options, frame_hash};
 use crate::scene::builtin::PaperScene;
-use crate::tracker::calibration::{Calibrated, estimation};
-use crate::tracker::{Feed, Spec};
+use crate::tracker::Spec;
 use crate::with_scene;
 use clap::Arg;
 use glam::Vec3;
@@ -32,8 +31,6 @@ use shisen_core::frame::Tile;
 use shisen_core::gaze::HeadPose;
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
-use shisen_tracker::clock::ClockEstimator;
-use shisen_tracker::estimate::GazeEstimator;
 
 /// Hides `--look`, for the tracker says where the viewer looks.
 fn hidden(look: Arg) -> Arg {
@@ -213,17 +210,7 @@ impl LiveArguments {
 
     /// Opens a tracker and listens to it. Announces what happens to it.
     pub fn listen(&self, spec: &Spec) -> Result<LiveTracker, Failure> {
-        let calibration = self.calibration.as_deref();
-        let calibrated = calibration.map(|path| Calibrated::load(path, spec));
-        let calibrated = calibrated.transpose()?;
-        let feed = Feed::open(spec)?;
-        let head = self.room.head();
-        let config = estimation(spec, feed.senses(spec), head, calibrated.as_ref());
-        let estimator = GazeEstimator::new(config).or_fail()?;
-        let clock = ClockEstimator::new(spec.clock()).or_fail()?;
-        let mut announcer = Announcer::default();
-        let announce = move |happening| announcer.announce(happening);
-        LiveTracker::start(feed, clock, estimator, announce).or_fail()
+        Opened::new(spec, self.calibration.as_deref(), self.room.head())?.listen()
     }
 }
 

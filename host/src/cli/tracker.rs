@@ -12,12 +12,15 @@ pub(super) mod sample;
 mod serve;
 mod show;
 
-pub(super) use announcer::Announcer;
-
 use crate::cli::prelude::*;
-use crate::tracker::{ProtocolSpec, Spec};
+use crate::live::LiveTracker;
+use crate::tracker::calibration::{Calibrated, estimation};
+use crate::tracker::{Feed, ProtocolSpec, Spec};
+use announcer::Announcer;
 use clap::Subcommand;
-use shisen_tracker::estimate::Event;
+use shisen_core::gaze::HeadPose;
+use shisen_tracker::clock::ClockEstimator;
+use shisen_tracker::estimate::{Event, GazeEstimator};
 use shisen_tracker::mock::Source;
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
@@ -129,6 +132,40 @@ pub fn with_help(error: &dyn Diagnostic) -> String {
     match error.help() {
         Some(help) => format!("{error}; {help}"),
         None => error.to_string(),
+    }
+}
+
+/// A tracker with its clock, its gaze and what is announced of it.
+pub(super) struct Opened {
+    pub(super) feed: Feed,
+    pub(super) clock: ClockEstimator,
+    pub(super) estimator: GazeEstimator,
+    pub(super) announcer: Announcer,
+}
+
+impl Opened {
+    /// Opens a tracker whose origin is at `head`, unless the calibration says where it is.
+    pub(super) fn new(
+        spec: &Spec,
+        calibration: Option<&Path>,
+        head: HeadPose,
+    ) -> Result<Self, Failure> {
+        let calibrated = calibration.map(|path| Calibrated::load(path, spec));
+        let calibrated = calibrated.transpose()?;
+        let feed = Feed::open(spec)?;
+        let config = estimation(spec, feed.senses(spec), head, calibrated.as_ref());
+        Ok(Self {
+            feed,
+            estimator: GazeEstimator::new(config).or_fail()?,
+            clock: ClockEstimator::new(spec.clock()).or_fail()?,
+            announcer: Announcer::default(),
+        })
+    }
+
+    /// Listens on a thread of its own.
+    pub(super) fn listen(mut self) -> Result<LiveTracker, Failure> {
+        let announce = move |happening| self.announcer.announce(happening);
+        LiveTracker::start(self.feed, self.clock, self.estimator, announce).or_fail()
     }
 }
 

@@ -1,14 +1,12 @@
 //! The gaze of frames that follow a tracker.
 
 use crate::cli::prelude::*;
-use crate::cli::tracker::{Announcer, Interrupt, TrackerName};
+use crate::cli::tracker::{Interrupt, Opened, TrackerName};
 use crate::live::{LiveTracker, TrackerEvent};
-use crate::tracker::calibration::{Calibrated, estimation};
-use crate::tracker::{Feed, Notice};
+use crate::tracker::Notice;
 use shisen_core::gaze::HeadPose;
-use shisen_tracker::clock::ClockEstimator;
 use shisen_tracker::decoder::Event;
-use shisen_tracker::estimate::{Estimate, GazeEstimator};
+use shisen_tracker::estimate::Estimate;
 use shisen_tracker::time::Micros;
 
 #[derive(Debug, Args)]
@@ -56,14 +54,7 @@ enum Source {
     /// A device. It is read while frames are traced, so that samples keep their times of arrival.
     Device(LiveTracker),
     /// A simulation or recording, which is read up to any time.
-    Given(Box<Given>),
-}
-
-struct Given {
-    feed: Feed,
-    clock: ClockEstimator,
-    estimator: GazeEstimator,
-    announcer: Announcer,
+    Given(Box<Opened>),
 }
 
 impl Follower {
@@ -74,25 +65,14 @@ impl Follower {
         head: HeadPose,
         interrupt: &Interrupt,
     ) -> Result<Self, Failure> {
-        let spec = &name.spec;
-        let calibration = arguments.calibration.as_deref();
-        let calibrated = calibration.map(|path| Calibrated::load(path, spec));
-        let calibrated = calibrated.transpose()?;
-        let feed = Feed::open(spec)?;
-        let config = estimation(spec, feed.senses(spec), head, calibrated.as_ref());
-        let mut given = Given {
-            feed,
-            estimator: GazeEstimator::new(config).or_fail()?,
-            clock: ClockEstimator::new(spec.clock()).or_fail()?,
-            announcer: Announcer::default(),
-        };
+        let mut given = Opened::new(&name.spec, arguments.calibration.as_deref(), head)?;
         let hz = arguments.hz;
         if !given.feed.is_live() {
             let (start, source) = (given.feed.begin(), Source::Given(Box::new(given)));
             return Ok(Self { source, hz, start });
         }
         let mut since = Micros(0);
-        while given.listen(Micros(0)) == 0 && !interrupt.came() {
+        while given.take(Micros(0)) == 0 && !interrupt.came() {
             if given.feed.is_resetting() {
                 since = given.feed.now();
             }
@@ -102,10 +82,7 @@ impl Follower {
             }
         }
         let start = given.feed.now();
-        let mut announcer = given.announcer;
-        let announce = move |happening| announcer.announce(happening);
-        let tracker = LiveTracker::start(given.feed, given.clock, given.estimator, announce);
-        let source = Source::Device(tracker.or_fail()?);
+        let source = Source::Device(given.listen()?);
         Ok(Self { source, hz, start })
     }
 
@@ -125,16 +102,16 @@ impl Follower {
                 tracker.latch(shown.after(late)).estimate
             }
             Source::Given(given) => {
-                while given.listen(due) > 0 {}
+                while given.take(due) > 0 {}
                 given.estimator.estimate(shown, &mut |_| {})
             }
         }
     }
 }
 
-impl Given {
+impl Opened {
     /// Takes what came until a time; returns the number of samples.
-    fn listen(&mut self, until: Micros) -> u64 {
+    fn take(&mut self, until: Micros) -> u64 {
         let (feed, clock) = (&mut self.feed, &mut self.clock);
         let (estimator, announcer) = (&mut self.estimator, &mut self.announcer);
         let mut samples = 0;
