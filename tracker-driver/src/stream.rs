@@ -281,8 +281,10 @@ mod tests {
             let mut events = Vec::new();
             stream.feed(bytes, ARRIVAL, &mut |event| events.push(event), step);
             assert_eq!(events, expected);
-            let mut counts = Counts::default();
-            counts.bytes = bytes.len() as u64;
+            let mut counts = Counts {
+                bytes: bytes.len() as u64,
+                ..Counts::default()
+            };
             for event in &events {
                 counts.note(event);
             }

@@ -4,6 +4,7 @@ use super::{Bench, Cause, Section};
 use crate::selftest::{self, Row};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+#[expect(clippy::unnecessary_wraps, reason = "a section as the others are")]
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let effort = bench.effort;
     let total = selftest::selected("").count();

@@ -259,6 +259,8 @@ mod tests {
     use glam::{Quat, Vec2};
     use std::format;
 
+    type Change = fn(&mut EstimatorConfig);
+
     fn checked(change: impl FnOnce(&mut EstimatorConfig)) -> Result<(), EstimatorConfigError> {
         let mut config = EstimatorConfig::default();
         change(&mut config);
@@ -268,7 +270,7 @@ mod tests {
     #[test]
     fn the_default_is_allowed_and_slips_are_told() {
         assert_eq!(checked(|_| {}), Ok(()));
-        let cases: [(fn(&mut EstimatorConfig), &str); 7] = [
+        let cases: [(Change, &str); 7] = [
             (
                 |c| c.most_eccentricity = 2.0,
                 "the largest eccentricity (rad) is 2: give 0.001 to 1.5707964",
