@@ -61,7 +61,6 @@ const fn index(what: &'static str, record: u32, index: u32) -> SceneError {
 }
 
 #[test]
-#[expect(clippy::too_many_lines, reason = "a table")]
 fn words_out_of_range_have_their_error() {
     let baked = Baked::<8>::new(&small_scene()).expect("a scene");
     let header = header(&baked);
