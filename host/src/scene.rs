@@ -1,7 +1,7 @@
 //! Scenes in memory: meshes, materials, lights and a background, read from files or built in.
 //!
-//! [`Scene::load`] reads a scene file ([`file`] describes it), [`import`] meshes, [`builtin`] has
-//! the papers' scenes. [`bake`](crate::bake) makes bytes of a scene, which the core traces.
+//! [`Scene::load`] reads a scene file ([`mod@file`] describes it), [`import`] meshes,
+//! [`builtin`] has the papers' scenes. [`bake`](crate::bake) makes bytes of a scene, which the core traces.
 //!
 //! ```
 //! use shisen::scene::builtin::{PaperScene, paper_scene};
