@@ -486,7 +486,7 @@ typedef struct shisen_tracker_settings {
     // From a measurement to the arrival of its last byte when nothing is in the
     // way: microseconds, at most 1,000,000.
     uint64_t least_delay_us;
-    // Of the tracker's origin: metres, in the room.
+    // The tracker's origin in the room, metres.
     float position[3];
     // The tracker's axes in the room: a unit quaternion x, y, z, w.
     float orientation[4];
@@ -562,7 +562,7 @@ typedef struct shisen_screen {
 // spheroid of least error, each pixel its own exact direction. Pixels outside
 // its rim are transparent and cost nothing.
 typedef struct shisen_dome {
-    // Of the screen's centre: metres, in the room.
+    // The screen's centre in the room, metres.
     float position[3];
     // The picture's right, in the room: a unit vector.
     float right[3];

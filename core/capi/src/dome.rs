@@ -11,7 +11,7 @@ use shisen_core::frame::{DomePose, DomeProjection, MirrorCamera, View};
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct Dome {
-    /// Of the screen's centre: metres, in the room.
+    /// The screen's centre in the room, metres.
     pub position: [f32; 3],
     /// The picture's right, in the room: a unit vector.
     pub right: [f32; 3],

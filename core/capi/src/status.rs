@@ -168,7 +168,7 @@ const ALL: &[(Status, &CStr, &CStr)] = &[
     (Status::WavelengthsOfMedium, c"SHISEN_STATUS_WAVELENGTHS_OF_MEDIUM", c"a medium is not known at all wavelengths: give a narrower range"),
 ];
 
-/// Of a status by its number.
+/// The status with this number, its name and what it says.
 fn described(status: u32) -> Option<&'static (Status, &'static CStr, &'static CStr)> {
     ALL.iter().find(|(known, ..)| *known as u32 == status)
 }

@@ -85,7 +85,7 @@ pub struct TrackerSettings {
     /// From a measurement to the arrival of its last byte when nothing is in the
     /// way: microseconds, at most 1,000,000.
     pub least_delay_us: u64,
-    /// Of the tracker's origin: metres, in the room.
+    /// The tracker's origin in the room, metres.
     pub position: [f32; 3],
     /// The tracker's axes in the room: a unit quaternion x, y, z, w.
     pub orientation: [f32; 4],

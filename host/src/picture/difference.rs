@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 /// How far apart the colours of two pictures are, pixel by pixel, as a display
 /// shows them: CIEDE2000 of the colours clipped to sRGB. A difference up to about 1 is not seen.
-/// Of pictures of different sizes the pixels of the smaller one are compared.
+/// Compares as many pixels as the smaller picture has.
 pub fn colour_differences(one: &Picture, other: &Picture) -> Vec<f32> {
     let pairs = one.pixels.par_iter().zip(&other.pixels);
     pairs
