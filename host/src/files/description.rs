@@ -161,32 +161,15 @@ pub(crate) fn suggestion<'a>(
     names: impl IntoIterator<Item = &'a str>,
 ) -> Option<String> {
     let names: Vec<&str> = names.into_iter().collect();
-    let nearest = names
-        .iter()
-        .map(|name| (edit_distance(given, name), *name))
-        .min()?;
+    let given = given.to_lowercase();
+    let distance = |name: &str| strsim::levenshtein(&given, &name.to_lowercase());
+    let nearest = names.iter().map(|name| (distance(name), *name)).min()?;
     Some(match nearest {
         (distance, name) if distance * 2 <= name.chars().count().max(2) => {
             format!("did you mean \"{name}\"?")
         }
         _ => format!("use one of: {}", names.join(", ")),
     })
-}
-
-/// Levenshtein's distance, letters of either case being the same.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.to_lowercase().chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, from) in a.to_lowercase().chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &to) in b.iter().enumerate() {
-            let substituted = diagonal + usize::from(from != to);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]
