@@ -173,9 +173,10 @@ fn an_interrupt_ends_it_with_a_report() {
         records.iter().all(|record| record["present_us"].is_u64()),
         "{records:?}"
     );
-    // Before anything is shown, too: what is measured at first takes much longer than this.
-    let mut run = start(folder.path(), "run --size 512 --samples 4 --json");
-    std::thread::sleep(Duration::from_secs(2));
+    // Before anything is shown, too: what is measured at first takes seconds.
+    let words = "run --size 512 --samples 4 --view png --out empty --json";
+    let mut run = start(folder.path(), words);
+    await_file(&folder.path().join("empty"));
     let report: Value = serde_json::from_str(&run.interrupt()).expect("an object");
     assert_eq!(report["frames"], 0, "{report}");
 }

@@ -154,8 +154,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// Renders this machine's share of what the first machine orders.
 fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let prepared = arguments.live().prepare(&arguments.time)?;
-    let output = Output::open(arguments, &prepared, lock.share())?;
     let interrupt = Interrupt::watched();
+    let output = Output::open(arguments, &prepared, lock.share())?;
     let mut frames = Frames::new(arguments, &interrupt, None, output);
     frames.begin(&prepared);
     prepared.obey(&mut frames, lock)?;
@@ -166,8 +166,8 @@ fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
 fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let log = arguments.record.as_deref().map(Log::create).transpose()?;
     let mut prepared = arguments.live().prepare(&arguments.time)?;
-    let output = Output::open(arguments, &prepared, lock.share())?;
     let interrupt = Interrupt::watched();
+    let output = Output::open(arguments, &prepared, lock.share())?;
     let tracker = arguments.live.listen(&arguments.tracker.spec)?;
     let mut frames = Frames::new(arguments, &interrupt, log, output);
     let mut earlier = 0;
