@@ -1,4 +1,4 @@
-//! What there is of a tile's next pixel when a budget ends between two of its samples.
+//! The state of a tile's unfinished pixel, kept from one slice to the next.
 
 use super::lattice::Cell;
 use crate::trace::{Balance, Budget, Pixel, Workspace};
@@ -8,10 +8,10 @@ use crate::trace::{Balance, Budget, Pixel, Workspace};
 pub(super) struct Begun {
     /// Finished pixels of a block, row by row.
     pub(super) pixels: u32,
-    /// Samples of the pixel after them.
+    /// Rendered samples of the unfinished pixel after them.
     pub(super) samples: u16,
     sum: Sum,
-    /// Where a square goes on whose samples are apart.
+    /// The cell at which a square with samples apart goes on.
     pub(super) cell: Cell,
 }
 
@@ -23,7 +23,7 @@ impl Begun {
         cell: Cell::NONE,
     };
 
-    /// Whether no sample of a block is there.
+    /// Whether no sample of the block has been rendered.
     pub(super) const fn is_nothing(&self) -> bool {
         self.pixels == 0 && self.samples == 0
     }
@@ -39,19 +39,19 @@ impl Begun {
         self.samples += 1;
     }
 
-    /// The next pixel, which has all of its samples: they are forgotten.
+    /// Returns the unfinished pixel once it has all its samples, and clears them.
     pub(super) fn take_pixel(&mut self, samples: u16) -> Pixel {
         let pixel = self.sum.mean(samples);
         self.finish(self.pixels);
         pixel
     }
 
-    /// Ends with this many finished pixels, and no sample of another.
+    /// Keeps the number of finished pixels, and no samples of another.
     pub(super) const fn finish(&mut self, pixels: u32) {
         self.keep(pixels, 0, &Sum::NONE);
     }
 
-    /// Keeps the sum of so many samples of the pixel after `pixels` finished ones.
+    /// Keeps the sum of the first `samples` of the pixel after `pixels` finished ones.
     pub(super) const fn keep(&mut self, pixels: u32, samples: u16, sum: &Sum) {
         self.pixels = pixels;
         self.samples = samples;
@@ -59,7 +59,7 @@ impl Begun {
     }
 }
 
-/// Samples of a pixel, in their order.
+/// The sum of a pixel's samples, added in their order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sum {
     pixel: Pixel,
