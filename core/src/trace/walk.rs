@@ -46,12 +46,12 @@ impl<'s> Path<'s> {
     /// Takes some steps. If fewer are left, takes those and returns false.
     #[inline(always)]
     pub(super) const fn take(&mut self, steps: u64) -> bool {
-        if self.left < steps {
-            self.left = 0;
-            return false;
-        }
-        self.left -= steps;
-        true
+        let left = self.left.checked_sub(steps);
+        self.left = match left {
+            Some(left) => left,
+            None => 0,
+        };
+        left.is_some()
     }
 
     /// The work done.

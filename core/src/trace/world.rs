@@ -8,7 +8,7 @@ use crate::numeric::{max, min};
 use crate::scene::Scene;
 use crate::scene::format::{Instance, flag, kind};
 use crate::shape::{Ray, Slabs, Spheroid};
-use crate::simd::{Lanes, RayKernel, dot};
+use crate::simd::{Lanes, RayKernel, Simd, dot};
 use glam::Vec3;
 
 /// A point or a direction through a baked map: columns, then translation.
@@ -81,18 +81,40 @@ impl<const W: usize, S: Goal> Visitor<W> for InWorld<'_, '_, W, S> {
         self.limit
     }
 
-    // Not inlined without vectors: most rays meet no instance, and inlined code would keep
-    // their registers in memory.
-    #[cfg_attr(
-        any(target_arch = "arm", target_arch = "riscv32", target_arch = "xtensa"),
-        inline(never)
-    )]
-    #[cfg_attr(
-        not(any(target_arch = "arm", target_arch = "riscv32", target_arch = "xtensa")),
-        inline(always)
-    )]
-    fn leaf<L: Lanes<W>>(&mut self, lanes: L, child: u32, near: f32, path: &mut Path<'_>) -> bool {
+    #[inline(always)]
+    fn leaf<L: Lanes<W>>(&mut self, l: L, child: u32, near: f32, path: &mut Path<'_>) -> bool {
         let number = leaf_index(child);
+        if Simd::HAS_VECTORS {
+            self.instance(l, number, near, path)
+        } else {
+            self.instance_apart(l, number, near, path)
+        }
+    }
+}
+
+impl<const W: usize, S: Goal> InWorld<'_, '_, W, S> {
+    /// As `instance`. Most rays meet no instance, and inlined code would keep their registers
+    /// in memory.
+    #[inline(never)]
+    fn instance_apart<L: Lanes<W>>(
+        &mut self,
+        lanes: L,
+        number: u32,
+        near: f32,
+        path: &mut Path<'_>,
+    ) -> bool {
+        self.instance(lanes, number, near, path)
+    }
+
+    /// Looks into an instance that the ray enters at `near`. True ends the search.
+    #[inline(always)]
+    fn instance<L: Lanes<W>>(
+        &mut self,
+        lanes: L,
+        number: u32,
+        near: f32,
+        path: &mut Path<'_>,
+    ) -> bool {
         let Some(instance) = self.scene.instances.get(number as usize) else {
             return false;
         };
@@ -206,7 +228,7 @@ impl<const W: usize> RayKernel<W> for SearchInstance<'_, '_, W> {
             let (near, far) = slabs.interval(instance.low.into(), instance.high.into());
             let near = max(near, 0.0);
             if near <= min(far, visitor.limit) {
-                visitor.leaf(lanes, self.instance, near, &mut path);
+                visitor.instance(lanes, self.instance, near, &mut path);
             }
         }
         (visitor.best, path.work())
