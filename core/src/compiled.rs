@@ -18,27 +18,63 @@ pub const COMPILED: [EffectSet; 2] = [
     EffectSet::SHADOWS.union(EffectSet::REFLECTION),
 ];
 
-/// The node widths that scenes are baked in: 8, the fast layout, and 4, the compact one.
-/// [`Simd`] implements it for both, and nothing else can.
-#[allow(
-    missing_docs,
-    reason = "the functions behind the public ones of their names"
-)]
-pub trait Runs<const W: usize>: simd::Runs<W> {
-    #[doc(hidden)]
-    fn checked(bytes: &[u8]) -> Result<Scene<'_, W>, SceneError>;
-    #[doc(hidden)]
-    fn renderer(scene: Scene<'_, W>, simd: Simd, settings: Settings) -> Renderer<'_, W>;
-    #[doc(hidden)]
+macro_rules! compiled {
+    ($(
+        fn $name:ident($($argument:ident: $type:ty),* $(,)?) -> $output:ty $body:block
+    )*) => {
+        /// The node widths that scenes are baked in: 8, the fast layout, and 4, the compact one.
+        /// [`Simd`] implements it for both, and nothing else can.
+        #[allow(
+            missing_docs,
+            reason = "the functions behind the public ones of their names"
+        )]
+        pub trait Runs<const W: usize>: simd::Runs<W> {
+            $(
+                #[doc(hidden)]
+                fn $name($($argument: $type),*) -> $output;
+            )*
+        }
+
+        const _: () = {
+            const W: usize = 8;
+            impl Runs<W> for Simd {
+                $(fn $name($($argument: $type),*) -> $output $body)*
+            }
+        };
+
+        const _: () = {
+            const W: usize = 4;
+            impl Runs<W> for Simd {
+                $(fn $name($($argument: $type),*) -> $output $body)*
+            }
+        };
+    };
+}
+
+compiled! {
+    fn checked(bytes: &[u8]) -> Result<Scene<'_, W>, SceneError> {
+        Scene::checked(bytes)
+    }
+    fn renderer(scene: Scene<'_, W>, simd: Simd, settings: Settings) -> Renderer<'_, W> {
+        Renderer::for_effects::<{ EffectSet::ALL.bits() }>(scene, simd, settings)
+    }
     fn smallest(
         scene: Scene<'_, W>,
         simd: Simd,
         settings: Settings,
         wanted: EffectSet,
-    ) -> Renderer<'_, W>;
-    #[doc(hidden)]
-    fn foveated(renderer: Renderer<'_, W>, lod: LevelOfDetail, acuity: Acuity) -> Renderer<'_, W>;
-    #[doc(hidden)]
+    ) -> Renderer<'_, W> {
+        const FIRST: u32 = COMPILED[0].bits();
+        const SECOND: u32 = COMPILED[1].bits();
+        match COMPILED.iter().position(|set| set.contains(wanted)) {
+            Some(0) => Renderer::for_effects::<FIRST>(scene, simd, settings),
+            Some(_) => Renderer::for_effects::<SECOND>(scene, simd, settings),
+            None => <Simd as Runs<W>>::renderer(scene, simd, settings),
+        }
+    }
+    fn foveated(renderer: Renderer<'_, W>, lod: LevelOfDetail, acuity: Acuity) -> Renderer<'_, W> {
+        renderer.foveated(lod, acuity)
+    }
     fn render(
         job: &mut TileJob,
         renderer: &Renderer<'_, W>,
@@ -46,15 +82,17 @@ pub trait Runs<const W: usize>: simd::Runs<W> {
         pixels: &mut [Pixel],
         budget: &mut Budget,
         workspace: &mut Workspace,
-    ) -> Result<Outcome, TileError>;
-    #[doc(hidden)]
+    ) -> Result<Outcome, TileError> {
+        job.render_by(renderer, view, pixels, budget, workspace)
+    }
     fn give_up(
         job: &mut TileJob,
         renderer: &Renderer<'_, W>,
         view: &View,
         pixels: &mut [Pixel],
-    ) -> Result<(), TileError>;
-    #[doc(hidden)]
+    ) -> Result<(), TileError> {
+        job.give_up_by(renderer, view, pixels)
+    }
     fn account(
         renderer: &Renderer<'_, W>,
         view: &View,
@@ -62,112 +100,29 @@ pub trait Runs<const W: usize>: simd::Runs<W> {
         pixels: &mut [Pixel],
         ledger: &mut Ledger,
         workspace: &mut Workspace,
-    ) -> Result<(), TileError>;
-    #[doc(hidden)]
-    fn tracer(scene: Scene<'_, W>, simd: Simd, depth: u8) -> Tracer<'_, W>;
-    #[doc(hidden)]
+    ) -> Result<(), TileError> {
+        renderer.enter(view, tile, pixels, ledger, workspace)
+    }
+    fn tracer(scene: Scene<'_, W>, simd: Simd, depth: u8) -> Tracer<'_, W> {
+        Tracer::for_effects::<{ EffectSet::ALL.bits() }>(scene, simd, depth)
+    }
     fn nearest(
         tracer: &Tracer<'_, W>,
         ray: &Ray,
         budget: &mut Budget,
         workspace: &mut Workspace,
-    ) -> Option<Hit>;
-    #[doc(hidden)]
+    ) -> Option<Hit> {
+        let rung = tracer.detail().rung;
+        tracer.searcher.nearest_on(rung, ray, budget, workspace)
+    }
     fn is_occluded(
         tracer: &Tracer<'_, W>,
         ray: &Ray,
         limit: f32,
         budget: &mut Budget,
         workspace: &mut Workspace,
-    ) -> bool;
+    ) -> bool {
+        let rung = tracer.detail().rung;
+        tracer.searcher.is_occluded_on(rung, ray, limit, budget, workspace)
+    }
 }
-
-macro_rules! compiled {
-    ($($width:literal)*) => {$(
-        impl Runs<$width> for Simd {
-            fn checked(bytes: &[u8]) -> Result<Scene<'_, $width>, SceneError> {
-                Scene::checked(bytes)
-            }
-            fn renderer(
-                scene: Scene<'_, $width>,
-                simd: Simd,
-                settings: Settings,
-            ) -> Renderer<'_, $width> {
-                Renderer::for_effects::<{ EffectSet::ALL.bits() }>(scene, simd, settings)
-            }
-            fn smallest(
-                scene: Scene<'_, $width>,
-                simd: Simd,
-                settings: Settings,
-                wanted: EffectSet,
-            ) -> Renderer<'_, $width> {
-                const FIRST: u32 = COMPILED[0].bits();
-                const SECOND: u32 = COMPILED[1].bits();
-                match COMPILED.iter().position(|set| set.contains(wanted)) {
-                    Some(0) => Renderer::for_effects::<FIRST>(scene, simd, settings),
-                    Some(_) => Renderer::for_effects::<SECOND>(scene, simd, settings),
-                    None => <Simd as Runs<$width>>::renderer(scene, simd, settings),
-                }
-            }
-            fn foveated(
-                renderer: Renderer<'_, $width>,
-                lod: LevelOfDetail,
-                acuity: Acuity,
-            ) -> Renderer<'_, $width> {
-                renderer.foveated(lod, acuity)
-            }
-            fn render(
-                job: &mut TileJob,
-                renderer: &Renderer<'_, $width>,
-                view: &View,
-                pixels: &mut [Pixel],
-                budget: &mut Budget,
-                workspace: &mut Workspace,
-            ) -> Result<Outcome, TileError> {
-                job.render_by(renderer, view, pixels, budget, workspace)
-            }
-            fn give_up(
-                job: &mut TileJob,
-                renderer: &Renderer<'_, $width>,
-                view: &View,
-                pixels: &mut [Pixel],
-            ) -> Result<(), TileError> {
-                job.give_up_by(renderer, view, pixels)
-            }
-            fn account(
-                renderer: &Renderer<'_, $width>,
-                view: &View,
-                tile: Tile,
-                pixels: &mut [Pixel],
-                ledger: &mut Ledger,
-                workspace: &mut Workspace,
-            ) -> Result<(), TileError> {
-                renderer.enter(view, tile, pixels, ledger, workspace)
-            }
-            fn tracer(scene: Scene<'_, $width>, simd: Simd, depth: u8) -> Tracer<'_, $width> {
-                Tracer::for_effects::<{ EffectSet::ALL.bits() }>(scene, simd, depth)
-            }
-            fn nearest(
-                tracer: &Tracer<'_, $width>,
-                ray: &Ray,
-                budget: &mut Budget,
-                workspace: &mut Workspace,
-            ) -> Option<Hit> {
-                let rung = tracer.detail().rung;
-                tracer.searcher.nearest_on(rung, ray, budget, workspace)
-            }
-            fn is_occluded(
-                tracer: &Tracer<'_, $width>,
-                ray: &Ray,
-                limit: f32,
-                budget: &mut Budget,
-                workspace: &mut Workspace,
-            ) -> bool {
-                let rung = tracer.detail().rung;
-                tracer.searcher.is_occluded_on(rung, ray, limit, budget, workspace)
-            }
-        }
-    )*};
-}
-
-compiled!(8 4);

@@ -77,18 +77,15 @@ impl Default for Settings {
     }
 }
 
-/// How primary rays go through the scene. It changes the number of steps,
-/// never a pixel.
+/// How primary rays go through the scene: it changes steps, never a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mode {
-    /// One at a time: the finest budget and the least memory. Of a screen, one test
-    /// of a block of 8×8 pixels spares the rays of those that see past everything.
+    /// One at a time: the finest budget, the least memory. One test spares a block of a screen
+    /// whose rays see past everything.
     Single,
-    /// Blocks of 8×8 pixels of a view together: a node or a primitive counts
-    /// one step for the whole block. Rays of dome masters start apart: rows
-    /// of eight pixels, or eight samples of one, go together through a scene of
-    /// few instances, as far as its meshes.
+    /// Blocks of 8×8 pixels together: a node or a primitive counts one step for the block. Rays of
+    /// dome masters go in rows of eight pixels, or eight samples of one, as far as the meshes.
     Tile,
 }
 
@@ -99,8 +96,7 @@ pub enum Mode {
 pub enum Outcome {
     /// All pixels are finished.
     Finished,
-    /// The budget ran out; call again to go on where it stopped. Pixels not
-    /// reached are as they were.
+    /// The budget ran out; call again to go on. Pixels not reached are as they were.
     BudgetSpent,
 }
 
@@ -440,12 +436,7 @@ impl TileJob {
         let mut before = 0;
         let mut patch = None;
         for part in tile.blocks() {
-            let Tile {
-                x,
-                y,
-                width: columns,
-                height: rows,
-            } = part;
+            let (x, y, columns, rows) = (part.x, part.y, part.width, part.height);
             before += rows * columns;
             if self.finished >= before {
                 continue;
@@ -487,9 +478,7 @@ impl TileJob {
         self.begun = Begun::NOTHING;
     }
 
-    /// Gives the pixels that are not finished what a ray sees that meets
-    /// nothing, without tracing one: for a tile that its budget did not finish.
-    /// It is finished then.
+    /// Gives unfinished pixels what a ray sees that meets nothing, and so finishes the tile.
     ///
     /// # Errors
     /// As [`render`](Self::render).

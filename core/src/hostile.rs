@@ -11,26 +11,18 @@ use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use std::format;
 use std::vec::Vec;
 
-const WORST: [f32; 19] = [
+/// Each with either sign.
+const WORST: [f32; 10] = [
     f32::NAN,
     f32::INFINITY,
-    f32::NEG_INFINITY,
     0.0,
-    -0.0,
     1.0e-45,
-    -1.0e-45,
-    1.0e-40,
     f32::MIN_POSITIVE,
-    -f32::MIN_POSITIVE,
-    1.0,
-    -1.0,
-    1.0e18,
-    -1.0e18,
-    1.0e30,
-    -1.0e30,
-    f32::MAX,
-    f32::MIN,
     0.5,
+    1.0,
+    1.0e18,
+    1.0e30,
+    f32::MAX,
 ];
 
 /// The numbers of one run of a test.
@@ -71,12 +63,12 @@ pub(crate) fn torment(test: impl Fn(&mut Numbers)) {
         test(&mut Numbers { instead, given });
     };
     run(Vec::from([None]));
-    for number in WORST {
+    for number in WORST.into_iter().flat_map(|number| [number, -number]) {
         run(Vec::from([Some(number)]));
     }
     let number = prop_oneof![
         6 => Just(None),
-        2 => select(&WORST[..]).prop_map(Some),
+        2 => (select(&WORST[..]), 0..2).prop_map(|(n, sign)| Some(if sign == 0 { n } else { -n })),
         1 => proptest::num::f32::ANY.prop_map(Some),
     ];
     let config = Config {

@@ -26,8 +26,6 @@ mod world;
 pub(crate) use background::Colours;
 pub(crate) use budget::Budget;
 pub(crate) use dispersion::Balance;
-#[cfg(test)]
-pub(crate) use graticule::BETWEEN as BETWEEN_LINES;
 pub use hit::{Hit, MeshHit};
 pub(crate) use ledger::Ledger;
 pub use mesh::MeshTracer;

@@ -51,7 +51,7 @@ pub unsafe extern "C" fn shisen_dome_init(
     position: *const f32,
     size: u32,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         // SAFETY: as promised above.
         let position = *unsafe { shared(position.cast::<[f32; 3]>()) }?;
         let pose = DomePose::over_room(Vec3::from_array(position)).room_from_capture;
@@ -64,7 +64,6 @@ pub unsafe extern "C" fn shisen_dome_init(
             size,
         };
         // SAFETY: as promised above.
-        unsafe { write(dome, made) }?;
-        Ok(Status::Ok)
-    })())
+        unsafe { write(dome, made) }
+    })
 }

@@ -179,7 +179,7 @@ pub extern "C" fn shisen_frame_size(pictures: usize, tiles: usize) -> usize {
 /// `settings` is NULL, misaligned, or points to memory for them.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_frame_settings_init(settings: *mut FrameSettings) -> Status {
-    settled((|| {
+    settled(|| {
         let usual = Settings::default();
         let usual = FrameSettings {
             depth: usual.depth.into(),
@@ -190,9 +190,8 @@ pub unsafe extern "C" fn shisen_frame_settings_init(settings: *mut FrameSettings
             spectrum: null(),
         };
         // SAFETY: as promised above.
-        unsafe { write(settings, usual) }?;
-        Ok(Status::Ok)
-    })())
+        unsafe { write(settings, usual) }
+    })
 }
 
 /// Whether a screen can be seen from an eye: metres, in the room. A frame is not
@@ -204,12 +203,12 @@ pub unsafe extern "C" fn shisen_frame_settings_init(settings: *mut FrameSettings
 /// points to three numbers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_screen_check(screen: *const Screen, eye: *const f32) -> Status {
-    settled((|| {
+    settled(|| {
         // SAFETY: as promised above.
         let (screen, eye) = unsafe { (shared(screen)?, place(eye)?) };
         screen.flat().view_from(eye)?;
         Ok(Status::Ok)
-    })())
+    })
 }
 
 /// Begins a frame of one eye's view of some screens. Its tiles go from the line
@@ -243,7 +242,7 @@ pub unsafe extern "C" fn shisen_frame_begin(
     gaze: *const Gaze,
     frame: *mut *mut Frame,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         // SAFETY: as promised above.
         let (scene, settings, screens, eye) = unsafe {
             write(frame, null_mut())?;
@@ -275,9 +274,8 @@ pub unsafe extern "C" fn shisen_frame_begin(
         // SAFETY: as promised above.
         let handle = unsafe { begin((memory, memory_size), &renderer, settings, views) }?;
         // SAFETY: as promised above.
-        unsafe { write(frame, handle) }?;
-        Ok(Status::Ok)
-    })())
+        unsafe { write(frame, handle) }
+    })
 }
 
 /// Begins a frame that is one dome master, shown in full. The rest is as with
@@ -294,7 +292,7 @@ pub unsafe extern "C" fn shisen_frame_begin_dome(
     dome: *const Dome,
     frame: *mut *mut Frame,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         // SAFETY: as promised above.
         let (scene, settings, dome) = unsafe {
             write(frame, null_mut())?;
@@ -306,9 +304,8 @@ pub unsafe extern "C" fn shisen_frame_begin_dome(
         // SAFETY: as promised above.
         let handle = unsafe { begin((memory, memory_size), &renderer, settings, views) }?;
         // SAFETY: as promised above.
-        unsafe { write(frame, handle) }?;
-        Ok(Status::Ok)
-    })())
+        unsafe { write(frame, handle) }
+    })
 }
 
 /// # Safety
@@ -420,7 +417,7 @@ pub unsafe extern "C" fn shisen_frame_render(
     pixel_count: usize,
     tile: *mut Tile,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         let none = Tile {
             picture: 0,
             x: 0,
@@ -462,7 +459,7 @@ pub unsafe extern "C" fn shisen_frame_render(
                 Ok(Status::Tile)
             }
         }
-    })())
+    })
 }
 
 /// Says what a frame has taken so far.
@@ -475,7 +472,7 @@ pub unsafe extern "C" fn shisen_frame_count(
     frame: *const Frame,
     counts: *mut FrameCounts,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         // SAFETY: as promised above.
         let frame = unsafe { shared(frame) }?;
         let (statistics, tiles) = (&frame.workspace.statistics, frame.job.tiles());
@@ -490,7 +487,6 @@ pub unsafe extern "C" fn shisen_frame_count(
             tiles_given_up: tiles.given_up,
         };
         // SAFETY: as promised above.
-        unsafe { write(counts, found) }?;
-        Ok(Status::Ok)
-    })())
+        unsafe { write(counts, found) }
+    })
 }

@@ -1,27 +1,7 @@
 //! Every function that takes numbers under hostile ones: a status that says what
-//! is wrong, or results whose every number is finite. Each test has the name of
-//! its function; what keeps the others from needing one:
-//!
-//! - These only write numbers, or take handles, whose numbers were checked when they
-//!   were made:
-//!   - `shisen_frame_settings_init`
-//!   - `shisen_frame_render`
-//!   - `shisen_frame_count`
-//!   - `shisen_scene_describe`
-//!   - `shisen_tracker_settings_init`
-//!   - `shisen_tracker_gaze`
-//!   - `shisen_tracker_count`
-//!   - `shisen_tracker_resync`
-//!   - `shisen_tracker_set_up`
-//!   - `shisen_tracker_poll`
-//! - Those of bytes are in the fuzz programs, and the core's and the driver's
-//!   tests of damaged ones:
-//!   - `shisen_scene_open`
-//!   - `shisen_tracker_feed`
-//! - Those of screens, domes and eyes are checked by the same lines of the core as
-//!   by `shisen_screen_check`, and its tests give it these numbers:
-//!   - `shisen_frame_begin`
-//!   - `shisen_frame_begin_dome`
+//! is wrong, or results whose every number is finite. Each test has the name of its function.
+//! Functions without a test only write numbers, take handles whose numbers were checked, take
+//! bytes, which the fuzz programs damage, or check by the same lines as `shisen_screen_check`.
 
 use crate::dome::{self, Dome};
 use crate::frame;
@@ -36,30 +16,22 @@ use core::mem::MaybeUninit;
 use core::ptr::null_mut;
 
 /// What breaks arithmetic.
-const HOSTILE: [f32; 16] = [
+const HOSTILE: [f32; 8] = [
     f32::NAN,
     f32::INFINITY,
-    f32::NEG_INFINITY,
     0.0,
-    -0.0,
-    1.0e-45,
-    -1.0e-45,
-    1.0e-40,
-    f32::MIN_POSITIVE,
+    1e-45,
     1.0,
-    -1.0,
-    1.0e18,
-    1.0e30,
-    -1.0e30,
+    1e18,
+    1e30,
     f32::MAX,
-    f32::MIN,
 ];
 
 /// Hands out the sane numbers with a hostile one in each place alone, in each two,
 /// and in all; first as they are.
 fn tormented<const N: usize>(sane: [f32; N], check: impl Fn([f32; N], bool)) {
     check(sane, true);
-    for number in HOSTILE {
+    for number in HOSTILE.into_iter().flat_map(|number| [number, -number]) {
         check([number; N], false);
         for first in 0..N {
             for second in first..N {

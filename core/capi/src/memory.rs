@@ -56,11 +56,11 @@ pub(crate) unsafe fn exclusive<'a, T>(pointer: *mut T) -> Result<&'a mut T, Stat
 /// # Safety
 /// `pointer` is null, misaligned, or points to memory for a `T`, which need not
 /// hold one yet.
-pub(crate) unsafe fn write<T>(pointer: *mut T, value: T) -> Result<(), Status> {
+pub(crate) unsafe fn write<T>(pointer: *mut T, value: T) -> Result<Status, Status> {
     check(pointer)?;
     // SAFETY: not null and aligned; the rest is promised.
     unsafe { pointer.write(value) };
-    Ok(())
+    Ok(Status::Ok)
 }
 
 /// # Safety

@@ -4,23 +4,13 @@
 use crate::status::Status;
 use shisen_tracker::command::Script;
 use shisen_tracker::decoder::{Counts, Decoder, Event};
-#[cfg(feature = "adhawk")]
-use shisen_tracker::eye::adhawk;
-#[cfg(feature = "asl")]
-use shisen_tracker::eye::asl;
-#[cfg(feature = "iscan")]
-use shisen_tracker::eye::iscan;
-#[cfg(feature = "fastrak")]
-use shisen_tracker::head::fastrak;
-#[cfg(feature = "flock")]
-use shisen_tracker::head::flock;
-#[cfg(feature = "hatire")]
-use shisen_tracker::head::hatire;
-#[cfg(feature = "liberty")]
-use shisen_tracker::head::liberty;
-#[cfg(feature = "link")]
-use shisen_tracker::link;
 use shisen_tracker::time::Micros;
+#[allow(unused_imports, reason = "those of the protocols that are built in")]
+use shisen_tracker::{
+    eye::{adhawk, asl, iscan},
+    head::{fastrak, flock, hatire, liberty},
+    link,
+};
 
 #[cfg(not(any(
     feature = "adhawk",
@@ -86,135 +76,98 @@ impl Protocol {
     }
 }
 
-/// A device and what reads it.
-#[allow(
-    clippy::large_enum_variant,
-    reason = "one of them, which stays where it is"
-)]
-pub(crate) enum Device {
-    #[cfg(feature = "link")]
-    Link(link::Link),
-    #[cfg(feature = "fastrak")]
-    Fastrak(fastrak::Fastrak),
-    #[cfg(feature = "liberty")]
-    Liberty(liberty::Liberty),
-    #[cfg(feature = "flock")]
-    Flock(flock::Flock),
-    #[cfg(feature = "hatire")]
-    Hatire(hatire::Hatire),
-    #[cfg(feature = "iscan")]
-    Iscan(iscan::Iscan),
-    #[cfg(feature = "asl")]
-    Asl(asl::Asl),
-    #[cfg(feature = "adhawk")]
-    AdHawk(adhawk::AdHawk),
-}
-
-impl Device {
-    pub(crate) fn new(protocol: Protocol) -> Result<Self, Status> {
-        match protocol {
-            #[cfg(feature = "link")]
-            Protocol::Link => Ok(Self::Link(link::Link::new())),
-            #[cfg(feature = "fastrak")]
-            Protocol::Fastrak => Ok(Self::Fastrak(fastrak::Fastrak::new(
-                fastrak::Config::default(),
-            ))),
-            #[cfg(feature = "liberty")]
-            Protocol::Liberty => Ok(Self::Liberty(liberty::Liberty::new(
-                liberty::Config::default(),
-            ))),
-            #[cfg(feature = "flock")]
-            Protocol::Flock => Ok(Self::Flock(flock::Flock::new(flock::Config::default()))),
-            #[cfg(feature = "hatire")]
-            Protocol::Hatire => Ok(Self::Hatire(hatire::Hatire::new(hatire::Config::default()))),
-            #[cfg(feature = "iscan")]
-            Protocol::Iscan => Ok(Self::Iscan(iscan::Iscan::new(iscan::Config::default()))),
-            #[cfg(feature = "asl")]
-            Protocol::Asl => Ok(Self::Asl(asl::Asl::new(asl::Config::default()))),
-            #[cfg(feature = "adhawk")]
-            Protocol::Adhawk => Ok(Self::AdHawk(adhawk::AdHawk::new())),
-            #[allow(unreachable_patterns, reason = "all of them can be built in")]
-            _ => Err(Status::NotBuilt),
+/// A device and what reads it: the feature of each protocol, its decoder, and what makes the device
+/// send, so many samples a second where it has words for a rate, after a reset if asked for.
+///
+/// Not by a table of methods: calls through pointers cannot be bounded as closely.
+macro_rules! devices {
+    ($(
+        $feature:literal $name:ident($decoder:ty) = $new:expr,
+        |$hertz:pat_param, $reset:pat_param| $start:expr;
+    )*) => {
+        #[allow(
+            clippy::large_enum_variant,
+            reason = "one of them, which stays where it is"
+        )]
+        pub(crate) enum Device {
+            $(#[cfg(feature = $feature)] $name($decoder),)*
         }
-    }
 
-    /// What makes it send, so many samples a second where `hertz` says so and
-    /// the protocol has words for it; a reset is a part of it only where
-    /// `reset` says so.
-    #[allow(
-        unused_variables,
-        reason = "not every protocol takes a rate or a reset"
-    )]
-    pub(crate) fn start(&self, hertz: Option<u16>, reset: bool) -> Script {
-        match self {
-            #[cfg(feature = "link")]
-            Self::Link(_) => link::start(hertz),
-            #[cfg(feature = "fastrak")]
-            Self::Fastrak(_) => fastrak::Config::default().start(reset),
-            #[cfg(feature = "liberty")]
-            Self::Liberty(_) => liberty::Config::default().start(reset),
-            #[cfg(feature = "flock")]
-            Self::Flock(_) => flock::Config::default().start(1, 1, reset),
-            #[cfg(feature = "hatire")]
-            Self::Hatire(_) => hatire::start(reset),
-            #[cfg(feature = "iscan")]
-            Self::Iscan(_) => iscan::start(),
-            #[cfg(feature = "asl")]
-            Self::Asl(_) => asl::start(),
-            #[cfg(feature = "adhawk")]
-            Self::AdHawk(_) => {
-                let hertz = hertz.unwrap_or(adhawk::USUAL_HERTZ);
-                adhawk::start(adhawk::USUAL_FIELDS, hertz.into())
+        impl Device {
+            pub(crate) fn new(protocol: Protocol) -> Result<Self, Status> {
+                match protocol {
+                    $(#[cfg(feature = $feature)] Protocol::$name => Ok(Self::$name($new)),)*
+                    #[allow(unreachable_patterns, reason = "all of them can be built in")]
+                    _ => Err(Status::NotBuilt),
+                }
+            }
+
+            pub(crate) fn start(&self, hertz: Option<u16>, reset: bool) -> Script {
+                match self {
+                    $(
+                        #[cfg(feature = $feature)]
+                        Self::$name(_) => {
+                            let ($hertz, $reset) = (hertz, reset);
+                            $start
+                        }
+                    )*
+                }
             }
         }
-    }
-}
 
-/// What a device's own decoder does. Not by a table of methods: calls through
-/// pointers cannot be bounded as closely.
-macro_rules! by_its_decoder {
-    ($device:expr, $decoder:ident => $act:expr) => {
-        match $device {
-            #[cfg(feature = "link")]
-            Device::Link($decoder) => $act,
-            #[cfg(feature = "fastrak")]
-            Device::Fastrak($decoder) => $act,
-            #[cfg(feature = "liberty")]
-            Device::Liberty($decoder) => $act,
-            #[cfg(feature = "flock")]
-            Device::Flock($decoder) => $act,
-            #[cfg(feature = "hatire")]
-            Device::Hatire($decoder) => $act,
-            #[cfg(feature = "iscan")]
-            Device::Iscan($decoder) => $act,
-            #[cfg(feature = "asl")]
-            Device::Asl($decoder) => $act,
-            #[cfg(feature = "adhawk")]
-            Device::AdHawk($decoder) => $act,
+        impl Decoder for Device {
+            fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
+                match self {
+                    $(
+                        #[cfg(feature = $feature)]
+                        Self::$name(decoder) => feed(decoder, bytes, arrival, sink),
+                    )*
+                }
+            }
+
+            fn counts(&self) -> &Counts {
+                match self {
+                    $(#[cfg(feature = $feature)] Self::$name(decoder) => decoder.counts(),)*
+                }
+            }
+
+            fn reset(&mut self) {
+                match self {
+                    $(#[cfg(feature = $feature)] Self::$name(decoder) => decoder.reset(),)*
+                }
+            }
+
+            fn on_sent(&mut self, command: &[u8], now: Micros) {
+                match self {
+                    $(#[cfg(feature = $feature)] Self::$name(own) => own.on_sent(command, now),)*
+                }
+            }
         }
     };
+}
+
+devices! {
+    "link" Link(link::Link) = link::Link::new(), |hertz, _| link::start(hertz);
+    "fastrak" Fastrak(fastrak::Fastrak) = fastrak::Fastrak::new(fastrak::Config::default()),
+    |_, reset| fastrak::Config::default().start(reset);
+    "liberty" Liberty(liberty::Liberty) = liberty::Liberty::new(liberty::Config::default()),
+    |_, reset| liberty::Config::default().start(reset);
+    "flock" Flock(flock::Flock) = flock::Flock::new(flock::Config::default()),
+    |_, reset| flock::Config::default().start(1, 1, reset);
+    "hatire" Hatire(hatire::Hatire) = hatire::Hatire::new(hatire::Config::default()),
+    |_, reset| hatire::start(reset);
+    "iscan" Iscan(iscan::Iscan) = iscan::Iscan::new(iscan::Config::default()),
+    |_, _| iscan::start();
+    "asl" Asl(asl::Asl) = asl::Asl::new(asl::Config::default()), |_, _| asl::start();
+    "adhawk" Adhawk(adhawk::AdHawk) = adhawk::AdHawk::new(),
+    |hertz, _| adhawk::start(
+        adhawk::USUAL_FIELDS,
+        hertz.unwrap_or(adhawk::USUAL_HERTZ).into(),
+    );
 }
 
 // Not a part of its caller, who would keep the room of each decoder.
 #[inline(never)]
 fn feed(decoder: &mut impl Decoder, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
     decoder.feed(bytes, arrival, sink);
-}
-
-impl Decoder for Device {
-    fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
-        by_its_decoder!(self, decoder => feed(decoder, bytes, arrival, sink));
-    }
-
-    fn counts(&self) -> &Counts {
-        by_its_decoder!(self, decoder => decoder.counts())
-    }
-
-    fn reset(&mut self) {
-        by_its_decoder!(self, decoder => decoder.reset());
-    }
-
-    fn on_sent(&mut self, command: &[u8], now: Micros) {
-        by_its_decoder!(self, decoder => decoder.on_sent(command, now));
-    }
 }

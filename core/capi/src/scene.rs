@@ -140,7 +140,7 @@ pub unsafe extern "C" fn shisen_scene_open(
     scene: *mut *mut Scene,
     fault: *mut SceneFault,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         // SAFETY: as promised above.
         unsafe { write(scene, core::ptr::null_mut()) }?;
         let handle = room::<Scene>(memory, memory_size, 0)?;
@@ -155,8 +155,7 @@ pub unsafe extern "C" fn shisen_scene_open(
                 // SAFETY: there is room.
                 unsafe { handle.write(Scene { scene: checked }) };
                 // SAFETY: as promised above.
-                unsafe { write(scene, handle) }?;
-                Ok(Status::Ok)
+                unsafe { write(scene, handle) }
             }
             Err(error) => {
                 let (status, number, what) = of_scene(error);
@@ -177,7 +176,7 @@ pub unsafe extern "C" fn shisen_scene_open(
                 Err(status)
             }
         }
-    })())
+    })
 }
 
 /// Says what a scene is like.
@@ -190,7 +189,7 @@ pub unsafe extern "C" fn shisen_scene_describe(
     scene: *const Scene,
     facts: *mut SceneFacts,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         // SAFETY: as promised above.
         let Scene { scene } = unsafe { shared(scene) }?;
         let found = SceneFacts {
@@ -201,7 +200,6 @@ pub unsafe extern "C" fn shisen_scene_describe(
             lights: scene.lights().len() as u32,
         };
         // SAFETY: as promised above.
-        unsafe { write(facts, found) }?;
-        Ok(Status::Ok)
-    })())
+        unsafe { write(facts, found) }
+    })
 }

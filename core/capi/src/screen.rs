@@ -49,7 +49,7 @@ pub unsafe extern "C" fn shisen_screen_from_corners(
     rows: u32,
     screen: *mut Screen,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         // SAFETY: as promised above.
         let corner = |corner: *const f32| unsafe { shared(corner.cast::<[f32; 3]>()) };
         let [lower_left, lower_right, upper_left] = [
@@ -70,7 +70,6 @@ pub unsafe extern "C" fn shisen_screen_from_corners(
             rows,
         };
         // SAFETY: as promised above.
-        unsafe { write(screen, made) }?;
-        Ok(Status::Ok)
-    })())
+        unsafe { write(screen, made) }
+    })
 }

@@ -84,7 +84,7 @@ pub unsafe extern "C" fn shisen_spectrum_open(
     to_nm: f32,
     spectrum: *mut *mut Spectrum,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         // SAFETY: as promised above.
         unsafe { write(spectrum, null_mut()) }?;
         let wavelengths = Wavelengths::new(count, [from_nm, to_nm]);
@@ -94,9 +94,8 @@ pub unsafe extern "C" fn shisen_spectrum_open(
         // SAFETY: there is room.
         unsafe { open(handle, wavelengths) }?;
         // SAFETY: as promised above.
-        unsafe { write(spectrum, handle) }?;
-        Ok(Status::Ok)
-    })())
+        unsafe { write(spectrum, handle) }
+    })
 }
 
 /// # Safety

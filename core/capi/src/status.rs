@@ -191,9 +191,10 @@ pub extern "C" fn shisen_status_message(status: u32) -> *const c_char {
         .as_ptr()
 }
 
-/// As C sees it.
-pub(crate) fn settled(result: Result<Status, Status>) -> Status {
-    match result {
+/// Carries a call out, and says how it went.
+#[inline(always)]
+pub(crate) fn settled(call: impl FnOnce() -> Result<Status, Status>) -> Status {
+    match call() {
         Ok(status) | Err(status) => status,
     }
 }

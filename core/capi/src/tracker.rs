@@ -225,7 +225,7 @@ pub unsafe extern "C" fn shisen_tracker_settings_init(
     settings: *mut TrackerSettings,
     protocol: u32,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         let known = Protocol::of_number(protocol)?;
         let eyes = if known.has_eyes() {
             EyeChoice::Combined
@@ -242,9 +242,8 @@ pub unsafe extern "C" fn shisen_tracker_settings_init(
             orientation: [0.0, 0.0, 0.0, 1.0],
         };
         // SAFETY: as promised above.
-        unsafe { write(settings, usual) }?;
-        Ok(Status::Ok)
-    })())
+        unsafe { write(settings, usual) }
+    })
 }
 
 /// Makes a tracker that has heard nothing yet.
@@ -263,7 +262,7 @@ pub unsafe extern "C" fn shisen_tracker_init(
     settings: *const TrackerSettings,
     tracker: *mut *mut Tracker,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         // SAFETY: as promised above.
         unsafe { write(tracker, null_mut()) }?;
         let handle = room::<Tracker>(memory, memory_size, 0)?;
@@ -281,9 +280,8 @@ pub unsafe extern "C" fn shisen_tracker_init(
             (&raw mut (*handle).setting_up).write(SettingUp::new());
         }
         // SAFETY: as promised above.
-        unsafe { write(tracker, handle) }?;
-        Ok(Status::Ok)
-    })())
+        unsafe { write(tracker, handle) }
+    })
 }
 
 /// Makes something where it is to be.
@@ -359,12 +357,12 @@ pub unsafe extern "C" fn shisen_tracker_feed(
     length: usize,
     arrival_us: u64,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         // SAFETY: as promised above.
         let (tracker, bytes) = unsafe { (exclusive(tracker)?, slice(bytes, length)?) };
         tracker.feed(bytes, Micros(arrival_us));
         Ok(Status::Ok)
-    })())
+    })
 }
 
 impl Tracker {
@@ -411,7 +409,7 @@ pub unsafe extern "C" fn shisen_tracker_gaze(
     display_us: u64,
     gaze: *mut Gaze,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         // SAFETY: as promised above.
         let tracker = unsafe { exclusive(tracker) }?;
         let estimate = tracker.gaze.estimate(Micros(display_us), &mut |_| {});
@@ -433,9 +431,8 @@ pub unsafe extern "C" fn shisen_tracker_gaze(
             age_us: estimate.gaze_age.map_or(SHISEN_NEVER, |age| age.0),
         };
         // SAFETY: as promised above.
-        unsafe { write(gaze, found) }?;
-        Ok(Status::Ok)
-    })())
+        unsafe { write(gaze, found) }
+    })
 }
 
 /// Says what became of the bytes so far.
@@ -448,7 +445,7 @@ pub unsafe extern "C" fn shisen_tracker_count(
     tracker: *const Tracker,
     counts: *mut TrackerCounts,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         // SAFETY: as promised above.
         let found = unsafe { shared(tracker) }?.device.counts();
         let found = TrackerCounts {
@@ -460,9 +457,8 @@ pub unsafe extern "C" fn shisen_tracker_count(
             dropped: found.dropped,
         };
         // SAFETY: as promised above.
-        unsafe { write(counts, found) }?;
-        Ok(Status::Ok)
-    })())
+        unsafe { write(counts, found) }
+    })
 }
 
 /// Forgets the piece of a record that has come in, as after bytes were lost: an
@@ -473,12 +469,12 @@ pub unsafe extern "C" fn shisen_tracker_count(
 /// `tracker` is NULL or a tracker that was made, nobody else's meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_tracker_resync(tracker: *mut Tracker) -> Status {
-    settled((|| {
+    settled(|| {
         // SAFETY: as promised above.
         let tracker = unsafe { exclusive(tracker) }?;
         tracker.device.reset();
         Ok(Status::Ok)
-    })())
+    })
 }
 
 /// Begins to set the device up: shisen_tracker_poll then says what to send. A
@@ -503,7 +499,7 @@ pub unsafe extern "C" fn shisen_tracker_set_up(
     memory_size: usize,
     reset: u32,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         // SAFETY: as promised above.
         let tracker = unsafe { exclusive(tracker) }?;
         let session = room::<Session>(memory, memory_size, 0)?;
@@ -514,7 +510,7 @@ pub unsafe extern "C" fn shisen_tracker_set_up(
         tracker.setup = Some(unsafe { exclusive(session) }?);
         tracker.setting_up = SettingUp::new();
         Ok(Status::Ok)
-    })())
+    })
 }
 
 /// Says what is to be done to set the device up, at `now_us` on the clock of
@@ -537,7 +533,7 @@ pub unsafe extern "C" fn shisen_tracker_poll(
     buffer_size: usize,
     setup: *mut Setup,
 ) -> Status {
-    settled((|| {
+    settled(|| {
         let mut found = Setup {
             action: SetupAction::Done as u32,
             baud: 0,
@@ -583,9 +579,8 @@ pub unsafe extern "C" fn shisen_tracker_poll(
             }
         }
         // SAFETY: as promised above.
-        unsafe { write(setup, found) }?;
-        Ok(Status::Ok)
-    })())
+        unsafe { write(setup, found) }
+    })
 }
 
 #[cfg(test)]

@@ -23,40 +23,27 @@ pub struct SpheroidMirror {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum MirrorError {
     /// The axis ratio is NaN or outside [`SpheroidMirror::AXIS_RATIOS`].
     #[error(
         "the mirror's axis ratio is {a}: give a number from {} to {}",
         SpheroidMirror::AXIS_RATIOS.0, SpheroidMirror::AXIS_RATIOS.1
     )]
-    AxisRatio {
-        /// The axis ratio.
-        a: f32,
-    },
+    AxisRatio { a: f32 },
     /// The viewpoint is NaN, infinite, in the mirror or on its pole.
     #[error(
         "the viewpoint is {p} radii from the mirror's centre: give a finite number above {a}, where \
          its pole is, or parallel projection"
     )]
-    Viewpoint {
-        /// Its distance from the mirror's centre, equatorial radii.
-        p: f32,
-        /// The mirror's axis ratio: the pole's distance.
-        a: f32,
-    },
-    /// The edge is NaN, next to the pole or where not even parallel lines of
-    /// sight leave at a right angle: a·tan β₁ > 1.
+    Viewpoint { p: f32, a: f32 },
+    /// An edge that is NaN, next to the pole, or past parallel projection: a·tan β₁ > 1.
     #[error(
         "the edge is at a parametric angle of {beta1} rad: give a number from {} to {most}, which is \
          parallel projection",
         SpheroidMirror::LEAST_EDGE
     )]
-    Edge {
-        /// Its parametric angle, radians.
-        beta1: f32,
-        /// The most it can be, radians: tan⁻¹(1/a).
-        most: f32,
-    },
+    Edge { beta1: f32, most: f32 },
 }
 
 impl SpheroidMirror {
@@ -262,11 +249,8 @@ impl SpheroidMirror {
 
 fn check_axis_ratio(a: f32) -> Result<(), MirrorError> {
     let (least, most) = SpheroidMirror::AXIS_RATIOS;
-    if (least..=most).contains(&a) {
-        Ok(())
-    } else {
-        Err(MirrorError::AxisRatio { a })
-    }
+    let is_within = (least..=most).contains(&a).then_some(());
+    is_within.ok_or(MirrorError::AxisRatio { a })
 }
 
 /// h = a/cos β and a − c of the place where a·tan β is `slope`.
@@ -280,7 +264,6 @@ mod tests {
     use super::*;
     use crate::capture::Mapping;
     use crate::hostile::{finite, finite_or_error, is_unit, torment};
-    use core::f32::consts::FRAC_PI_4;
 
     #[test]
     fn named_mirrors_are_those_of_their_axis_ratio_and_viewpoint() {
@@ -322,24 +305,14 @@ mod tests {
             let most = libm::atan2f(1.0, a);
             assert_eq!(parallel.edge(), most);
             assert_eq!(SpheroidMirror::from_edge(a, most), Ok(parallel));
-            let beyond = most.next_up();
-            assert_eq!(
-                SpheroidMirror::from_edge(a, beyond),
-                Err(MirrorError::Edge {
-                    beta1: beyond,
-                    most
-                })
-            );
+            assert!(SpheroidMirror::from_edge(a, most.next_up()).is_err());
+            assert_eq!(parallel.viewpoint_to_screen(), None);
+            assert_eq!(parallel.field_of_view(), 0.0);
         }
-        let sphere = SpheroidMirror::from_edge(1.0, FRAC_PI_4).unwrap();
-        assert_eq!(sphere.viewpoint(), None);
-        assert_eq!(sphere.viewpoint_to_screen(), None);
-        assert_eq!(sphere.field_of_view(), 0.0);
     }
 
     #[test]
     fn mirrors_that_are_none_are_refused() {
-        extern crate std;
         use std::string::ToString as _;
         let says = |made: Result<SpheroidMirror, MirrorError>, words: &str| {
             let error = made.unwrap_err().to_string();
@@ -372,19 +345,10 @@ mod tests {
                 Ok(SpheroidMirror::BEST),
             ];
             for mirror in mirrors.into_iter().filter_map(finite_or_error) {
-                finite(&(
-                    mirror.edge(),
-                    mirror.field_of_view(),
-                    mirror.screen_distance(),
-                ));
-                finite(&(mirror.screen_radius(), mirror.viewpoint_to_screen()));
+                finite(&(mirror, mirror.edge(), mirror.field_of_view()));
+                finite(&mirror.viewpoint_to_screen());
                 finite(&(mirror.point(beta), mirror.theta(u), mirror.r_d(u)));
-                let exact = mirror.pixel(u, v, Mapping::Exact);
-                let seen = [
-                    exact,
-                    mirror.pixel(u, v, Mapping::Screen),
-                    mirror.screen_point(u, v),
-                ];
+                let seen = [Mapping::Exact, Mapping::Screen].map(|by| mirror.pixel(u, v, by));
                 for seen in seen.iter().flatten() {
                     finite(seen);
                     is_unit(&seen.direction);

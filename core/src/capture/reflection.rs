@@ -7,12 +7,10 @@ use glam::Vec3;
 /// Which point of the screen a dome master's pixel is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Mapping {
-    /// The paper's: the picture is the screen, and θ is `r_d` but for the error
-    /// that the mirror was chosen to keep small.
+    /// The paper's: the picture is the screen, and θ is `r_d` but for a small error.
     #[default]
     Screen,
-    /// The screen's point whose θ is the pixel's: a true dome master,
-    /// reflected at the mirror all the same.
+    /// The screen's point whose θ is the pixel's: a true dome master, by the mirror all the same.
     Exact,
 }
 
@@ -45,14 +43,6 @@ impl SpheroidMirror {
         Some(Reflection::of_lane(
             self.pixels(Portable, pixel, mapping, start),
         ))
-    }
-
-    /// The line of sight through a point of the screen, x to the right and y
-    /// upwards, in equatorial radii, at most b₁ from its centre
-    /// ([`screen_radius`](Self::screen_radius)); `None` outside and for NaN.
-    pub fn screen_point(&self, x: f32, y: f32) -> Option<Reflection> {
-        (sqrt(x * x + y * y) <= self.b1)
-            .then(|| Reflection::of_lane(self.reflections(Portable, [x], [y])))
     }
 
     /// [`pixel`](Self::pixel) in every lane: (u, v), √(u² + v²).
@@ -101,8 +91,7 @@ impl SpheroidMirror {
         }
     }
 
-    /// The lines of sight through (x, y) of the screen. They start at the screen, so that a far
-    /// viewpoint costs no bits, and meet the mirror at the root s ≥ 0 of A·s² + 2·B·s + C.
+    /// The lines of sight through (x, y) of the screen, which start there.
     #[inline(always)]
     fn reflections<const W: usize, L: Lanes<W>>(
         &self,
@@ -158,45 +147,6 @@ impl Reflection {
         Self {
             point: vector(lanes.point),
             direction: vector(lanes.direction),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const NAMED: [SpheroidMirror; 5] = [
-        SpheroidMirror::PAPER_PARALLEL,
-        SpheroidMirror::PAPER_SPHERE,
-        SpheroidMirror::PAPER_SPHEROID,
-        SpheroidMirror::BEST_PARALLEL,
-        SpheroidMirror::BEST,
-    ];
-
-    #[test]
-    fn a_pixel_by_the_papers_mapping_is_a_point_of_the_screen() {
-        for mirror in NAMED {
-            let b1 = mirror.screen_radius();
-            let pixel = mirror.pixel(0.25, -0.5, Mapping::Screen);
-            assert_eq!(pixel, mirror.screen_point(0.25 * b1, -0.5 * b1));
-        }
-    }
-
-    #[test]
-    fn what_is_outside_the_disc_is_not_seen() {
-        for mirror in NAMED {
-            for (u, v) in [
-                (1.0f32.next_up(), 0.0),
-                (0.8, -0.7),
-                (f32::NAN, 0.0),
-                (0.0, f32::INFINITY),
-                (f32::MAX, f32::MAX),
-            ] {
-                assert_eq!(mirror.pixel(u, v, Mapping::Screen), None);
-                assert_eq!(mirror.pixel(u, v, Mapping::Exact), None);
-                assert_eq!(mirror.screen_point(u, v), None);
-            }
         }
     }
 }

@@ -69,12 +69,7 @@ pub(super) struct Sum {
 impl Sum {
     /// The sum of no samples.
     pub(super) const NONE: Self = Self {
-        pixel: Pixel {
-            red: 0.0,
-            green: 0.0,
-            blue: 0.0,
-            alpha: 0.0,
-        },
+        pixel: Pixel::NONE,
         balance: Balance::NONE,
     };
 

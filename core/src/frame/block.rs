@@ -20,6 +20,12 @@ pub(super) struct Rendering<'r, 'a, const W: usize, S> {
     pub(super) sight: &'r S,
 }
 
+impl<'r, 'a, const W: usize, S> Rendering<'r, 'a, W, S> {
+    pub(super) const fn parts(&self) -> (&'r Renderer<'a, W>, &'r View, &'r S) {
+        (self.renderer, self.view, self.sight)
+    }
+}
+
 impl Block {
     /// Renders the samples that are not begun, row by row, until the budget is spent.
     pub(super) fn render<const W: usize>(
@@ -135,16 +141,11 @@ impl Block {
     where
         Simd: Runs<W>,
     {
-        // A single sample lies in the middle of its pixel, several are spread over it.
-        let around = if renderer.settings.samples == 1 {
-            0.0
-        } else {
-            0.5
-        };
+        let around = spread(renderer.settings.samples);
         let first = self.at(0, 0, (-around, -around));
         let last = self.at(self.columns - 1, self.rows - 1, (around, around));
         let corners = || screen.corners_between(first, last);
-        self.reaches(renderer, screen.eye(), corners, budget, workspace)
+        self.reaches(renderer, screen.eye, corners, budget, workspace)
     }
 
     /// Renders all of its pixels, given that none sees an object.
@@ -255,11 +256,7 @@ impl Block {
     ) where
         Simd: Runs<W>,
     {
-        let Rendering {
-            renderer,
-            view,
-            sight,
-        } = *rendering;
+        let (renderer, view, sight) = rendering.parts();
         let samples = renderer.settings.samples;
         let offset = offset(0, samples);
         let corners = || self.corners(renderer.tracer.simd(), sight, offset);
@@ -296,8 +293,7 @@ impl Block {
         }
     }
 
-    /// Renders sample by sample; `reaches` says whether the first may hit anything. Where the
-    /// budget ends before the last sample, only what the first pixel has is kept.
+    /// Renders sample by sample; `reaches` says whether the first may hit anything.
     fn render_samples<const W: usize, S: OnePoint>(
         &self,
         rendering: &Rendering<'_, '_, W, S>,
@@ -309,15 +305,8 @@ impl Block {
     ) where
         Simd: Runs<W>,
     {
-        let Rendering {
-            renderer,
-            view,
-            sight,
-        } = *rendering;
-        let Renderer {
-            tracer, settings, ..
-        } = renderer;
-        let samples = settings.samples;
+        let (renderer, view, sight) = rendering.parts();
+        let (tracer, samples) = (&renderer.tracer, renderer.settings.samples);
         let mut detail = None;
         let mut sums = [[Sum::NONE; BLOCK as usize]; BLOCK as usize];
         for sample in 0..samples {
@@ -485,6 +474,11 @@ impl<S: OnePoint> Kernel<8> for RaysOf<'_, S> {
         }
         rays
     }
+}
+
+/// How far samples may be from their pixel's centre; a single one is there.
+pub(super) fn spread(samples: u16) -> f32 {
+    if samples == 1 { 0.0 } else { 0.5 }
 }
 
 /// Returns where in its pixel a sample lies, from the centre: Hammersley's points.

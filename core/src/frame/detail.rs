@@ -72,8 +72,7 @@ pub(super) struct OwnDetail {
 }
 
 impl BlockDetail {
-    /// The detail of the block around the pixel at `place`. `most` is the detail of level 1,
-    /// `rungs` the number of rungs of the scene's ladders.
+    /// The detail of the block around a pixel: `most` at level 1, on ladders of `rungs` rungs.
     pub(super) fn new(
         lod: &LevelOfDetail,
         simd: Simd,
@@ -226,8 +225,7 @@ pub(super) fn region_of(lod: &LevelOfDetail, view: &View, (x, y): (u32, u32), si
     ])
 }
 
-/// The levels of a block of the view's grid. Pixels past the view's borders
-/// repeat its last column and row.
+/// The levels of a block of the view's grid; its borders repeat.
 pub(super) struct BlockLevels {
     /// Levels by row, then column.
     levels: [[f32; SIDE]; SIDE],
@@ -357,9 +355,8 @@ impl<V: Directions> Kernel<8> for Levels<'_, V> {
     }
 }
 
-/// The rung of a ladder of polygon levels for each level: rays of a block share the rung of
-/// their middle level where that is within [`FACE_TOLERANCE`] of eq. 10, else those of a group
-/// of [`TileRays`] do, else each has its own. Level 1 sees the mesh itself.
+/// The rung for each level: a block shares one within [`FACE_TOLERANCE`] of eq. 10, else a group of
+/// [`TileRays`] does, else each ray has its own. Level 1 sees the mesh itself.
 pub(super) struct Ladder {
     /// Number of steps from the first rung to the last.
     steps: f32,

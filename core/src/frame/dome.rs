@@ -24,11 +24,7 @@ impl Block {
     ) where
         Simd: Runs<W>,
     {
-        let Rendering {
-            renderer,
-            view,
-            sight: dome,
-        } = *rendering;
+        let (renderer, view, dome) = rendering.parts();
         let (simd, samples) = (renderer.tracer.simd(), renderer.settings.samples);
         let mut detail = None;
         let mut traced = Traced::NONE;
@@ -169,7 +165,7 @@ impl Traced {
         Simd: Runs<W>,
     {
         let mut detail = [None; 8];
-        if rays.is_empty() {
+        if rays.seen == 0 {
             return Self {
                 rays,
                 detail,
@@ -185,8 +181,7 @@ impl Traced {
         Self { rays, detail, hits }
     }
 
-    /// Writes the first of a row's pixels if all rays are inside the rim and see past
-    /// everything; whether they do.
+    /// Writes the first pixels of a row if all rays see past everything; whether they do.
     fn write_past<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
@@ -205,7 +200,7 @@ impl Traced {
         }
         let past = RowPast {
             background: renderer.tracer.scene().background(),
-            directions: self.rays.directions(),
+            directions: &self.rays.directions,
         };
         let Some(past) = <Simd as Runs<8>>::run(renderer.tracer.simd(), past) else {
             return false;

@@ -16,8 +16,7 @@ use glam::Vec3;
 pub enum Fill<'p> {
     /// What is seen in their direction from the place of a capture.
     Surroundings(Surroundings<'p>),
-    /// As many pixels as the tile has, in its rows, such as those of the frame
-    /// before.
+    /// As many pixels as the tile has, in rows, such as those of the frame before.
     Pixels(&'p [Pixel]),
 }
 
@@ -35,18 +34,14 @@ pub struct Surroundings<'p> {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum SurroundingsError {
     /// The pose or the size of the dome masters is not valid.
     #[error(transparent)]
     Dome(#[from] DomeError),
     /// The number of pixels is not that of a picture.
     #[error("a hemisphere has {needed} pixels, {given} were given")]
-    Pixels {
-        /// How many it has.
-        needed: usize,
-        /// How many were given.
-        given: usize,
-    },
+    Pixels { needed: usize, given: usize },
 }
 
 impl<'p> Surroundings<'p> {
@@ -372,27 +367,12 @@ impl<V: Directions> Kernel<8> for Find<'_, V> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::LevelOfDetail;
-    use crate::gaze::{Gaze, LineOfSight, VisualField};
-    use glam::Mat3;
 
     // Fewer under Miri, which is slow.
     const SIDE: u32 = if cfg!(miri) { 8 } else { 32 };
     const AREA: usize = (SIDE * SIDE) as usize;
 
-    const WHITE: Pixel = Pixel {
-        red: 1.0,
-        green: 1.0,
-        blue: 1.0,
-        alpha: 1.0,
-    };
-
-    fn pose() -> DomePose {
-        DomePose {
-            position: Vec3::ZERO,
-            room_from_capture: Mat3::IDENTITY,
-        }
-    }
+    const POSE: DomePose = DomePose::over_room(Vec3::ZERO);
 
     /// Hemispheres in which each pixel shows its direction, from 0 to 1.
     fn directions(views: &[View; 2]) -> [[Pixel; AREA]; 2] {
@@ -413,15 +393,9 @@ mod tests {
         })
     }
 
-    /// A cube's side around the eye, which looks at its middle.
-    fn wall(towards: Vec3, right: Vec3, pixels: u32) -> View {
-        let step = 2.0 / pixels as f32;
-        let down = towards.cross(right);
-        let first = towards - (right + down) * (1.0 - 0.5 * step);
-        View::new(Vec3::ZERO, first, right * step, down * step, [pixels; 2]).unwrap()
-    }
-
+    /// The sides of a cube around the eye.
     fn walls(pixels: u32) -> [View; 6] {
+        let step = 2.0 / pixels as f32;
         [
             (Vec3::X, Vec3::Z),
             (Vec3::NEG_X, Vec3::NEG_Z),
@@ -430,14 +404,18 @@ mod tests {
             (Vec3::Y, Vec3::X),
             (Vec3::NEG_Y, Vec3::X),
         ]
-        .map(|(towards, right)| wall(towards, right, pixels))
+        .map(|(towards, right)| {
+            let down = towards.cross(right);
+            let first = towards - (right + down) * (1.0 - 0.5 * step);
+            View::new(Vec3::ZERO, first, right * step, down * step, [pixels; 2]).unwrap()
+        })
     }
 
     #[test]
     fn every_direction_is_found_across_both_rims() {
-        let views = Surroundings::views(pose(), SIDE).unwrap();
+        let views = Surroundings::views(POSE, SIDE).unwrap();
         let [ahead, behind] = directions(&views);
-        let surroundings = Surroundings::new(pose(), SIDE, [&ahead, &behind]).unwrap();
+        let surroundings = Surroundings::new(POSE, SIDE, [&ahead, &behind]).unwrap();
         let pixels = if cfg!(miri) { 8 } else { 64 };
         let mut worst = 0f32;
         let walls = walls(pixels);
@@ -465,7 +443,7 @@ mod tests {
     #[test]
     fn pictures_of_another_size_are_refused() {
         let pixels = [Pixel::default(); 16];
-        let new = |side, behind| Surroundings::new(pose(), side, [&pixels, behind]).unwrap_err();
+        let new = |side, behind| Surroundings::new(POSE, side, [&pixels, behind]).unwrap_err();
         assert_eq!(
             new(4, &pixels[..15]),
             SurroundingsError::Pixels {
@@ -478,36 +456,23 @@ mod tests {
 
     #[test]
     fn places_next_to_a_pole_are_inside_pictures_of_a_single_pixel() {
-        let pixels = [WHITE; 9];
+        let opaque = Pixel {
+            alpha: 1.0,
+            ..Pixel::NONE
+        };
+        let pixels = [opaque; 9];
         for side in 1..=3 {
             let pixels = &pixels[..(side * side) as usize];
-            let surroundings = Surroundings::new(pose(), side, [pixels, pixels]).unwrap();
+            let surroundings = Surroundings::new(POSE, side, [pixels, pixels]).unwrap();
             for tiny in [0.0, 1.0e-45, 1.0e-30, 1.0e-10] {
                 for right in [tiny, -tiny] {
                     let eye = Vec3::ZERO;
-                    let first = Vec3::new(right, tiny, -1.0);
-                    let view = View::new(eye, first, Vec3::X, Vec3::Y, [8, 1]).unwrap();
+                    let first = Vec3::new(right, 1.0, tiny);
+                    let view = View::new(eye, first, Vec3::X, Vec3::Z, [8, 1]).unwrap();
                     let places = surroundings.places(Simd::PORTABLE, &view, 0, 0);
-                    assert_eq!(surroundings.at(places.at(0)), WHITE);
+                    assert_eq!(surroundings.at(places.at(0)), opaque);
                 }
             }
         }
-    }
-
-    #[test]
-    fn a_pixel_goes_over_into_the_fill_towards_the_border() {
-        assert_eq!(
-            (own_share(0.0), own_share(BLEND), own_share(1.0)),
-            (0.0, 1.0, 1.0)
-        );
-        assert_eq!(own_share(0.5 * BLEND), 0.5);
-        let shares = (0..=100).map(|i| own_share(BLEND * i as f32 / 100.0));
-        assert!(shares.is_sorted());
-        let sight = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).unwrap();
-        let lod = LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER));
-        assert!(BlockLevels::OUTSIDE.reaches_the_border());
-        let ahead = wall(Vec3::NEG_Z, Vec3::X, 64);
-        let levels = BlockLevels::new(&lod, Simd::PORTABLE, &ahead, (32, 32));
-        assert!(!levels.reaches_the_border());
     }
 }

@@ -91,8 +91,7 @@ impl Piece {
 }
 
 impl Block {
-    /// Gives its pixels from number `first` on what a ray sees that meets nothing,
-    /// however many rows they are.
+    /// Gives its pixels from number `first` on what a ray sees that meets nothing.
     fn show_background<const W: usize>(
         &self,
         first: u32,
@@ -214,8 +213,7 @@ where
     }
 }
 
-/// The largest power of two of pixels between a square's samples that the acuity does not
-/// make out; 1 where a corner is outside a dome master's rim.
+/// The largest stride that the acuity does not make out; 1 at a dome master's rim.
 fn stride(acuity: &Acuity, gaze: &Gaze, view: &View, (x, y): (u32, u32), side: u32) -> u32 {
     let towards = |right: u32, below: u32| {
         let place = |first: u32, by: u32| (first + by) as f32 - 0.5;

@@ -79,27 +79,17 @@ impl Place {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum FrameError {
     /// Tiles of no pixels, or of more than [`FrameJob::LARGEST_TILE`] a side.
     #[error("tiles have 1 to {} pixels a side, not {side}", FrameJob::LARGEST_TILE)]
-    TileSize {
-        /// Pixels a side that were asked for.
-        side: u32,
-    },
+    TileSize { side: u32 },
     /// No pictures, or more than 65,535.
     #[error("a frame has 1 to 65535 pictures, not {count}")]
-    Pictures {
-        /// Number of pictures.
-        count: usize,
-    },
+    Pictures { count: usize },
     /// There is room for fewer tiles than the frame has.
     #[error("the frame has {needed} tiles, but there is room for {given}")]
-    Places {
-        /// Number of tiles.
-        needed: usize,
-        /// Number of tiles that there is room for.
-        given: usize,
-    },
+    Places { needed: usize, given: usize },
 }
 
 /// What a call of [`FrameJob::render`] left behind.
@@ -113,8 +103,7 @@ pub enum Progress {
         part: usize,
         /// Which pixels these are.
         tile: Tile,
-        /// Whether the frame's budget lasted; if not, some or all of its
-        /// pixels show what a ray sees that meets nothing.
+        /// Whether the budget lasted; if not, pixels show what a ray sees that meets nothing.
         whole: bool,
     },
     /// The call's budget ran out; call again to go on where it stopped.

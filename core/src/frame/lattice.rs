@@ -6,6 +6,7 @@ mod grid;
 mod piece;
 
 use super::begun::Begun;
+use super::block::spread;
 use super::tile::{BLOCK, Target};
 use super::view::{Kind, Screen, View};
 use super::{LevelOfDetail, Renderer};
@@ -71,12 +72,7 @@ struct Seeing<'r, 'a, const W: usize> {
 
 impl Node {
     const SKIPPED: Self = Self {
-        pixel: Pixel {
-            red: 0.0,
-            green: 0.0,
-            blue: 0.0,
-            alpha: 0.0,
-        },
+        pixel: Pixel::NONE,
         class: SKIPPED,
     };
 
@@ -318,8 +314,7 @@ fn between(none: &Pixel, all: &Pixel, share: f32) -> Pixel {
     }
 }
 
-/// What is seen between four corners, from those of the nearest corner's class; `None` past
-/// all objects.
+/// What is seen between four corners: `None` past all objects.
 fn seen_between(corners: &[&Node; 4], right: f32, down: f32) -> Option<Pixel> {
     let (left, up) = (1.0 - right, 1.0 - down);
     let shares = [left * up, right * up, left * down, right * down];
@@ -375,12 +370,7 @@ impl Piece {
     where
         Simd: Runs<W>,
     {
-        // A single sample lies in the middle of its pixel, several are spread over it.
-        let around = if renderer.settings.samples == 1 {
-            0.0
-        } else {
-            0.5
-        };
+        let around = spread(renderer.settings.samples);
         let ((x, y), side) = (self.corner, self.side);
         let [left, top] = [x, y].map(|first| first as f32 - around);
         let [right, below] = [x + side, y + side].map(|last| last as f32 + around);
@@ -388,7 +378,7 @@ impl Piece {
         let corners = corners.map(|(x, y)| screen.direction(x, y));
         renderer
             .tracer
-            .may_hit(screen.eye(), &corners, budget, workspace)
+            .may_hit(screen.eye, &corners, budget, workspace)
     }
 
     /// Where the samples of its square lie in the field.
@@ -424,21 +414,15 @@ where
 
     /// Detail of the pixel at a place, which may be past the view's borders.
     fn detail(&self, (x, y): (u32, u32)) -> Option<RayDetail> {
-        let Self {
-            renderer,
-            view,
-            lod,
-            region,
-            is_inside,
-        } = self;
-        let most = renderer.most;
-        match region {
+        let most = self.renderer.most;
+        match self.region {
             Region::Outside => None,
             Region::Central => Some(most),
-            _ if *is_inside && !lod.bounces && !lod.faces => Some(most),
+            _ if self.is_inside && !self.lod.bounces && !self.lod.faces => Some(most),
             _ => {
+                let view = self.view;
                 let (x, y) = (x.min(view.columns() - 1), y.min(view.rows() - 1));
-                let block = renderer.block_detail(Region::Mixed, view, x, y);
+                let block = self.renderer.block_detail(Region::Mixed, view, x, y);
                 block.at(x % BLOCK, y % BLOCK)
             }
         }

@@ -65,18 +65,14 @@ impl Tile {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum TileError {
     /// The tile is empty or not inside the view.
     #[error("the tile is empty or not inside the view")]
     Outside,
     /// The number of pixels given is not the tile's.
     #[error("the tile has {needed} pixels, but there is room for {given}")]
-    Pixels {
-        /// The tile's number of pixels.
-        needed: usize,
-        /// The number of pixels given.
-        given: usize,
-    },
+    Pixels { needed: usize, given: usize },
 }
 
 /// Pixels a side.

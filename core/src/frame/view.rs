@@ -87,16 +87,16 @@ impl View {
     /// Pixels in a row.
     pub const fn columns(&self) -> u32 {
         match &self.0 {
-            Kind::Screen(screen) => screen.columns(),
-            Kind::Dome(dome) => dome.side(),
+            Kind::Screen(screen) => screen.columns,
+            Kind::Dome(dome) => dome.side,
         }
     }
 
     /// Pixels in a column.
     pub const fn rows(&self) -> u32 {
         match &self.0 {
-            Kind::Screen(screen) => screen.rows(),
-            Kind::Dome(dome) => dome.side(),
+            Kind::Screen(screen) => screen.rows,
+            Kind::Dome(dome) => dome.side,
         }
     }
 
@@ -109,8 +109,8 @@ impl View {
     /// is taken: metres. Rays off a mirror start all around it.
     pub const fn eye(&self) -> Vec3 {
         match &self.0 {
-            Kind::Screen(screen) => screen.eye(),
-            Kind::Dome(dome) => dome.position(),
+            Kind::Screen(screen) => screen.eye,
+            Kind::Dome(dome) => dome.pose.position,
         }
     }
 
@@ -155,8 +155,7 @@ pub(super) trait OnePoint {
     /// Towards a point of the picture, in pixels from the centre of the first.
     fn towards(&self, x: f32, y: f32) -> Vec3;
 
-    /// Eight columns from `x` on, at an offset from their pixels' centres. Those past
-    /// the picture's borders may be any.
+    /// Eight columns from `x` on, at an offset from the centres; past the border any.
     fn columns_at<L: Lanes<8>>(&self, l: L, x: u32, dx: f32) -> Self::Columns<L::F>;
 
     /// Towards a row's pixels: the bits of [`towards`](Self::towards).
@@ -168,8 +167,7 @@ pub(super) trait OnePoint {
         dy: f32,
     ) -> [L::F; 3];
 
-    /// Four directions between which, component by component, those of a block's pixels
-    /// are, from its first to its last, at an offset from their centres.
+    /// Four directions between whose components those of a block's pixels are, at an offset.
     fn corners(
         &self,
         simd: Simd,
@@ -181,9 +179,8 @@ pub(super) trait OnePoint {
 
 /// Directions of pixels, eight at a time.
 pub(super) trait Directions {
-    /// Directions to the centres of eight pixels of a row from `(x, y)` on. Pixels past
-    /// the picture's borders repeat its last column and row; pixels outside a rim have the
-    /// direction of its nearest point.
+    /// Directions of eight pixels of a row from `(x, y)` on. Borders repeat; outside a rim its
+    /// nearest point counts.
     fn directions<L: Lanes<8>>(&self, l: L, place: (u32, u32)) -> [L::F; 3];
 
     /// The same for one pixel.

@@ -22,27 +22,21 @@ pub struct Acuity {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum AcuityError {
     /// A slope that is not from 0 to [`Acuity::STEEPEST`].
     #[error(
         "acuity cannot fall by {slope} radians a radian: give 0 to {}",
         Acuity::STEEPEST
     )]
-    Slope {
-        /// The slope given.
-        slope: f32,
-    },
-    /// A least angle that is not from [`Acuity::FINEST`] to
-    /// [`Acuity::COARSEST`].
+    Slope { slope: f32 },
+    /// A least angle that is not from [`Acuity::FINEST`] to [`Acuity::COARSEST`].
     #[error(
         "the least angle that is seen cannot be {fovea} rad: give {} to {} rad",
         Acuity::FINEST,
         Acuity::COARSEST
     )]
-    Fovea {
-        /// The angle given, radians.
-        fovea: f32,
-    },
+    Fovea { fovea: f32 },
 }
 
 impl Acuity {
@@ -167,60 +161,29 @@ mod tests {
     }
 
     #[test]
-    fn the_least_angle_is_a_line() {
-        let degrees = |angle: f32| Acuity::GUENTER.least_angle(angle.to_radians()).to_degrees();
-        for e in [0.0, 1.0, 10.0, 100.0, 180.0] {
-            assert!((degrees(e) - (0.0275 * e + 1.0 / 48.0)).abs() < 1e-5, "{e}");
+    fn the_least_angle_is_a_line_that_can_be_steeper_or_begin_farther_out() {
+        let acuity = Acuity::GUENTER;
+        for e in [0.0f32, 1.0, 10.0, 100.0, 180.0] {
+            let degrees = acuity.least_angle(e.to_radians()).to_degrees();
+            assert!((degrees - (0.0275 * e + 1.0 / 48.0)).abs() < 1e-5, "{e}");
         }
-        let acuity = Acuity::GUENTER;
-        assert_eq!(acuity.least_angle(-1.0), acuity.fovea());
-        assert_eq!(acuity.least_angle(f32::NAN), acuity.fovea());
-        let most = acuity.least_angle(PI);
-        assert_eq!(acuity.least_angle(f32::INFINITY), most);
-    }
-
-    #[test]
-    fn steeper_beyond_is_as_fine_up_to_there() {
-        let acuity = Acuity::GUENTER;
+        let near = |found: f32, expected: f32| assert!((found - expected).abs() < 1e-8);
+        let (twice, around) = (acuity.steeper(2.0), acuity.around(0.1));
+        near(twice.least_angle(0.2), acuity.least_angle(0.4));
+        near(around.least_angle(0.3), acuity.least_angle(0.2));
+        assert_eq!(around.least_angle(0.1), acuity.fovea());
         let beyond = acuity.steeper_beyond(3.0, 0.1);
-        for e in [0.0, 0.05, 0.1] {
-            assert_eq!(beyond.least_angle(e), acuity.least_angle(e));
-        }
-        let expected = acuity.least_angle(0.5) + 2.0 * acuity.slope() * 0.4;
-        assert!((beyond.least_angle(0.5) - expected).abs() < 1e-8);
-        assert_eq!(beyond.slope(), acuity.slope());
-        for none in [1.0, 0.5, f32::NAN] {
-            assert_eq!(acuity.steeper_beyond(none, 0.1), acuity);
-        }
-        for nowhere in [-1.0, f32::NAN] {
-            let steeper = acuity.steeper_beyond(2.0, nowhere).least_angle(0.5);
-            assert!((steeper - acuity.steeper(2.0).least_angle(0.5)).abs() < 1e-8);
-        }
-        assert_eq!(
-            acuity.steeper_beyond(2.0, f32::INFINITY).least_angle(PI),
-            acuity.least_angle(PI)
+        assert_eq!(beyond.least_angle(0.1), acuity.least_angle(0.1));
+        near(
+            beyond.least_angle(0.5),
+            acuity.least_angle(0.5) + 0.8 * acuity.slope(),
         );
-    }
-
-    #[test]
-    fn steeper_is_coarser_beside_the_line_of_sight_only() {
-        let acuity = Acuity::GUENTER;
-        let twice = acuity.steeper(2.0);
-        assert_eq!(twice.least_angle(0.0), acuity.least_angle(0.0));
-        assert_eq!(twice.slope(), 0.055);
-        for none in [1.0, 0.5, -1.0, f32::NAN] {
+        for none in [1.0, 0.5, f32::NAN] {
             assert_eq!(acuity.steeper(none), acuity);
+            assert_eq!(acuity.steeper_beyond(none, 0.1), acuity);
+            assert_eq!(acuity.around(none.min(0.0)), acuity);
         }
         assert_eq!(acuity.steeper(f32::INFINITY).slope(), Acuity::STEEPEST);
-        let around = acuity.around(0.1);
-        assert_eq!(around.least_angle(0.1), acuity.fovea());
-        assert!((around.least_angle(0.3) - acuity.least_angle(0.2)).abs() < 1e-8);
-        for none in [0.0, -1.0, f32::NAN] {
-            assert_eq!(acuity.around(none), acuity);
-        }
-        assert_eq!(acuity.around(f32::INFINITY).least_angle(PI), acuity.fovea());
-        let flat = Acuity::new(0.0, 0.001).unwrap();
-        assert_eq!(flat.steeper(1.0e30), flat);
     }
 
     #[test]

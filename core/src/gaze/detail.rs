@@ -65,18 +65,14 @@ pub struct FaceRange {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum FaceRangeError {
     /// A least number of 0.
     #[error("a mesh cannot be shown with 0 faces: give at least 1")]
     Zero,
     /// A least number above the most.
     #[error("the least number of faces, {min}, is above the most, {max}: exchange them")]
-    Reversed {
-        /// The least.
-        min: u32,
-        /// The most.
-        max: u32,
-    },
+    Reversed { min: u32, max: u32 },
 }
 
 impl FaceRange {
@@ -116,15 +112,9 @@ mod tests {
 
     #[test]
     fn levels_are_from_0_to_1() {
-        for bad in [
-            f32::NAN,
-            -f32::MIN_POSITIVE,
-            1.0 + f32::EPSILON,
-            f32::INFINITY,
-        ] {
+        for bad in [f32::NAN, -1.0e-9, 1.0f32.next_up(), f32::INFINITY] {
             assert_eq!(Detail::of_level(bad), None);
         }
-        assert_eq!(Detail::of_level(1.0), Some(Detail::FULL));
         assert!(!detail(0.0).is_traced() && !detail(-0.0).is_traced());
         assert!(detail(f32::from_bits(1)).is_traced());
     }
@@ -137,33 +127,24 @@ mod tests {
             assert_eq!(detail(below).bounces(most), most - 1);
             assert_eq!(detail(0.0).bounces(most), 0);
         }
-        assert_eq!(detail(1.0 / 7.0).bounces(3), 0);
-        assert_eq!(detail(0.34).bounces(3), 1);
-        assert_eq!(detail(0.66).bounces(3), 1);
-        assert_eq!(detail(0.67).bounces(3), 2);
-        assert_eq!(Detail::FULL.bounces(0), 0);
+        assert_eq!(
+            [0.14, 0.34, 0.66, 0.67].map(|l| detail(l).bounces(3)),
+            [0, 1, 1, 2]
+        );
     }
 
     #[test]
     fn faces_go_in_pairs_from_the_least_to_the_most() {
+        assert_eq!(FaceRange::new(0, 5), Err(FaceRangeError::Zero));
+        let error = FaceRangeError::Reversed { min: 6, max: 5 };
+        assert_eq!(FaceRange::new(6, 5), Err(error));
         let cow = FaceRange::new(500, 5804).unwrap();
-        assert_eq!(detail(0.0).faces(cow), 500);
         assert_eq!(detail(0.5).faces(cow), 3152);
-        assert_eq!(Detail::FULL.faces(cow), 5804);
         for (min, max) in [(1, 1), (1, 2), (4, 9), (1, u32::MAX), (u32::MAX, u32::MAX)] {
             let range = FaceRange::new(min, max).unwrap();
             assert_eq!(detail(0.0).faces(range), min);
             assert_eq!(Detail::FULL.faces(range), max);
         }
-    }
-
-    #[test]
-    fn a_range_needs_a_face_and_an_order() {
-        assert_eq!(FaceRange::new(0, 5), Err(FaceRangeError::Zero));
-        let error = FaceRange::new(6, 5).unwrap_err();
-        assert_eq!(error, FaceRangeError::Reversed { min: 6, max: 5 });
-        let range = FaceRange::new(5, 6).unwrap();
-        assert_eq!((range.min(), range.max()), (5, 6));
     }
 
     #[test]
@@ -178,7 +159,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn faces_are_equation_10(level in 0f32..=1.0, min in 1u32..100_000, more in 0u32..1_000_000) {
+        fn faces_are_equation_10(level in 0f32..=1.0, min in 1u32..9999, more in 0u32..1_000_000) {
             let range = FaceRange::new(min, min + 2 * more).unwrap();
             let exact = f64::from(level) * f64::from(more);
             let found = f64::from(detail(level).faces(range) - min) / 2.0;

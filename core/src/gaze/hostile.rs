@@ -1,8 +1,8 @@
 //! Gazes of any numbers, for tests.
 
 use super::{Boundary, Gaze, LineOfSight, VisualField, VisualFieldLimits};
-use crate::Simd;
 use crate::hostile::{Numbers, finite, finite_or_error, is_unit, torment};
+use crate::simd::{Kernel, Lanes, Runs, Simd};
 use glam::Vec3;
 use std::vec::Vec;
 
@@ -41,11 +41,23 @@ pub(crate) fn gazes(n: &mut Numbers) -> Vec<Gaze> {
     gazes
 }
 
+/// The levels of eight directions.
+struct Levels<'g>(&'g Gaze, [[f32; 8]; 3]);
+
+impl Kernel<8> for Levels<'_> {
+    type Output = [f32; 8];
+
+    #[inline(always)]
+    fn run<L: Lanes<8>>(self, l: L) -> [f32; 8] {
+        l.store(self.0.levels(l, self.1.map(|axis| l.load(&axis))))
+    }
+}
+
 #[test]
 fn gazes_of_any_numbers_have_levels_from_0_to_1() {
     torment(|n| {
         let direction = n.vector([0.1, 0.2, -1.0]);
-        let [x, y, z] = [0.1, 0.2, -1.0].map(|usual| [(); 9].map(|()| n.next(usual)));
+        let [x, y, z] = [0.1, 0.2, -1.0].map(|usual| [(); 8].map(|()| n.next(usual)));
         for gaze in gazes(n) {
             finite(&(gaze, gaze.sight(direction)));
             let level = gaze.level(direction);
@@ -54,8 +66,7 @@ fn gazes_of_any_numbers_have_levels_from_0_to_1() {
                 direction.is_finite() && direction != Vec3::ZERO
             );
             assert!(level.is_none_or(|level| (0.0..=1.0).contains(&level)));
-            let mut levels = [7.0; 9];
-            gaze.levels_of_row(Simd::detect(), &x, &y, &z, &mut levels);
+            let levels = <Simd as Runs<8>>::run(Simd::detect(), Levels(&gaze, [x, y, z]));
             for (lane, level) in levels.into_iter().enumerate() {
                 let own = gaze.level(Vec3::new(x[lane], y[lane], z[lane]));
                 assert_eq!(level.to_bits(), own.unwrap_or(0.0).to_bits());

@@ -1,6 +1,6 @@
 use super::{Boundary, LineOfSight, VisualField, VisualFieldLimits};
 use crate::numeric::{arctangent, max, min, scale_to_one, sqrt, tangent};
-use crate::simd::{Kernel, Lanes, Portable, Runs, Simd, dot};
+use crate::simd::{Lanes, Portable, dot};
 use core::f32::consts::{FRAC_1_SQRT_2, PI};
 use glam::Vec3;
 
@@ -30,8 +30,7 @@ struct Scales {
     right: f32,
 }
 
-/// What the squares of a direction's components decide without its angles, to the same bit:
-/// bounds that are [`Bands::SLACK`] inside their zones.
+/// Bounds of squared components, [`Bands::SLACK`] inside their zones, that need no angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Bands {
     /// In front, `r² + u² ≤ central·f²` is central.
@@ -52,18 +51,11 @@ impl Bands {
     const LEAST_SQUARE: f32 = 1.0e-36;
 
     fn new(limits: VisualFieldLimits) -> Self {
-        let VisualFieldLimits {
-            central,
-            up,
-            down,
-            left,
-            right,
-        } = limits;
         let tangent_squared = |angle: f32| {
             let tangent = tangent(angle);
             tangent * tangent
         };
-        let side = max(left, right);
+        let side = max(limits.left, limits.right);
         let steepest = 1.57;
         // The printed curve is highest beside the axis where the sides reach
         // far: solve l⁴ = A²·m_α² + B²·m_β² for the greatest m_β.
@@ -83,13 +75,13 @@ impl Bands {
         };
         // Where hypot(r, u)/f is t, l lies between atan t, on the axes, and
         // √2·atan(t/√2), midway between them.
-        let central = max(central - Self::SLACK, 0.0) * FRAC_1_SQRT_2;
+        let central = max(limits.central - Self::SLACK, 0.0) * FRAC_1_SQRT_2;
         // No direction in the boundary has a larger m_α than its largest limit.
-        let widest = min(max(side, max(up, down)) + Self::SLACK, PI);
+        let widest = min(max(side, max(limits.up, limits.down)) + Self::SLACK, PI);
         Self {
             central: 2.0 * tangent_squared(central),
-            above: highest(up),
-            below: highest(down),
+            above: highest(limits.up),
+            below: highest(limits.down),
             behind: tangent_squared(min(PI - widest, steepest)),
         }
     }
@@ -149,13 +141,7 @@ impl Gaze {
 
     /// The gaze of a viewer with this line of sight and visual field.
     pub fn new(sight: LineOfSight, field: VisualField) -> Self {
-        let VisualFieldLimits {
-            up,
-            down,
-            left,
-            right,
-            ..
-        } = field.limits();
+        let limits = field.limits();
         let scale = |limit: f32| match field.boundary() {
             Boundary::Printed => limit * limit,
             Boundary::Ellipse => 1.0 / (limit * limit),
@@ -164,12 +150,12 @@ impl Gaze {
             sight,
             field,
             scales: Scales {
-                up: scale(up),
-                down: scale(down),
-                left: scale(left),
-                right: scale(right),
+                up: scale(limits.up),
+                down: scale(limits.down),
+                left: scale(limits.left),
+                right: scale(limits.right),
             },
-            bands: Bands::new(field.limits()),
+            bands: Bands::new(limits),
         }
     }
 
@@ -225,19 +211,7 @@ impl Gaze {
         })
     }
 
-    /// The levels of a row of rays, by the components of their directions, as
-    /// [`level`](Self::level) gives them; 0 where it gives none. As many as
-    /// the shortest slice has; the rest of `levels` stays as it is.
-    pub fn levels_of_row(&self, simd: Simd, x: &[f32], y: &[f32], z: &[f32], levels: &mut [f32]) {
-        simd.run(Row {
-            gaze: self,
-            directions: [x, y, z],
-            levels,
-        });
-    }
-
-    /// The region of all directions between four: each region is a convex cone, so that its
-    /// corners decide.
+    /// The region of all directions between four: regions are convex cones.
     pub(crate) fn region_between(&self, corners: &[Vec3; 4]) -> Region {
         const ALL: u32 = 0b1111;
         let l = Portable;
@@ -300,20 +274,14 @@ impl Gaze {
 
     /// Whether l < L in all of a rectangle: by eq. 7 the corners decide.
     fn holds(&self, field: &Rectangle) -> bool {
-        let VisualFieldLimits {
-            up,
-            down,
-            left,
-            right,
-            ..
-        } = self.field.limits();
+        let limits = self.field.limits();
         let square = |(angle, limit): (f32, f32)| {
             // Not 0, where l and its bound would be equal.
             let angle = max(angle, Bands::SLACK);
             (angle * angle, limit * limit)
         };
-        let sides = [(-field.left, left), (field.right, right)].map(square);
-        let heights = [(-field.below, down), (field.above, up)].map(square);
+        let sides = [(-field.left, limits.left), (field.right, limits.right)].map(square);
+        let heights = [(-field.below, limits.down), (field.above, limits.up)].map(square);
         sides.into_iter().all(|(a, side)| {
             heights.into_iter().all(|(b, height)| {
                 let corner = match self.field.boundary() {
@@ -325,20 +293,13 @@ impl Gaze {
         })
     }
 
-    /// Bounds of the levels in a rectangle: they fall with l and grow with L, which is between
-    /// its values at the two corners that are farthest along either axis.
+    /// Bounds of the levels in a rectangle, from its corners: levels fall with l and grow with L.
     pub(crate) fn levels_within(&self, field: &Rectangle) -> (f32, f32) {
         let limits = self.field.limits();
-        let Rectangle {
-            left,
-            right,
-            below,
-            above,
-        } = *field;
-        let (least_alpha, most_alpha) = magnitudes(left, right);
-        let (least_beta, most_beta) = magnitudes(below, above);
-        let sides = touched((left, limits.left), (right, limits.right));
-        let heights = touched((below, limits.down), (above, limits.up));
+        let (least_alpha, most_alpha) = magnitudes(field.left, field.right);
+        let (least_beta, most_beta) = magnitudes(field.below, field.above);
+        let sides = touched((field.left, limits.left), (field.right, limits.right));
+        let heights = touched((field.below, limits.down), (field.above, limits.up));
         let boundary = |alpha: f32, beta: f32, side: f32, height: f32| {
             let (a, b) = (alpha * alpha, beta * beta);
             let (side, height) = (side * side, height * height);
@@ -467,15 +428,9 @@ impl Gaze {
         [alpha, beta]: [L::F; 2],
         [right, up]: [L::F; 2],
     ) -> (L::F, L::F) {
-        let Scales {
-            up: above,
-            down: below,
-            left: to_left,
-            right: to_right,
-        } = self.scales;
-        let zero = l.splat(0.0);
-        let across = l.select(l.le(zero, right), l.splat(to_right), l.splat(to_left));
-        let along = l.select(l.le(zero, up), l.splat(above), l.splat(below));
+        let (to, zero) = (self.scales, l.splat(0.0));
+        let across = l.select(l.le(zero, right), l.splat(to.right), l.splat(to.left));
+        let along = l.select(l.le(zero, up), l.splat(to.up), l.splat(to.down));
         let (alpha, beta) = (l.mul(alpha, alpha), l.mul(beta, beta));
         let square = l.add(alpha, beta);
         let weighted = l.add(l.mul(alpha, across), l.mul(beta, along));
@@ -520,34 +475,6 @@ fn angles<const W: usize, L: Lanes<W>>(l: L, [f, r, u]: [L::F; 3]) -> (L::F, L::
     let beta = arctangent(l, l.abs(u), ahead);
     let behind = l.sub(l.splat(PI), alpha);
     (l.select(l.le(l.splat(0.0), f), alpha, behind), beta)
-}
-
-struct Row<'a> {
-    gaze: &'a Gaze,
-    directions: [&'a [f32]; 3],
-    levels: &'a mut [f32],
-}
-
-impl Kernel<8> for Row<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes<8>>(self, l: L) {
-        let [x, y, z] = self.directions;
-        let count = x.len().min(y.len()).min(z.len()).min(self.levels.len());
-        let [x, y, z] = [x, y, z].map(|slice| slice.get(..count).unwrap_or_default());
-        let levels = self.levels.get_mut(..count).unwrap_or_default();
-        let (eights, rest) = levels.as_chunks_mut::<8>();
-        let ((x, last_x), (y, last_y), (z, last_z)) =
-            (x.as_chunks::<8>(), y.as_chunks::<8>(), z.as_chunks::<8>());
-        for (((levels, x), y), z) in eights.iter_mut().zip(x).zip(y).zip(z) {
-            let direction = [l.load(x), l.load(y), l.load(z)];
-            *levels = l.store(self.gaze.levels(l, direction));
-        }
-        for (((level, x), y), z) in rest.iter_mut().zip(last_x).zip(last_y).zip(last_z) {
-            *level = self.gaze.level(Vec3::new(*x, *y, *z)).unwrap_or(0.0);
-        }
-    }
 }
 
 #[cfg(test)]

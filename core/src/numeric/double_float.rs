@@ -4,8 +4,9 @@ use super::sqrt;
 /// Floating-Point Technique for Extending the Available Precision", 1971).
 #[derive(Clone, Copy)]
 pub(crate) struct DoubleFloat {
-    high: f32,
-    low: f32,
+    /// The nearest f32 to the number, which is all but for the last digits.
+    pub(crate) high: f32,
+    pub(crate) low: f32,
 }
 
 impl From<f32> for DoubleFloat {
@@ -57,16 +58,6 @@ impl DoubleFloat {
         let estimate = Self::from(1.0 / sqrt(self.high));
         let residue = Self::from(1.0).add(estimate.multiply(estimate).multiply(self).negate());
         estimate.add(estimate.multiply(residue).multiply(Self::from(0.5)))
-    }
-
-    /// The nearest f32 to the number, which is all but for the last digits.
-    pub(crate) const fn high(self) -> f32 {
-        self.high
-    }
-
-    /// What [`high`](Self::high) lacks.
-    pub(crate) const fn low(self) -> f32 {
-        self.low
     }
 
     /// The sum of some numbers within an ulp, however many digits cancel (Ogita, Rump & Oishi,

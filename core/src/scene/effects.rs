@@ -11,22 +11,18 @@ bitflags::bitflags! {
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
     #[repr(transparent)]
     pub struct EffectSet: u32 {
-        /// What occludes keeps light from what is lit. Without it, lights shine
-        /// through everything.
+        /// Shadows. Without it, lights shine through everything.
         const SHADOWS = 1 << 16;
         /// Mirrors. Without it, nothing is added to what lights give them.
         const REFLECTION = effect::REFLECTION;
-        /// Clear bodies, and what their borders reflect. Without it, they are
-        /// opaque, and nothing is added to what lights give them.
+        /// Clear bodies and their reflections. Without it, they are opaque, lit by lights only.
         const REFRACTION = effect::REFRACTION;
-        /// Clear bodies bend each wavelength its own way. Without it, they have the
-        /// index of the d line for all. Whether it is carried out, and with how many
-        /// wavelengths, is also the renderer's choice.
+        /// Clear bodies bend each wavelength its own way, if the renderer has wavelengths, too.
+        /// Without it, they have the index of the d line for all.
         const DISPERSION = effect::DISPERSION;
         /// Clear bodies take light away along the way. Without it, they do not.
         const ABSORPTION = effect::ABSORPTION;
-        /// Lights that have a size are looked at in several places. Without it,
-        /// they shine from their middles.
+        /// Lights with a size, in several places. Without it, they shine from their middles.
         const SOFT_LIGHT = 1 << 17;
         /// Images on surfaces. Without it, those have their material's colours.
         const IMAGE_TEXTURE = effect::IMAGE_TEXTURE;
@@ -162,9 +158,6 @@ impl fmt::Display for EffectSet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::format::light;
-    use crate::trace::BETWEEN_LINES as NOTHING;
-    use zerocopy::FromZeros as _;
 
     #[test]
     fn each_effect_has_a_bit_and_a_name_of_its_own() {
@@ -179,48 +172,5 @@ mod tests {
         assert_eq!(seen, EffectSet::ALL);
         assert_eq!(EffectSet::named("Shadows"), None);
         assert_eq!(EffectSet::from_bits_truncate(u32::MAX), EffectSet::ALL);
-    }
-
-    #[test]
-    fn only_what_rays_can_meet_asks() {
-        let material = |effects| Material { effects, ..NOTHING };
-        let materials = [
-            material(effect::REFLECTION),
-            material(effect::LIT),
-            material(effect::REFRACTION | effect::ABSORPTION),
-        ];
-        let light = Light {
-            kind: light::POINT,
-            colour: [1.0; 3],
-            ..Light::new_zeroed()
-        };
-        let large = Light {
-            kind: light::RECTANGLE,
-            samples: 4,
-            ..light
-        };
-        let of = |material, flags, lights: &[Light]| {
-            let instance = Instance {
-                kind: kind::SPHEROID,
-                material,
-                flags,
-                ..Instance::new_zeroed()
-            };
-            EffectSet::of_records(&Records {
-                instances: &[instance],
-                meshes: &[],
-                triangles: &[],
-                materials: &materials,
-                lights,
-            })
-        };
-        let (occludes, soft) = (flag::OCCLUDES, EffectSet::SOFT_LIGHT);
-        let shadows = EffectSet::SHADOWS;
-        assert_eq!(of(1, occludes, &[light]), shadows);
-        assert_eq!(of(1, occludes, &[]), EffectSet::NONE);
-        assert_eq!(of(1, 0, &[light]), EffectSet::NONE);
-        assert_eq!(of(1, occludes, &[light, large]), shadows | soft);
-        assert_eq!(of(1, 0, &[large]), soft);
-        assert_eq!(of(0, occludes, &[light, large]), EffectSet::REFLECTION);
     }
 }

@@ -195,10 +195,8 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
         finer = (mesh.rungs > 1).then_some(mesh);
     }
     if finer.is_some() {
-        let mesh = scene.meshes.len() as u32;
-        return Err(SceneError::Ladder {
-            mesh: mesh.saturating_sub(1),
-        });
+        let mesh = (scene.meshes.len() as u32).saturating_sub(1);
+        return Err(SceneError::Ladder { mesh });
     }
     for (record, instance) in numbered(scene.instances) {
         check_instance(scene, instance, record)?;
@@ -223,11 +221,8 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
 fn check_effects<const W: usize>(scene: &Scene<'_, W>) -> Result<(), SceneError> {
     let stored = scene.header.effects;
     let asked = EffectSet::of_records(&scene.records()).bits();
-    if stored == asked {
-        Ok(())
-    } else {
-        Err(SceneError::Effects { stored, asked })
-    }
+    let is_so = (stored == asked).then_some(());
+    is_so.ok_or(SceneError::Effects { stored, asked })
 }
 
 /// Leaves are of one kind, by the width, and what either looks up is there.
@@ -238,21 +233,17 @@ fn check_tables<const W: usize>(scene: &Scene<'_, W>) -> Result<(), SceneError> 
     } else {
         (("leaves", header.leaves), header.normals.count)
     };
-    let lengths = [
-        (name, other.count, 0),
-        ("positions", header.positions.count, positions),
-    ];
-    match lengths
-        .iter()
-        .find(|(_, found, expected)| found != expected)
-    {
-        Some(&(name, found, expected)) => Err(SceneError::Count {
-            name,
-            found,
-            expected,
-        }),
-        None => Ok(()),
+    let found = header.positions.count;
+    for (name, found, expected) in [(name, other.count, 0), ("positions", found, positions)] {
+        if found != expected {
+            return Err(SceneError::Count {
+                name,
+                found,
+                expected,
+            });
+        }
     }
+    Ok(())
 }
 
 fn check_material(m: &Material, record: Record) -> Result<(), SceneError> {

@@ -134,7 +134,6 @@ fn clamped_reciprocal(d: Vec3, least: f32) -> Vec3 {
 mod tests {
     use super::*;
     use crate::hostile::{a_ray, finite, torment};
-    use proptest::prelude::*;
 
     #[test]
     fn axis_parallel_rays_on_a_face_are_inside() {
@@ -146,23 +145,6 @@ mod tests {
             let ray = Ray::new(Vec3::new(1.001, 0.0, 5.0), Vec3::new(zero, zero, -1.0)).unwrap();
             let (near, far) = Slabs::new(&ray, 1.0).interval(low, high);
             assert!(near > far);
-        }
-    }
-
-    proptest! {
-        #[test]
-        fn points_of_a_box_are_never_missed(
-            o in prop::array::uniform3(-100f32..100.0),
-            p in prop::array::uniform3(0f32..=1.0),
-            size in prop::array::uniform3(0f32..10.0),
-        ) {
-            let high = Vec3::from(size);
-            let target = Vec3::from(p) * high;
-            let o = Vec3::from(o);
-            if let Some(ray) = Ray::new(o, target - o) {
-                let (near, far) = Slabs::new(&ray, 10.0).interval(Vec3::ZERO, high);
-                prop_assert!(near <= far && far >= 0.0 && near <= 1.0001 && far >= 0.9999);
-            }
         }
     }
 

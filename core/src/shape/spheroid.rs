@@ -169,13 +169,6 @@ mod tests {
     }
 
     #[test]
-    fn a_start_on_the_surface_finds_itself_at_zero() {
-        let sphere = Spheroid::new(2.0, 2.0).unwrap();
-        let ray = Ray::new(Vec3::new(0.0, 0.0, 2.0), Vec3::NEG_Z).unwrap();
-        assert_eq!(sphere.intersect(&ray).unwrap().t, [0.0, 4.0]);
-    }
-
-    #[test]
     fn radii_have_a_range() {
         for bad in [0.0, -1.0, f32::NAN, f32::INFINITY, 1.0e-7, 1.0e7] {
             assert_eq!(Spheroid::new(bad, 1.0), None);
@@ -197,17 +190,16 @@ mod tests {
             // Within rounding of the silhouette either answer is right.
             let scaled = Vec3::from(o) / Vec3::new(e, p, e);
             let slack = 8.0 * 6e-8 * (1.0 + scaled.length() as f64);
-            if let (Some(expected), Some(found)) = (expected, found) {
-                let speed = (Vec3::from(d) / Vec3::new(e, p, e)).length() as f64;
-                let half_chord = (expected[1] - expected[0]) * speed / 2.0;
-                for i in 0..2 {
-                    let error = (found.t[i] as f64 - expected[i]).abs() * speed;
-                    prop_assert!(error <= slack * (1.0 + 1.0 / half_chord), "{} {}", error, slack);
-                }
-            } else if let Some(expected) = expected {
-                let speed = (Vec3::from(d) / Vec3::new(e, p, e)).length() as f64;
-                let half_chord = (expected[1] - expected[0]) * speed / 2.0;
+            let Some(expected) = expected else { return Ok(()) };
+            let speed = (Vec3::from(d) / Vec3::new(e, p, e)).length() as f64;
+            let half_chord = (expected[1] - expected[0]) * speed / 2.0;
+            let Some(found) = found else {
                 prop_assert!(half_chord * half_chord < 4.0 * slack);
+                return Ok(());
+            };
+            for (found, expected) in found.t.into_iter().zip(expected) {
+                let error = (found as f64 - expected).abs() * speed;
+                prop_assert!(error <= slack * (1.0 + 1.0 / half_chord), "{} {}", error, slack);
             }
         }
 

@@ -243,21 +243,17 @@ mod tests {
     const UNIT: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
     #[test]
-    fn hits_from_both_sides_with_the_weights_of_the_point() {
-        for z in [2.0, -2.0] {
-            let ray = Ray::new(Vec3::new(0.25, 0.5, z), Vec3::new(0.0, 0.0, -z)).unwrap();
+    fn hits_from_both_sides_and_on_the_surface_with_the_weights_of_the_point() {
+        for (z, towards, t) in [
+            (2.0, -2.0, 1.0f32),
+            (-2.0, 2.0, 1.0),
+            (0.0, 1.0, 0.0),
+            (0.0, -1.0, 0.0),
+        ] {
+            let ray = Ray::new(Vec3::new(0.25, 0.5, z), Vec3::Z * towards).unwrap();
             let hit = triangle(UNIT).intersect(&ray, 1.0).unwrap();
-            assert_eq!(hit.t, 1.0);
+            assert_eq!(hit.t.to_bits(), t.to_bits());
             assert_eq!(hit.weights, [0.25, 0.25, 0.5]);
-        }
-    }
-
-    #[test]
-    fn a_start_on_the_surface_is_a_hit_at_positive_zero() {
-        for direction in [Vec3::NEG_Z, Vec3::Z] {
-            let ray = Ray::new(Vec3::new(0.25, 0.25, 0.0), direction).unwrap();
-            let hit = triangle(UNIT).intersect(&ray, 1.0).unwrap();
-            assert_eq!(hit.t.to_bits(), 0);
         }
     }
 

@@ -76,8 +76,17 @@ impl Avx2 {
     }
 }
 
-// SAFETY, of every block below: `self` is the proof that AVX2 is there,
-// and loads and stores go through references of exactly their size.
+macro_rules! by_intrinsic {
+    ($name:ident: $intrinsic:expr) => {
+        #[inline(always)]
+        fn $name(self, a: __m256, b: __m256) -> __m256 {
+            unsafe { $intrinsic(a, b) }
+        }
+    };
+}
+
+// SAFETY, of every block here: `self` is the proof that AVX2 is there, and loads and stores go
+// through references of exactly their size.
 impl Lanes<8> for Avx2 {
     type F = __m256;
     type M = __m256;
@@ -96,38 +105,18 @@ impl Lanes<8> for Avx2 {
         unsafe { _mm256_storeu_ps(out.as_mut_ptr(), x) };
         out
     }
-    #[inline(always)]
-    fn add(self, a: __m256, b: __m256) -> __m256 {
-        unsafe { _mm256_add_ps(a, b) }
-    }
-    #[inline(always)]
-    fn sub(self, a: __m256, b: __m256) -> __m256 {
-        unsafe { _mm256_sub_ps(a, b) }
-    }
-    #[inline(always)]
-    fn mul(self, a: __m256, b: __m256) -> __m256 {
-        unsafe { _mm256_mul_ps(a, b) }
-    }
-    #[inline(always)]
-    fn div(self, a: __m256, b: __m256) -> __m256 {
-        unsafe { _mm256_div_ps(a, b) }
-    }
-    #[inline(always)]
-    fn min(self, a: __m256, b: __m256) -> __m256 {
-        unsafe { _mm256_min_ps(a, b) }
-    }
-    #[inline(always)]
-    fn max(self, a: __m256, b: __m256) -> __m256 {
-        unsafe { _mm256_max_ps(a, b) }
-    }
-    #[inline(always)]
-    fn lesser(self, a: __m256, b: __m256) -> __m256 {
-        self.min(a, b)
-    }
-    #[inline(always)]
-    fn greater(self, a: __m256, b: __m256) -> __m256 {
-        self.max(a, b)
-    }
+    by_intrinsic!(add: _mm256_add_ps);
+    by_intrinsic!(sub: _mm256_sub_ps);
+    by_intrinsic!(mul: _mm256_mul_ps);
+    by_intrinsic!(div: _mm256_div_ps);
+    by_intrinsic!(min: _mm256_min_ps);
+    by_intrinsic!(max: _mm256_max_ps);
+    by_intrinsic!(lesser: _mm256_min_ps);
+    by_intrinsic!(greater: _mm256_max_ps);
+    by_intrinsic!(le: _mm256_cmp_ps::<_CMP_LE_OQ>);
+    by_intrinsic!(eq: _mm256_cmp_ps::<_CMP_EQ_OQ>);
+    by_intrinsic!(and: _mm256_and_ps);
+    by_intrinsic!(or: _mm256_or_ps);
     #[inline(always)]
     fn sqrt(self, x: __m256) -> __m256 {
         unsafe { _mm256_sqrt_ps(x) }
@@ -139,22 +128,6 @@ impl Lanes<8> for Avx2 {
     #[inline(always)]
     fn select(self, m: __m256, a: __m256, b: __m256) -> __m256 {
         unsafe { _mm256_blendv_ps(b, a, m) }
-    }
-    #[inline(always)]
-    fn le(self, a: __m256, b: __m256) -> __m256 {
-        unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(a, b) }
-    }
-    #[inline(always)]
-    fn eq(self, a: __m256, b: __m256) -> __m256 {
-        unsafe { _mm256_cmp_ps::<_CMP_EQ_OQ>(a, b) }
-    }
-    #[inline(always)]
-    fn and(self, a: __m256, b: __m256) -> __m256 {
-        unsafe { _mm256_and_ps(a, b) }
-    }
-    #[inline(always)]
-    fn or(self, a: __m256, b: __m256) -> __m256 {
-        unsafe { _mm256_or_ps(a, b) }
     }
     #[inline(always)]
     fn bits(self, m: __m256) -> u32 {

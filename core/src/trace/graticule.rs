@@ -128,10 +128,4 @@ mod tests {
             }
         }
     }
-
-    #[test]
-    fn poles_are_lines_and_so_is_nothing_between_others() {
-        assert!(is_line(90.0, 0.0) && is_line(-90.0, 123.0));
-        assert!(!is_line(45.0, 45.0) && !is_line(-5.0, -5.0));
-    }
 }

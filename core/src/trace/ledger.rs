@@ -15,18 +15,12 @@ pub struct Entry {
 }
 
 /// What each effect did in the pixels that were rendered with this ledger.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Ledger {
     /// One entry per effect, by the number of its bit.
     entries: [Entry; EffectSet::PLACES],
     /// Bits of the effects of the pixel that is being traced.
     touched: u32,
-}
-
-impl Default for Ledger {
-    fn default() -> Self {
-        Self::EMPTY
-    }
 }
 
 impl Ledger {

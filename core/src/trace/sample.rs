@@ -5,8 +5,10 @@ use crate::numeric::lowbias32;
 pub(crate) struct Sample {
     column: u16,
     row: u16,
-    index: u16,
-    count: u16,
+    /// Its number among the pixel's, from 0.
+    pub(super) index: u16,
+    /// How many the pixel has: 1 or more.
+    pub(super) count: u16,
 }
 
 impl Sample {
@@ -29,56 +31,8 @@ impl Sample {
         }
     }
 
-    /// Its number among the pixel's, from 0.
-    pub(crate) const fn index(self) -> u16 {
-        self.index
-    }
-
-    /// How many the pixel has: 1 or more.
-    pub(crate) const fn count(self) -> u16 {
-        self.count
-    }
-
     /// A pseudo-random number, the same for all samples of a pixel: a hash of its place.
     pub(crate) const fn seed(self) -> u32 {
         lowbias32((self.row as u32) << 16 | self.column as u32)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pixels_have_seeds_of_their_own() {
-        // Fewer under Miri, which is slow.
-        let side = if cfg!(miri) { 3 } else { 64 };
-        let mut bits = [0u32; 32];
-        for row in 0..side {
-            for column in 0..side {
-                let seed = Sample::new(column, row, 3, 9).seed();
-                assert_eq!(seed, Sample::new(column, row, 0, 1).seed());
-                let right = Sample::new(column + 1, row, 0, 1).seed();
-                let below = Sample::new(column, row + 1, 0, 1).seed();
-                assert!(seed != right && seed != below && right != below);
-                for (bit, count) in bits.iter_mut().enumerate() {
-                    *count += (seed ^ right) >> bit & 1;
-                }
-            }
-        }
-        if !cfg!(miri) {
-            // Each bit of neighbours differs half the time: 2048 ± 6 × 32.
-            assert!(
-                bits.iter().all(|count| count.abs_diff(2048) < 192),
-                "{bits:?}"
-            );
-        }
-    }
-
-    #[test]
-    fn the_last_pixel_is_not_the_first() {
-        let last = Sample::new(Sample::MOST_PIXELS - 1, Sample::MOST_PIXELS - 1, 0, 1);
-        assert_ne!(last, Sample::ALONE);
-        assert_ne!(last.seed(), Sample::ALONE.seed());
     }
 }

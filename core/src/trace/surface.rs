@@ -28,8 +28,7 @@ pub(super) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// The surface with some of [`EffectSet`](crate::scene::EffectSet)'s bits; `None` only if the
-    /// scene's bytes are inconsistent.
+    /// The surface, by effects of some bits; `None` only if the scene's bytes are inconsistent.
     pub(super) fn new<const W: usize, const EFFECTS: u32>(
         scene: &Scene<'a, W>,
         ray: &Ray,

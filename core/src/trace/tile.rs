@@ -125,8 +125,7 @@ impl TileRays {
         self
     }
 
-    /// The same rays, each through the meshes of its own rung, by row, then
-    /// column; `NOT_TRACED` for those that are not to be traced.
+    /// The same rays, each on its own rung, by row, then column, or `NOT_TRACED`.
     pub(crate) fn on_rungs(mut self, rungs: &[[u8; EIGHT]; EIGHT]) -> Self {
         let mut own = [[NOT_TRACED; EIGHT]; EIGHT];
         for (row, rungs) in rungs.iter().enumerate() {

@@ -28,6 +28,16 @@ pub struct Pixel {
     pub alpha: f32,
 }
 
+impl Pixel {
+    /// Nothing: black and transparent.
+    pub const NONE: Self = Self {
+        red: 0.0,
+        green: 0.0,
+        blue: 0.0,
+        alpha: 0.0,
+    };
+}
+
 /// The memory that tracing needs: the caller's, 2 KiB, used for one ray
 /// after another.
 #[derive(Debug, Clone, Default)]

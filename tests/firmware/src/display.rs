@@ -61,20 +61,16 @@ impl Display {
         }
     }
 
-    /// Does as it is told. What makes no sense is left as it was.
+    /// Obeys an order; one that makes no sense changes nothing.
     pub fn obey(&mut self, order: &Order) {
         self.orders = self.orders.wrapping_add(1);
         match *order {
             Order::Screens { count } => {
                 self.screens.truncate(usize::from(count).max(1));
-                while self.screens.len() < usize::from(count) {
-                    let Some(&last) = self.screens.last() else {
-                        return;
-                    };
-                    if self.screens.push(last).is_err() {
-                        return;
-                    }
-                }
+                while let Some(&last) = self.screens.last()
+                    && self.screens.len() < usize::from(count)
+                    && self.screens.push(last).is_ok()
+                {}
             }
             Order::Screen { index, screen } => {
                 // One that can be seen from somewhere.
@@ -111,11 +107,8 @@ impl Display {
     pub fn eyes(&self, head: &HeadPose) -> Option<[Vec3; 2]> {
         let aside = head.orientation * (Vec3::X * (0.5 * self.rendering.eye_distance));
         let eyes = [head.position - aside, head.position + aside];
-        let all = self
-            .screens
-            .iter()
-            .all(|screen| eyes.iter().all(|&eye| screen.view_from(eye).is_ok()));
-        all.then_some(eyes)
+        let sees = |screen: &FlatScreen| eyes.iter().all(|&eye| screen.view_from(eye).is_ok());
+        self.screens.iter().all(sees).then_some(eyes)
     }
 
     /// The screens as eyes see them, each along its own gaze.
@@ -127,11 +120,7 @@ impl Display {
         Seen {
             screens: &self.screens,
             eyes,
-            count: if self.rendering.eye_distance == 0.0 {
-                1
-            } else {
-                2
-            },
+            count: 1 + usize::from(self.rendering.eye_distance != 0.0),
             renderers,
         }
     }

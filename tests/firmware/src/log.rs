@@ -24,10 +24,6 @@ static STATE: State = State {
 #[defmt::global_logger]
 struct Logger;
 
-fn send(bytes: &[u8]) {
-    LOG.send(bytes);
-}
-
 // SAFETY: between `acquire` and `release` interrupts are off.
 unsafe impl defmt::Logger for Logger {
     fn acquire() {
@@ -40,7 +36,7 @@ unsafe impl defmt::Logger for Logger {
         // SAFETY: within the critical section.
         unsafe {
             *STATE.before.get() = before;
-            (*STATE.encoder.get()).start_frame(send);
+            (*STATE.encoder.get()).start_frame(|bytes| LOG.send(bytes));
         }
     }
 
@@ -49,7 +45,7 @@ unsafe impl defmt::Logger for Logger {
     unsafe fn release() {
         // SAFETY: within the critical section of `acquire`.
         unsafe {
-            (*STATE.encoder.get()).end_frame(send);
+            (*STATE.encoder.get()).end_frame(|bytes| LOG.send(bytes));
             STATE.taken.store(false, Ordering::Relaxed);
             critical_section::release(*STATE.before.get());
         }
@@ -57,7 +53,7 @@ unsafe impl defmt::Logger for Logger {
 
     unsafe fn write(bytes: &[u8]) {
         // SAFETY: within the critical section of `acquire`.
-        unsafe { (*STATE.encoder.get()).write(bytes, send) };
+        unsafe { (*STATE.encoder.get()).write(bytes, |bytes| LOG.send(bytes)) };
     }
 }
 

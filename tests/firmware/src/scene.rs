@@ -21,14 +21,6 @@ pub const NO_SCENE: Pixel = Pixel {
     alpha: 1.0,
 };
 
-/// Before there is a picture.
-pub const NO_PIXEL: Pixel = Pixel {
-    red: 0.0,
-    green: 0.0,
-    blue: 0.0,
-    alpha: 0.0,
-};
-
 /// The scene in a part of the memory, or the number of what is wrong with it.
 pub fn open(bytes: &'static [u8]) -> Result<Scene<'static, 4>, u32> {
     Scene::from_bytes(bytes).map_err(|error| {

@@ -33,17 +33,3 @@ pub fn by(clock: fn() -> f64, run: impl FnOnce()) -> f64 {
 pub fn cpu_median(rounds: usize, mut run: impl FnMut()) -> f64 {
     median((0..rounds).map(|_| by(cpu_seconds, &mut run)).collect())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn work_takes_processor_time() {
-        let work = || {
-            let numbers = (0..3_000_000).map(|i| f64::from(i).sqrt());
-            std::hint::black_box(numbers.sum::<f64>());
-        };
-        assert!(cpu_median(3, work) > cpu_median(3, || {}));
-    }
-}

@@ -11,9 +11,6 @@ use std::process::{Command, Output};
 pub struct Shisen(pub PathBuf);
 
 /// Runs a program to its end.
-///
-/// # Errors
-/// The program cannot be started, or fails; with the last lines it wrote.
 pub fn run(command: &mut Command) -> Result<Output, Box<dyn Error>> {
     let name = command.get_program().to_string_lossy().into_owned();
     let output = command
@@ -37,9 +34,6 @@ impl Shisen {
     }
 
     /// Runs the command and returns its report.
-    ///
-    /// # Errors
-    /// The command fails.
     pub fn report(
         &self,
         arguments: impl IntoIterator<Item = impl AsRef<OsStr>>,

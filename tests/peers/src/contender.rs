@@ -12,33 +12,24 @@ use std::ptr::NonNull;
 
 /// One way of tracing.
 pub struct Contender {
-    /// The peer's name.
     pub name: String,
-    /// The peer's mode.
     pub mode: String,
-    /// The peer's version.
     pub version: String,
-    /// Instructions and lanes.
     pub simd: String,
-    /// The task.
     pub task: Task,
     raw: &'static Raw,
 }
 
 /// A mesh to trace.
 pub struct Subject {
-    /// The mesh's name.
     pub name: String,
-    /// Its triangles.
     pub mesh: TriangleMesh,
-    /// The same, baked.
     pub baked: Baked<8>,
     corners: Vec<f32>,
 }
 
 /// Rays to trace.
 pub struct RaySet {
-    /// The name of their kind.
     pub name: &'static str,
     /// Origin and direction.
     pub rays: Vec<[f32; 6]>,
@@ -73,9 +64,6 @@ pub fn locked(package: &str) -> String {
 
 impl Contender {
     /// Loads all contenders of a library, which stays loaded.
-    ///
-    /// # Errors
-    /// The library cannot be loaded.
     pub fn load(path: &Path) -> Result<Vec<Self>, libloading::Error> {
         // SAFETY: built by `run` from the sources beside this; nothing runs on loading.
         let library = Box::leak(Box::new(unsafe { Library::new(path) }?));
@@ -148,9 +136,6 @@ impl Contender {
 
 impl Opened<'_> {
     /// Traces all rays.
-    ///
-    /// # Panics
-    /// There are not as many hits.
     pub fn trace(&self, rays: &RaySet, hits: &mut [Hit]) {
         assert_eq!(rays.rays.len(), hits.len(), "a hit for each ray");
         let rays = Rays {
@@ -172,9 +157,6 @@ impl Drop for Opened<'_> {
 
 impl Subject {
     /// Bakes a mesh.
-    ///
-    /// # Errors
-    /// The mesh cannot be baked.
     pub fn new(name: impl Into<String>, mesh: TriangleMesh) -> Result<Self, BakeError> {
         let corners = mesh.triangles.iter().flatten();
         let corners = corners
@@ -189,9 +171,6 @@ impl Subject {
     }
 
     /// Writes the triangles as OBJ, digit for digit.
-    ///
-    /// # Errors
-    /// What the system reports.
     pub fn write_obj(&self, path: &Path) -> std::io::Result<()> {
         let mut text = String::new();
         for [x, y, z] in &self.mesh.positions {

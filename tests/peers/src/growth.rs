@@ -98,9 +98,6 @@ impl Growth {
 }
 
 /// Measures against triangles of one mesh.
-///
-/// # Errors
-/// The mesh cannot be baked, or a chart cannot be written.
 pub fn triangles(
     contenders: &[Contender],
     extent: Extent,
@@ -187,9 +184,6 @@ fn cache_notes(sizes: &[(f64, f64)], caches: &[(u32, u64)], line: &[(f64, f64)])
 }
 
 /// Measures against instances of one mesh.
-///
-/// # Errors
-/// They cannot be baked, or a chart cannot be written.
 pub fn instances(extent: Extent, out: &Path, report: &mut Report) -> Result<(), Box<dyn Error>> {
     let mesh = normalised(shisen::scene::quadruped::quadruped(), 1.0);
     let mut growth = Growth::new();
@@ -243,9 +237,6 @@ pub fn instances(extent: Extent, out: &Path, report: &mut Report) -> Result<(), 
 }
 
 /// Measures frames of scene A, or of its animal, against lights, pixels of a wall and threads.
-///
-/// # Errors
-/// The command fails, or a chart cannot be written.
 pub fn frames(
     shisen: &Shisen,
     extent: Extent,
@@ -393,36 +384,4 @@ fn add(
     chart.write_svg(&out.join(&name))?;
     report.charts.push(name);
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_logarithm_is_no_more_than_one() {
-        let places = (0..8).map(|i| f64::from(1 << (2 * i)));
-        let logarithm: Vec<_> = places.clone().map(|x| (x, 3.0 + 2.0 * x.ln())).collect();
-        assert!((beyond_logarithm(&logarithm) - 1.0).abs() < 1.0e-9);
-        let root: Vec<_> = places.map(|x| (x, x.sqrt())).collect();
-        assert!(beyond_logarithm(&root) > 2.0);
-    }
-
-    #[test]
-    fn caches_are_where_scenes_fill_them() {
-        let sizes = [(100.0, 1.0e3), (10_000.0, 1.0e5)];
-        let line = [(100.0, 40.0), (10_000.0, 10.0)];
-        let notes = cache_notes(&sizes, &[(1, 10_000), (3, 1 << 25)], &line);
-        assert_eq!(notes.len(), 1);
-        let (x, y) = notes[0].at;
-        assert!(
-            (x - 1000.0).abs() < 1.0e-6 && (y - 20.0).abs() < 1.0e-9,
-            "{x} {y}"
-        );
-    }
-
-    #[test]
-    fn every_light_is_in_the_scene() {
-        assert_eq!(lit_by(7).matches("[[light]]").count(), 7);
-    }
 }

@@ -53,7 +53,7 @@ struct Arguments {
     quick: bool,
     /// Parts to measure
     #[arg(long, value_enum, value_delimiter = ',', value_name = "PART,…",
-          default_values_t = Part::ALL)]
+          default_values_t = Part::value_variants().to_vec())]
     only: Vec<Part>,
     /// Seed of random rays
     #[arg(long, default_value_t = 1)]
@@ -91,16 +91,6 @@ enum Part {
     Growth,
     /// Whole pictures, beside POV-Ray.
     Pictures,
-}
-
-impl Part {
-    const ALL: [Self; 5] = [
-        Self::Rays,
-        Self::Watertight,
-        Self::Alone,
-        Self::Growth,
-        Self::Pictures,
-    ];
 }
 
 fn main() -> ExitCode {

@@ -43,9 +43,6 @@ fn version(povray: &Path) -> String {
 
 /// Renders both pictures by both programs in turns: processor seconds of the whole programs,
 /// with one thread and one sample a pixel.
-///
-/// # Errors
-/// A program fails.
 pub fn measure(
     shisen: &Shisen,
     povray: &Path,

@@ -31,9 +31,6 @@ fn row(subject: &str, what: &str, value: f64, unit: &'static str) -> Row {
 }
 
 /// Bakes scene A with all its levels, and checks it.
-///
-/// # Errors
-/// The scene cannot be baked.
 pub fn bake_and_check(subject: &Subject, report: &mut Report) -> Result<(), Box<dyn Error>> {
     let rounds = report.rounds;
     let scene = paper_scene(PaperScene::A, subject.mesh.clone())?;
@@ -77,9 +74,6 @@ pub fn bake_and_check(subject: &Subject, report: &mut Report) -> Result<(), Box<
 
 /// Compares one process of two threads with two processes of one: incoherent rays, by wall
 /// time.
-///
-/// # Errors
-/// The command fails.
 pub fn two_threads(
     shisen: &Shisen,
     subject: &Subject,

@@ -11,31 +11,22 @@ use std::path::Path;
 /// One measurement.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Row {
-    /// The part of the program that measured it.
     pub part: &'static str,
-    /// The mesh or scene.
     pub subject: String,
     /// The rays, or another quantity.
     pub what: String,
-    /// The peer.
     pub peer: String,
-    /// The peer's mode.
     pub mode: String,
-    /// The peer's version.
     pub version: String,
     /// Instructions and lanes.
     pub simd: String,
-    /// The median.
     pub value: f64,
-    /// The unit of the value.
     pub unit: &'static str,
     /// How many times as fast ours is in the default build.
     pub default_ratio: Option<f64>,
-    /// The same of the native build.
     pub native_ratio: Option<f64>,
     /// The number of rays with another hit than ours.
     pub differ: Option<u64>,
-    /// Number of rays.
     pub rays: Option<u64>,
 }
 
@@ -64,24 +55,18 @@ impl Row {
 /// A mark that is met or missed.
 #[derive(Debug, Clone, Serialize)]
 pub struct Mark {
-    /// The quantity.
     pub what: String,
-    /// The measured value.
     pub measured: f64,
-    /// The mark.
     pub mark: f64,
     /// Whether it is met at the mark and above, or at the mark and below.
     pub at_least: bool,
-    /// Whether it is met.
     pub met: bool,
 }
 
 /// A peer that is not measured.
 #[derive(Debug, Clone, Serialize)]
 pub struct Missing {
-    /// The peer.
     pub peer: String,
-    /// The reason.
     pub reason: String,
 }
 
@@ -92,15 +77,10 @@ pub struct Report {
     pub processor: String,
     /// Its caches of data: level and bytes.
     pub caches: Vec<(u32, u64)>,
-    /// Rounds of a median.
     pub rounds: usize,
-    /// The seed of random rays.
     pub seed: u64,
-    /// Measurements.
     pub rows: Vec<Row>,
-    /// Marks.
     pub marks: Vec<Mark>,
-    /// Peers that were not measured.
     pub missing: Vec<Missing>,
     /// Rays of ours that are lost, and paths of ours that differ.
     pub failures: Vec<String>,
@@ -180,9 +160,6 @@ impl Report {
     }
 
     /// The rows, CSV.
-    ///
-    /// # Errors
-    /// What the system reports.
     pub fn write_csv(&self, path: &Path) -> io::Result<()> {
         write_atomically(path, |file| {
             let mut table = csv::Writer::from_writer(file);
@@ -201,28 +178,5 @@ fn number(value: f64) -> String {
         magnitude if magnitude >= 100.0 => format!("{value:.1}"),
         magnitude if magnitude >= 1.0 => format!("{value:.2}"),
         _ => format!("{value:.3}"),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn marks_are_met_or_missed() {
-        let mut report = Report::default();
-        report.at_least("rays", 1.0, 1.0);
-        report.at_least("rays", 0.99, 1.0);
-        report.at_most("bake", 149.0, 150.0);
-        report.at_most("bake", f64::NAN, 150.0);
-        let met: Vec<_> = report.marks.iter().map(|mark| mark.met).collect();
-        assert_eq!(met, [true, false, true, false]);
-        assert_eq!(report.text().matches("MISSED").count(), 2);
-    }
-
-    #[test]
-    fn numbers_have_three_digits() {
-        let written = [12345.6, 123.45, 12.345, 0.12345, 0.0].map(number);
-        assert_eq!(written, ["12346", "123.5", "12.35", "0.123", "0"]);
     }
 }

@@ -16,9 +16,6 @@ const CELLS: u32 = 40;
 
 /// Counts the lost rays of all contenders for nearest hits: `count` at the middles of edges
 /// and at vertices of an ellipsoid, a fifth of that along the lines of a cube.
-///
-/// # Errors
-/// A mesh cannot be baked.
 pub fn measure(
     contenders: &[Contender],
     (count, seed): (usize, u64),
@@ -107,35 +104,4 @@ fn along_a_line(random: &mut Random) -> [f32; 6] {
     ray[axis] = random.range(-0.99, 0.99) as f32;
     ray[3 + axis] = if random.bits() & 1 == 0 { 1.0 } else { -1.0 };
     ray
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rays_are_along_lines_of_the_grid() {
-        let mesh = gridded_cube(CELLS);
-        let mut random = Random::new(3);
-        for _ in 0..100 {
-            let ray = along_a_line(&mut random);
-            let moving: Vec<_> = (0..3).filter(|&axis| ray[3 + axis] != 0.0).collect();
-            assert_eq!(moving.len(), 1);
-            for axis in (0..3).filter(|axis| *axis != moving[0]) {
-                let on_a_line = mesh.positions.iter().any(|at| at[axis] == ray[axis]);
-                assert!(on_a_line, "{ray:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn rays_start_inside() {
-        let mesh = ellipsoid();
-        let targets = [position(&mesh, 0)];
-        let mut random = Random::new(5);
-        for _ in 0..100 {
-            let [x, y, z, ..] = aimed(&mut random, &targets).map(f64::from);
-            assert!(DVec3::new(x, y, z).length() < 0.31);
-        }
-    }
 }

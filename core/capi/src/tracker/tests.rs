@@ -137,21 +137,10 @@ fn samples_count_once_a_device_has_been_told_everything() {
         // SAFETY: a tracker that was made, nobody else's in what follows.
         let tracker = unsafe { &mut *tracker };
         tracker.setting_up.begin(Micros(0));
-        tracker.feed(&record(&mut encoder, 799_000), Micros(799_000));
-        assert!(
-            tracker
-                .gaze
-                .estimate(Micros(799_000), &mut |_| {})
-                .gaze_age
-                .is_none()
-        );
-        tracker.feed(&record(&mut encoder, 800_000), Micros(800_000));
-        assert!(
-            tracker
-                .gaze
-                .estimate(Micros(800_000), &mut |_| {})
-                .gaze_age
-                .is_some()
-        );
+        for (at, is_believed) in [(799_000, false), (800_000, true)] {
+            tracker.feed(&record(&mut encoder, at), Micros(at));
+            let estimate = tracker.gaze.estimate(Micros(at), &mut |_| {});
+            assert_eq!(estimate.gaze_age.is_some(), is_believed);
+        }
     });
 }

@@ -125,7 +125,7 @@ impl Batch {
                 return false;
             }
             let (dx, dy) = offset(sample, samples);
-            let rays = TileRays::new(screen.eye(), |column, row| {
+            let rays = TileRays::new(screen.eye, |column, row| {
                 // Unused places repeat the first ray.
                 let at = BLOCK as usize * row + column;
                 let (x, y) = self.places[if at < count { at } else { 0 }];

@@ -28,8 +28,7 @@ impl DomeScreen {
 mod tests {
     use super::super::{DomeError, DomeProjection, View};
     use super::*;
-    use crate::simd::Simd;
-    use core::f32::consts::{PI, TAU};
+    use core::f32::consts::PI;
     use glam::{EulerRot, Mat3, Vec3};
 
     // Fewer under Miri, which is slow.
@@ -64,57 +63,17 @@ mod tests {
     }
 
     #[test]
-    fn rows_have_the_bits_of_single_rays() {
-        let screen = screen();
-        let eye = screen.pose.position + Vec3::new(0.4, 1.1, -0.2);
-        let view = View::dome_screen(screen, eye, SIZE).unwrap();
-        let super::super::Kind::Dome(dome) = view.kind() else {
-            panic!("no dome");
-        };
-        for simd in [Simd::PORTABLE, Simd::detect()] {
-            for (row, first) in (0..SIZE)
-                .step_by(STEP)
-                .flat_map(|y| (0..SIZE / 8).map(move |x| (y, 8 * x)))
-            {
-                let x = core::array::from_fn(|lane| (first + lane as u32) as f32);
-                let rays = dome.row(simd, &x, &[row as f32; 8]);
-                for (lane, &x) in x.iter().enumerate() {
-                    assert_eq!(rays.ray(lane), view.ray(x, row as f32), "{row} {x}");
-                }
-            }
-        }
-    }
-
-    #[test]
     fn what_is_no_screen_and_no_eye_of_one_is_refused() {
         let screen = screen();
         let centre = screen.pose.position;
         let eye = |offset: Vec3| View::dome_screen(screen, centre + offset, SIZE);
         assert!(eye(2.47 * Vec3::X).is_ok());
         for outside in [2.48 * Vec3::X, 3.0 * Vec3::Y, Vec3::splat(f32::NAN)] {
-            assert!(
-                matches!(eye(outside), Err(DomeError::Eye { .. })),
-                "{outside}"
-            );
+            assert!(matches!(eye(outside), Err(DomeError::Eye { .. })));
         }
         for radius in [0.0, -2.5, 1.0e7, f32::NAN] {
             let none = View::dome_screen(DomeScreen { radius, ..screen }, centre, SIZE);
-            assert!(
-                matches!(none, Err(DomeError::ScreenRadius { .. })),
-                "{radius}"
-            );
+            assert!(matches!(none, Err(DomeError::ScreenRadius { .. })));
         }
-        for field_of_view in [0.0, -1.0, TAU.next_up(), f32::NAN] {
-            let screen = DomeScreen {
-                field_of_view,
-                ..screen
-            };
-            let none = View::dome_screen(screen, centre, SIZE);
-            assert!(matches!(none, Err(DomeError::FieldOfView { .. })));
-        }
-        assert!(matches!(
-            View::dome_screen(screen, centre, 0),
-            Err(DomeError::Size { size: 0 })
-        ));
     }
 }

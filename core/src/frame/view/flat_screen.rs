@@ -61,12 +61,8 @@ mod tests {
     /// The front wall of a 3 m cube around the origin.
     fn front() -> FlatScreen {
         let corner = |x: f32, y: f32| 1.5 * Vec3::new(x, y, -1.0);
-        FlatScreen::from_corners(
-            corner(-1.0, -1.0),
-            corner(1.0, -1.0),
-            corner(-1.0, 1.0),
-            [64, 32],
-        )
+        let (left, right, upper) = (corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0));
+        FlatScreen::from_corners(left, right, upper, [64, 32])
     }
 
     #[test]
@@ -87,24 +83,9 @@ mod tests {
     #[test]
     fn it_is_seen_from_its_front_only() {
         let front = front();
-        for (z, result) in [
-            (-1.4, Ok(())),
-            (-1.5, Err(ViewError::Behind)),
-            (-1.6, Err(ViewError::Behind)),
-            (f32::NAN, Err(ViewError::Behind)),
-            (f32::NEG_INFINITY, Err(ViewError::Behind)),
-        ] {
-            assert_eq!(front.view_from(Vec3::Z * z).map(drop), result, "{z}");
+        assert!(front.view_from(Vec3::Z * -1.4).is_ok());
+        for z in [-1.5, -1.6, f32::NAN, f32::NEG_INFINITY] {
+            assert_eq!(front.view_from(Vec3::Z * z), Err(ViewError::Behind), "{z}");
         }
-        let flat = FlatScreen {
-            row_step: front.column_step,
-            ..front
-        };
-        assert_eq!(flat.view_from(Vec3::ZERO), Err(ViewError::Screen));
-        let none = FlatScreen {
-            size: [0, 4],
-            ..front
-        };
-        assert_eq!(none.view_from(Vec3::ZERO), Err(ViewError::Size));
     }
 }

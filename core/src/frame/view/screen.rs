@@ -7,12 +7,13 @@ use glam::Vec3;
 /// The rays of an off-axis frustum (Kooima 2008): a map from pixels to directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Screen {
-    eye: Vec3,
+    /// Where all rays start: metres.
+    pub(crate) eye: Vec3,
     first_pixel: Vec3,
     column_step: Vec3,
     row_step: Vec3,
-    columns: u32,
-    rows: u32,
+    pub(super) columns: u32,
+    pub(super) rows: u32,
 }
 
 /// Why a flat screen's view is not one.
@@ -26,8 +27,7 @@ pub enum ViewError {
     /// The eye is not finite or too far out.
     #[error("the eye's position is not finite or too far out")]
     Eye,
-    /// A corner's direction cannot be traced, or the eye is in the screen's
-    /// plane, or the steps are parallel.
+    /// A corner that cannot be traced, an eye in the plane, or parallel steps.
     #[error("the eye is in the screen's plane, or the screen is none")]
     Screen,
     /// The eye is behind a [`FlatScreen`](super::FlatScreen) or in its plane.
@@ -93,19 +93,6 @@ impl Screen {
         Ok(screen)
     }
 
-    pub(super) const fn columns(&self) -> u32 {
-        self.columns
-    }
-
-    pub(super) const fn rows(&self) -> u32 {
-        self.rows
-    }
-
-    /// Where all rays start: metres.
-    pub(crate) const fn eye(&self) -> Vec3 {
-        self.eye
-    }
-
     /// Towards a point of the screen, in pixels from the centre of the first.
     #[inline(always)]
     pub(crate) fn direction(&self, x: f32, y: f32) -> Vec3 {
@@ -126,8 +113,7 @@ impl Screen {
         ]
     }
 
-    /// Eight columns from `x` on, at an offset from their pixels' centres. Those past
-    /// the view's borders repeat its last one.
+    /// Eight columns from `x` on, at an offset from the centres; the last one repeats.
     #[inline(always)]
     pub(crate) fn columns_at<L: Lanes<8>>(&self, l: L, x: u32, dx: f32) -> ScreenColumns<L::F> {
         let mut columns = [0.0; 8];

@@ -12,16 +12,6 @@ fn front() -> Gaze {
 }
 
 #[test]
-fn along_the_line_of_sight_all_is_there() {
-    for z in [-1.0, -1.0e-45, -3.0e38] {
-        let sight = front().sight(Vec3::new(0.0, -0.0, z)).unwrap();
-        assert_eq!((sight.m_alpha, sight.m_beta, sight.l), (0.0, 0.0, 0.0));
-        assert_eq!(sight.big_l, VisualField::PAPER.limits().right);
-        assert_eq!((sight.level, sight.zone), (1.0, Zone::Central));
-    }
-}
-
-#[test]
 fn next_to_the_line_of_sight_the_boundary_is_known() {
     let limits = VisualField::PAPER.limits();
     for small in [1.0e-7, 1.0e-20, 1.0e-30, 1.0e-40] {
@@ -31,30 +21,11 @@ fn next_to_the_line_of_sight_the_boundary_is_known() {
             (Vec3::new(0.0, -small, -1.0), limits.down),
         ] {
             let sight = front().sight(direction).unwrap();
-            assert!(
-                (sight.big_l - expected).abs() < 5e-7,
-                "{direction}: {sight:?}"
-            );
-            assert!(
-                (sight.l / small - 1.0).abs() < 1e-3,
-                "{direction}: {sight:?}"
-            );
+            assert!((sight.big_l - expected).abs() < 5e-7, "{sight:?}");
+            assert!((sight.l / small - 1.0).abs() < 1e-3, "{sight:?}");
             assert_eq!((sight.level, sight.zone), (1.0, Zone::Central));
         }
     }
-}
-
-#[test]
-fn what_has_no_direction_has_no_level() {
-    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
-            let direction = Vec3::select(axis.cmpgt(Vec3::ZERO), Vec3::splat(bad), Vec3::ONE);
-            assert_eq!(front().level(direction), None);
-            assert_eq!(front().sight(direction), None);
-        }
-    }
-    assert_eq!(front().level(Vec3::ZERO), None);
-    assert_eq!(front().level(-Vec3::ZERO), None);
 }
 
 #[test]
@@ -90,75 +61,9 @@ fn length_does_not_matter() {
     let sight = gaze.sight(direction).unwrap();
     assert_eq!(sight.zone, Zone::Peripheral);
     for power in (-120..=120).step_by(8) {
-        assert_eq!(
-            gaze.sight(direction * 2f32.powi(power)),
-            Some(sight),
-            "{power}"
-        );
+        let scaled = gaze.sight(direction * 2f32.powi(power));
+        assert_eq!(scaled, Some(sight), "{power}");
     }
-}
-
-/// Uses one combination of components in this many: Miri is slow.
-const STEP: usize = if cfg!(miri) { 79 } else { 1 };
-
-/// How many [`directions`] are.
-const COUNT: usize = (13 * 13 * 13usize).div_ceil(STEP);
-
-/// Directions that leave no lane, no length and no axis out.
-fn directions() -> impl Iterator<Item = Vec3> {
-    let components = [
-        0.0,
-        -0.0,
-        1.0,
-        -1.0,
-        0.37,
-        -0.61,
-        2.9,
-        1.0e-3,
-        1.0e-25,
-        -1.0e-40,
-        3.0e38,
-        f32::NAN,
-        f32::INFINITY,
-    ];
-    let of = move |i: usize| components[i % components.len()];
-    let all = (0..COUNT).map(|i| i * STEP);
-    all.map(move |i| Vec3::new(of(i), of(i / 13), of(i / 169)))
-}
-
-#[test]
-fn lanes_are_the_scalar_form_bit_for_bit() {
-    let gazes = [
-        front(),
-        gaze(Vec3::new(0.2, -0.9, 0.3), Vec3::X),
-        Gaze::new(
-            front().line_of_sight(),
-            VisualField::PAPER.with_boundary(Boundary::Ellipse),
-        ),
-    ];
-    let (mut x, mut y, mut z) = ([0.0; COUNT], [0.0; COUNT], [0.0; COUNT]);
-    for (i, direction) in directions().enumerate() {
-        [x[i], y[i], z[i]] = direction.to_array();
-    }
-    for gaze in gazes {
-        for simd in [Simd::PORTABLE, Simd::detect()] {
-            let mut levels = [f32::NAN; COUNT];
-            gaze.levels_of_row(simd, &x, &y, &z, &mut levels);
-            for (direction, level) in directions().zip(levels) {
-                let expected = gaze.level(direction).unwrap_or(0.0);
-                assert_eq!(level.to_bits(), expected.to_bits(), "{direction} {simd:?}");
-            }
-        }
-    }
-}
-
-#[test]
-fn rows_are_as_long_as_their_shortest_slice() {
-    let ahead = [-1.0; 19];
-    let mut levels = [0.5; 21];
-    front().levels_of_row(Simd::detect(), &[0.0; 20], &[0.0; 30], &ahead, &mut levels);
-    assert_eq!(levels[..19], [1.0; 19]);
-    assert_eq!(levels[19..], [0.5; 2]);
 }
 
 fn field(central: f32, up: f32, down: f32, left: f32, right: f32) -> VisualField {
@@ -206,19 +111,14 @@ fn bands_change_no_bit() {
                     check(yaw.cos() * cos, -yaw.sin() * cos, 0.01 * sin);
                 }
                 // What lies around the bands themselves.
-                let Bands {
-                    central,
-                    above,
-                    below,
-                    behind,
-                } = gaze.bands;
+                let bands = gaze.bands;
                 let part = i as f32 / steps as f32;
                 for nudge in [1.0 - 1.0e-3, 1.0 - 1.0e-7, 1.0, 1.0 + 1.0e-7, 1.0 + 1.0e-3] {
-                    let radius = central.sqrt() * nudge;
+                    let radius = bands.central.sqrt() * nudge;
                     check(1.0, radius * part.sqrt(), radius * (1.0 - part).sqrt());
-                    check(1.0, part * 9.0, min(above, 1.0e12).sqrt() * nudge);
-                    check(1.0, part * 9.0, -min(below, 1.0e12).sqrt() * nudge);
-                    check(-1.0, behind.sqrt() * nudge, part * 9.0);
+                    check(1.0, part * 9.0, min(bands.above, 1.0e12).sqrt() * nudge);
+                    check(1.0, part * 9.0, -min(bands.below, 1.0e12).sqrt() * nudge);
+                    check(-1.0, bands.behind.sqrt() * nudge, part * 9.0);
                 }
                 // What underflows when squared.
                 let tiny = 2f32.powi(-((part * 148.0) as i32));

@@ -56,8 +56,7 @@ impl Tree<'_> {
     }
 }
 
-/// Walks a tree once and checks that it is one. Returns the most stack entries that
-/// traversal needs in any order, and how many primitives its leaves hold.
+/// Walks a tree once. Returns the most stack entries that any order needs, and its primitives.
 // Not inlined: keeps its stack frame out of the callers'.
 #[inline(never)]
 pub(super) fn check_tree<const W: usize>(

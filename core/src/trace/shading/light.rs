@@ -118,7 +118,7 @@ where
             }
             None => 1,
         };
-        let first = u32::from(self.sample.index()) * count;
+        let first = u32::from(self.sample.index) * count;
         let mut sum = Vec3::ZERO;
         for point in first..first + count {
             let on_square = points.map_or([0.0; 2], |points| points.point(point));
@@ -229,21 +229,5 @@ fn highlight(cosine: f32, shininess: f32) -> f32 {
         0.0
     } else {
         libm::powf(cosine, shininess)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn highlights_are_a_power_down_to_a_ten_millionth() {
-        assert_eq!(highlight(1.0, 50.0), 1.0);
-        assert!((highlight(0.9, 20.0) - 0.9f32.powi(20)).abs() < 1e-6);
-        assert_eq!(highlight(-0.5, 2.0), 0.0);
-        for shininess in [1.0, 30.0, 1.0e4] {
-            let cut = 1.0 - 16.0 / shininess;
-            assert!(cut <= 0.0 || libm::powf(cut, shininess) < 1.2e-7);
-        }
     }
 }

@@ -41,13 +41,11 @@ const MOST_TILES: usize = 768;
 const TILE_PIXELS: usize = (TILE * TILE) as usize;
 
 /// What goes out.
-struct Out {
-    encoder: Encoder,
-}
+struct Out(Encoder);
 
 impl Out {
     fn report(&mut self, report: &Report) {
-        DISPLAY.send(&self.encoder.report(report));
+        DISPLAY.send(&self.0.report(report));
     }
 
     fn tile(&mut self, picture: usize, tile: Tile, pixels: &[Pixel]) {
@@ -60,7 +58,7 @@ impl Out {
             let mut x = tile.x;
             for run in row.chunks(MOST_PIXELS) {
                 let at = (x as u16, y as u16);
-                DISPLAY.send(&self.encoder.pixels(picture as u8, at, run));
+                DISPLAY.send(&self.0.pixels(picture as u8, at, run));
                 x += run.len() as u32;
             }
         }
@@ -394,9 +392,7 @@ fn set_up(ports: &mut MaybeUninit<Ports>) -> Option<&mut Ports> {
         lost: 0,
         orders: Orders::new(),
         waiting: Deque::new(),
-        out: Out {
-            encoder: Encoder::new(),
-        },
+        out: Out(Encoder::new()),
     });
     board.listen();
     Some(ports)
@@ -424,7 +420,7 @@ fn open(ports: &mut Ports, picture_bytes: usize) -> Result<Scene<'static, 4>, u3
 fn main() -> ! {
     static mut PORTS: MaybeUninit<Ports> = MaybeUninit::uninit();
     static mut MEMORY: Memory = Memory {
-        pixels: [scene::NO_PIXEL; TILE_PIXELS],
+        pixels: [Pixel::NONE; TILE_PIXELS],
         places: [Place::NONE; MOST_TILES],
         workspace: Workspace::new(),
         #[cfg(feature = "dispersion")]

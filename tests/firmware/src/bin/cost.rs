@@ -90,9 +90,7 @@ fn tracker() -> Option<Tracker<'static>> {
 }
 
 /// Whether all is within its bounds.
-struct Report {
-    fits: bool,
-}
+struct Report(bool);
 
 impl Report {
     /// The cost of a decoder that takes byte after byte, or (`whole`) whole reports.
@@ -134,7 +132,7 @@ impl Report {
         hprintln!(
             "{name:<14} {bytes:>6} {mean:>7} {most:>7} {bound:>7} {others:>7} {all:>7} {state:>6}{verdict}"
         );
-        self.fits &= fits;
+        self.0 &= fits;
         Some(())
     }
 
@@ -143,7 +141,7 @@ impl Report {
         let fits = most <= bound && tally.count > 0;
         let verdict = if fits { "" } else { "  TOO MUCH" };
         hprintln!("{name:<16} {mean:>7} {most:>7} {bound:>7} {state:>23}{verdict}");
-        self.fits &= fits;
+        self.0 &= fits;
     }
 
     fn decoders(&mut self) -> Option<()> {
@@ -196,8 +194,7 @@ impl Report {
         let mut source = tracker()?;
         let mut clock = ClockEstimator::new(ClockConfig::default()).ok()?;
         let mut gaze = GazeEstimator::new(EstimatorConfig::default()).ok()?;
-        let (mut stamp, mut push, mut estimate) =
-            (Tally::default(), Tally::default(), Tally::default());
+        let [mut stamp, mut push, mut estimate] = [(); 3].map(|()| Tally::default());
         for _ in 0..SAMPLES {
             let (_, sample) = source.next_sample();
             stamp.note(of_step(&clock, |clock| {
@@ -222,10 +219,10 @@ impl Report {
 
 #[entry]
 fn main() -> ! {
-    let mut report = Report { fits: true };
+    let mut report = Report(true);
     measure::start();
     let done = report.decoders().and_then(|()| report.estimators());
-    let fits = report.fits && done.is_some();
+    let fits = report.0 && done.is_some();
     hprintln!("{}", if fits { "all within bounds" } else { "FAILED" });
     measure::end(fits)
 }

@@ -19,7 +19,7 @@ use shisen_core::scene::{EffectSet, Scene};
 use shisen_core::shape::Ray;
 use shisen_firmware::measure;
 
-/// Where the scene is, and how much memory there is from there on.
+/// Where the scene is, and the bytes of memory from there on.
 const SCENE: (usize, usize) = (0x6000_0000, 16 << 20);
 /// Pixels a side of the wall.
 const SIDE: u32 = 64;
@@ -167,12 +167,8 @@ fn measured(workspace: &mut Workspace) -> Option<()> {
     let mut hits = [false; (SIDE * SIDE) as usize];
     for (number, hit) in (0..).zip(&mut hits) {
         let ray = view.ray((number % SIDE) as f32, (number / SIDE) as f32)?;
-        let budget = &mut { Budget::UNLIMITED };
-        *hit = wall
-            .renderer
-            .tracer()
-            .nearest(&ray, budget, wall.workspace)
-            .is_some();
+        let (tracer, budget) = (wall.renderer.tracer(), &mut { Budget::UNLIMITED });
+        *hit = tracer.nearest(&ray, budget, wall.workspace).is_some();
     }
     hprintln!("rays_that_hit {}", hits.iter().filter(|&&hit| hit).count());
     let found = wall.per_ray(Some(true), &hits, nearest);

@@ -10,84 +10,64 @@ use glam::{Mat3, Vec3};
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum DomeError {
     /// No pixels, or more than [`View::MOST_PIXELS`] a side.
     #[error(
         "a dome master of {size} pixels a side: give 1 to {}",
         View::MOST_PIXELS
     )]
-    Size {
-        /// Pixels a side.
-        size: u32,
-    },
+    Size { size: u32 },
     /// The viewpoint is not finite or too far out.
     #[error(
         "the dome master's position is {position}: give three numbers from -{most:e} to {most:e}",
         most = Self::FARTHEST
     )]
     Position {
-        /// Where it is: metres.
         #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
         position: Vec3,
     },
-    /// The axes are not of unit length, right angles and right-handed, within
-    /// [`DomeError::SKEW`], or not finite.
+    /// Axes that are not right-handed units at right angles, within [`DomeError::SKEW`].
     #[error(
         "the dome master's axes are {axes}: give three right-handed axes of unit length at right \
          angles, within {:e}",
         Self::SKEW
     )]
     Axes {
-        /// The axes.
         #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
         axes: Mat3,
     },
     /// The field of view is NaN, 0 or less, or more than 2π.
     #[error("the field of view is {field_of_view} rad: give a number above 0, to {TAU}")]
-    FieldOfView {
-        /// Radians.
-        field_of_view: f32,
-    },
+    FieldOfView { field_of_view: f32 },
     /// The mirror's size is NaN or outside [`MirrorCamera::RADII`].
     #[error(
         "the mirror's radius is {radius} m: give a number from {:e} to {:e}",
         MirrorCamera::RADII.0, MirrorCamera::RADII.1
     )]
-    Radius {
-        /// Its equatorial radius: metres.
-        radius: f32,
-    },
+    Radius { radius: f32 },
     /// The mirror's point at the position is NaN or too far off.
     #[error(
         "the viewpoint is {viewpoint} radii from the mirror's centre: give a number from -{most} to \
          {most}",
         most = MirrorCamera::FARTHEST_VIEWPOINT
     )]
-    Viewpoint {
-        /// Equatorial radii from the mirror's centre.
-        viewpoint: f32,
-    },
+    Viewpoint { viewpoint: f32 },
     /// The screen's size is NaN or outside [`DomeScreen::RADII`].
     #[error(
         "the dome screen's radius is {radius} m: give a number from {:e} to {:e}",
         DomeScreen::RADII.0, DomeScreen::RADII.1
     )]
-    ScreenRadius {
-        /// Radius of the screen: metres.
-        radius: f32,
-    },
-    /// The eye is not finite, or farther from the screen's centre than
-    /// [`DomeScreen::FARTHEST_EYE`].
+    ScreenRadius { radius: f32 },
+    /// An eye farther from the screen's centre than [`DomeScreen::FARTHEST_EYE`].
     #[error(
         "the eye is at {eye}, {distance} radii from the dome screen's centre: give a place within {} \
          radii",
         DomeScreen::FARTHEST_EYE
     )]
     Eye {
-        /// Where it is: metres, in the room.
         #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
         eye: Vec3,
-        /// From it to the screen's centre: radii.
         distance: f32,
     },
 }
@@ -96,7 +76,6 @@ impl DomeError {
     /// How far axes may be from unit length and right angles: of 1.
     pub const SKEW: f32 = 1.0e-5;
 
-    /// Coordinates of a position may be so far out: metres. What is around the
-    /// mirror can still be traced.
+    /// Largest magnitude of a coordinate: metres. What is around can still be traced.
     pub(super) const FARTHEST: f32 = 0.5 * Ray::FARTHEST;
 }

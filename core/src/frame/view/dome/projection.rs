@@ -30,8 +30,7 @@ impl DomePose {
 pub enum DomeProjection {
     /// What a camera sees in a mirrored spheroid.
     Mirror(MirrorCamera),
-    /// [`fisheye_equidistant`](crate::capture::fisheye_equidistant): a true
-    /// dome master, of π.
+    /// [`fisheye_equidistant`](crate::capture::fisheye_equidistant); of π a true dome master.
     Equidistant {
         /// Across the picture: radians, above 0 to 2π.
         field_of_view: f32,

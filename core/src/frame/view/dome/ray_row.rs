@@ -7,9 +7,9 @@ use glam::Vec3;
 /// Rays of eight places.
 pub(crate) struct RayRow {
     pub(super) origins: [[f32; 8]; 3],
-    pub(super) directions: [[f32; 8]; 3],
+    pub(crate) directions: [[f32; 8]; 3],
     /// A bit for each lane inside the rim.
-    pub(super) seen: u32,
+    pub(crate) seen: u32,
 }
 
 impl RayRow {
@@ -20,19 +20,9 @@ impl RayRow {
         seen: 0,
     };
 
-    /// Whether no place is inside the rim.
-    pub(crate) const fn is_empty(&self) -> bool {
-        self.seen == 0
-    }
-
     /// Whether each place is inside the rim, with a ray that can be traced.
     pub(crate) fn are_all(&self) -> bool {
         (0..8).all(|lane| self.ray(lane).is_some())
-    }
-
-    /// Directions, by component.
-    pub(crate) const fn directions(&self) -> &[[f32; 8]; 3] {
-        &self.directions
     }
 
     /// The rays inside the rim that have a detail.
