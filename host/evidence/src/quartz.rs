@@ -15,7 +15,6 @@ use shisen_core::scene::EffectSet;
 /// ahead, and its side, metres.
 pub(crate) struct Window(pub(crate) [f64; 2], pub(crate) f64);
 
-/// The scene behind a window.
 pub(crate) struct Quartz {
     baked: Baked,
     cave: Cave,
@@ -78,7 +77,6 @@ impl Quartz {
     }
 }
 
-/// The picture of the only wall.
 pub(crate) fn picture(frame: &Frame) -> &Picture {
     &frame.pictures[0].picture
 }
@@ -92,10 +90,8 @@ pub(crate) fn mean(numbers: &[f64]) -> f64 {
     numbers.iter().sum::<f64>() / numbers.len().max(1) as f64
 }
 
-/// What pictures are compared with.
 pub(crate) struct Truth {
     pub(crate) picture: Picture,
-    /// Which pixels meet glass.
     pub(crate) glass: Vec<bool>,
 }
 

@@ -5,6 +5,23 @@
 //! the reference frame), and has a bound that fails it.
 //! Inputs are drawn from stated seeds, so that a case is the same everywhere.
 
+/// A table of cases: error, reference and naive way of those that follow; of each its name,
+/// bound, measurement and what is hard about it.
+macro_rules! cases {
+    ($([$error:expr, $reference:expr, $naive:expr]:
+        $($name:literal, $bound:expr, $measure:expr, $hard:literal;)+)+) => {
+        &[$($($crate::selftest::Case {
+            name: $name,
+            hard: $hard,
+            error: $error,
+            reference: $reference,
+            naive: $naive,
+            bound: $bound,
+            measure: $measure,
+        },)+)+]
+    };
+}
+
 mod boxes;
 mod capture;
 mod distant;
@@ -72,34 +89,7 @@ pub struct Case {
     /// The largest error that passes.
     pub bound: f64,
     #[serde(skip)]
-    measure: fn(Effort) -> Errors,
-}
-
-/// The texts that several cases share.
-pub(crate) struct Family {
-    pub(crate) error: &'static str,
-    pub(crate) reference: &'static str,
-    pub(crate) naive: &'static str,
-}
-
-impl Family {
-    pub(crate) const fn case(
-        &self,
-        name: &'static str,
-        hard: &'static str,
-        bound: f64,
-        measure: fn(Effort) -> Errors,
-    ) -> Case {
-        Case {
-            name,
-            hard,
-            error: self.error,
-            reference: self.reference,
-            naive: self.naive,
-            bound,
-            measure,
-        }
-    }
+    measure: fn(Effort) -> Option<Errors>,
 }
 
 /// The largest errors of a case; infinite where a result was not a number, or where a
@@ -110,6 +100,12 @@ pub struct Errors {
     pub ours: f64,
     /// The error of the naive way.
     pub naive: f64,
+}
+
+impl Errors {
+    pub(crate) const fn new(ours: f64, naive: f64) -> Self {
+        Self { ours, naive }
+    }
 }
 
 /// What a case measured, for people and programs.
@@ -169,7 +165,7 @@ pub const GROUPS: [(&str, &[Case]); 13] = [
 pub fn run(effort: Effort, part: &str, done: impl Fn() + Sync) -> Vec<Row> {
     let cases: Vec<_> = selected(part).collect();
     let run = |&(group, case): &(&'static str, &'static Case)| {
-        let errors = (case.measure)(effort);
+        let errors = (case.measure)(effort).unwrap_or(BROKEN);
         done();
         Row::new(group, case, errors)
     };
@@ -188,10 +184,7 @@ pub fn selected(part: &str) -> impl Iterator<Item = (&'static str, &'static Case
 struct Worst(Errors);
 
 impl Worst {
-    const NONE: Self = Self(Errors {
-        ours: 0.0,
-        naive: 0.0,
-    });
+    const NONE: Self = Self(Errors::new(0.0, 0.0));
 
     fn ours(&mut self, error: f64) {
         self.0.ours = worse(self.0.ours, error);
@@ -203,17 +196,17 @@ impl Worst {
 }
 
 /// Draws inputs from a seed, `count` times, and gathers the largest errors. The result of
-/// `check` is ignored: `None` skips an input.
+/// `check` is ignored: `None` skips an input. `None` for a count of 0.
 fn largest<R>(
     seed: u64,
     count: usize,
     mut check: impl FnMut(&mut Inputs, &mut Worst) -> R,
-) -> Errors {
+) -> Option<Errors> {
     let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
     for _ in 0..count {
         let _ = check(&mut inputs, &mut worst);
     }
-    worst.0
+    (count > 0).then_some(worst.0)
 }
 
 /// Draws inputs from a seed, `count` times, and counts wrong verdicts. The case is broken with
@@ -223,7 +216,7 @@ fn wrong<R>(
     count: usize,
     least: usize,
     mut check: impl FnMut(&mut Inputs, &mut Verdicts) -> R,
-) -> Errors {
+) -> Option<Errors> {
     let (mut inputs, mut verdicts) = (Inputs::new(seed), Verdicts::default());
     for _ in 0..count {
         let _ = check(&mut inputs, &mut verdicts);
@@ -239,7 +232,6 @@ pub(crate) fn worse(so_far: f64, error: f64) -> f64 {
     }
 }
 
-/// Counts wrong verdicts.
 #[derive(Debug, Clone, Copy, Default)]
 struct Verdicts {
     inputs: usize,
@@ -248,31 +240,27 @@ struct Verdicts {
 }
 
 impl Verdicts {
-    /// Counts an input about which the built-in way or the naive way may be wrong.
     fn wrong(&mut self, ours: bool, naive: bool) {
         self.inputs += 1;
         self.ours += usize::from(ours);
         self.naive += usize::from(naive);
     }
 
+    /// Counts a ray that met nothing where neither way may miss.
+    fn lost(&mut self) -> Option<()> {
+        self.wrong(true, true);
+        None
+    }
+
     /// Returns the numbers of wrong verdicts. The case is broken with fewer than `least`
     /// inputs, as no verdict of next to none is wrong.
-    fn of_at_least(self, least: usize) -> Errors {
-        if self.inputs < least.max(1) {
-            return BROKEN;
-        }
-        Errors {
-            ours: self.ours as f64,
-            naive: self.naive as f64,
-        }
+    fn of_at_least(self, least: usize) -> Option<Errors> {
+        let errors = Errors::new(self.ours as f64, self.naive as f64);
+        (self.inputs >= least.max(1)).then_some(errors)
     }
 }
 
-/// The errors of a case whose inputs could not be made.
-const BROKEN: Errors = Errors {
-    ours: f64::INFINITY,
-    naive: f64::INFINITY,
-};
+const BROKEN: Errors = Errors::new(f64::INFINITY, f64::INFINITY);
 
 /// 2⁻²⁴: half the distance from 1 to the next f32, what one rounding costs.
 const UNIT: f64 = 1.0 / 16_777_216.0;
@@ -280,45 +268,27 @@ const UNIT: f64 = 1.0 / 16_777_216.0;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::HashSet;
 
     #[test]
-    fn names_are_words_and_each_is_there_once() {
-        let all: Vec<_> = selected("").map(|(_, case)| case.name).collect();
-        assert!(all.len() >= 40, "{}", all.len());
-        assert_eq!(all.iter().collect::<HashSet<_>>().len(), all.len());
-        for name in all {
-            let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-            assert!(name.chars().all(plain), "{name}");
-        }
-    }
-
-    #[test]
-    fn what_is_no_number_is_an_infinite_error() {
+    fn errors_are_the_largest_and_need_inputs() {
         let mut worst = Worst::NONE;
-        worst.ours(-2.0);
-        worst.ours(1.0);
-        worst.naive(f64::NAN);
-        worst.naive(3.0);
-        let Errors { ours, naive } = worst.0;
-        assert_eq!((ours, naive), (2.0, f64::INFINITY));
-    }
-
-    #[test]
-    fn nothing_wrong_of_nothing_is_broken() {
-        let mut verdicts = Verdicts::default();
-        verdicts.wrong(false, true);
-        verdicts.wrong(false, false);
-        let Errors { ours, naive } = verdicts.of_at_least(2);
-        assert_eq!((ours, naive), (0.0, 1.0));
-        assert_eq!(verdicts.of_at_least(3), BROKEN);
-        assert_eq!(Verdicts::default().of_at_least(0), BROKEN);
+        for error in [-2.0, 1.0] {
+            worst.ours(error);
+        }
+        for error in [f64::NAN, 3.0] {
+            worst.naive(error);
+        }
+        assert_eq!(worst.0, Errors::new(2.0, f64::INFINITY));
+        let of = |least| wrong(1, 2, least, |_, verdicts| verdicts.wrong(false, true));
+        assert_eq!(of(2), Some(Errors::new(0.0, 2.0)));
+        assert_eq!(of(3), None);
+        assert_eq!(wrong(1, 2, 0, |_, _| ()), None);
     }
 
     #[test]
     fn a_case_fails_beyond_its_bound_and_without_a_number() {
         let case = &spheroids::CASES[0];
-        let passes = |ours| Row::new("", case, Errors { ours, naive: 0.0 }).passed;
+        let passes = |ours| Row::new("", case, Errors::new(ours, 0.0)).passed;
         assert!(passes(case.bound) && !passes(case.bound * 1.01));
         assert!(!passes(f64::INFINITY) && !passes(f64::NAN));
     }

@@ -8,7 +8,6 @@ use std::fmt;
 #[must_use]
 pub struct Table<'e, E> {
     entries: &'e [E],
-    /// The name and the cells of each field.
     fields: Vec<Vec<String>>,
 }
 

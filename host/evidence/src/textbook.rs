@@ -36,7 +36,6 @@ pub(crate) fn moller_trumbore(corners: [Vec3; 3], ray: &Ray, least: Option<f32>)
     if t < 0.0 { None } else { Some(t) }
 }
 
-/// l and the level as printed.
 pub(crate) fn printed(v: Vec3) -> (f32, f32) {
     use std::f32::consts::{FRAC_PI_3, FRAC_PI_6, PI};
     let (f, r, u) = (-v.z, v.x, v.y);
@@ -107,6 +106,18 @@ pub(crate) fn textbook_refraction(
     Some((reflected, 1.0 - reflected, direction))
 }
 
+/// Where a line meets the ellipsoid of x²·w₁ + y²·w₂ + z²·w₃ = 1, by the quadratic formula.
+pub(crate) fn quadratic(o: Vec3, d: Vec3, weights: Vec3) -> Option<[f32; 2]> {
+    let a = (d * d).dot(weights);
+    let b = 2.0 * (o * d).dot(weights);
+    let c = (o * o).dot(weights) - 1.0;
+    let discriminant = b * b - 4.0 * a * c;
+    let root = discriminant.sqrt();
+    // NaN passes, as in the usual test.
+    let misses = discriminant < 0.0;
+    (!misses).then(|| [(-b - root) / (2.0 * a), (-b + root) / (2.0 * a)])
+}
+
 /// A camera's ray at a mirror, as one would write it down: the mirror stands
 /// at `at`, its viewpoint is `p` above, its screen `c1` above.
 pub(crate) fn traced(a: f32, p: Option<f32>, c1: f32, screen: [f32; 2], at: Vec3) -> Vec3 {
@@ -117,11 +128,7 @@ pub(crate) fn traced(a: f32, p: Option<f32>, c1: f32, screen: [f32; 2], at: Vec3
     };
     let direction = direction.normalize();
     let weights = Vec3::new(1.0, 1.0, 1.0 / (a * a));
-    let o = origin - at;
-    let qa = (direction * direction).dot(weights);
-    let qb = 2.0 * (o * direction).dot(weights);
-    let qc = (o * o).dot(weights) - 1.0;
-    let t = (-qb - (qb * qb - 4.0 * qa * qc).sqrt()) / (2.0 * qa);
+    let t = quadratic(origin - at, direction, weights).map_or(f32::NAN, |t| t[0]);
     let point = origin + direction * t - at;
     let normal = (point * weights).normalize();
     direction - normal * (2.0 * direction.dot(normal))

@@ -36,15 +36,10 @@ use std::error::Error;
 use std::time::Instant;
 use thiserror::Error;
 
-/// Measures a section of the report.
-type Measuring = fn(&Bench<'_>) -> Result<Section, Cause>;
-
-/// A subject of the report.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Topic {
-    /// The topic's name in files and on the command line.
     pub(crate) id: &'static str,
-    measure: Measuring,
+    measure: fn(&Bench<'_>) -> Result<Section, Cause>,
 }
 
 impl Topic {
@@ -60,7 +55,7 @@ impl Topic {
         Self::new("cases", cases::section),
     ];
 
-    const fn new(id: &'static str, measure: Measuring) -> Self {
+    const fn new(id: &'static str, measure: fn(&Bench<'_>) -> Result<Section, Cause>) -> Self {
         Self { id, measure }
     }
 
@@ -75,7 +70,6 @@ impl Topic {
     }
 }
 
-/// The reason why a section could not be measured.
 #[derive(Debug, Error)]
 #[error("the section \"{section}\" of the report cannot be measured")]
 pub(crate) struct TradeoffError {
@@ -83,21 +77,16 @@ pub(crate) struct TradeoffError {
     source: Cause,
 }
 
-/// Any error.
 type Cause = Box<dyn Error + Send + Sync>;
 
-/// The settings of a run.
 pub(crate) struct Bench<'b> {
     pub(crate) effort: Effort,
-    /// Threads, 1 or more.
     pub(crate) threads: usize,
-    /// The mesh that built-in scenes show.
     pub(crate) mesh: &'b TriangleMesh,
     /// Receives the share of the section that is done, 0 to 1.
     pub(crate) progress: &'b (dyn Fn(f64) + Sync),
 }
 
-/// The most rounds of a measurement.
 const MOST_ROUNDS: usize = 25;
 
 impl Bench<'_> {
@@ -132,18 +121,14 @@ impl Bench<'_> {
     }
 }
 
-/// Everything that a run measured.
 #[derive(Debug, Serialize)]
 pub(crate) struct Report {
     pub(crate) version: &'static str,
     pub(crate) quick: bool,
     pub(crate) threads: usize,
-    /// The instruction set.
     pub(crate) simd: String,
     pub(crate) build: Build,
-    /// The mesh that built-in scenes show.
     pub(crate) mesh: String,
-    /// The time of the whole run.
     pub(crate) seconds: f64,
     /// The sections in the order of [`Topic::ALL`].
     pub(crate) sections: Vec<Section>,
@@ -159,7 +144,6 @@ pub(crate) struct Build {
     pub(crate) optimised: bool,
     /// `SHISEN_COMMIT` when the program was built.
     pub(crate) commit: Option<&'static str>,
-    /// The processor's features that the program may use.
     pub(crate) cpu_features: Vec<&'static str>,
 }
 
@@ -168,7 +152,6 @@ impl Build {
     const OPTIMISED: bool =
         matches!(env!("SHISEN_OPT_LEVEL").as_bytes(), b"2" | b"3") && !cfg!(debug_assertions);
 
-    /// This program, on this processor.
     pub(crate) fn this() -> Self {
         #[cfg(target_arch = "x86_64")]
         let features = [
@@ -191,24 +174,20 @@ impl Build {
     }
 }
 
-/// The measurements of a topic.
 #[derive(Debug, Serialize)]
 pub(crate) struct Section {
-    /// [`Topic::id`].
     pub(crate) id: &'static str,
     pub(crate) title: &'static str,
-    /// What was measured, and how: a paragraph.
     pub(crate) about: String,
     /// The setting to choose: a sentence, of the first comparison unless said otherwise.
     pub(crate) choice: String,
-    /// The most important one first.
     pub(crate) comparisons: Vec<Comparison>,
     /// Errors without a price, in the section cases alone.
     pub(crate) hard_cases: Vec<Row>,
     /// The tiles of a frame, in the section budget alone.
     pub(crate) tiles: Vec<TilePrice>,
     #[serde(skip)]
-    pub(crate) pictures: Vec<Figure>,
+    pictures: Vec<Figure>,
 }
 
 impl Section {
@@ -237,35 +216,20 @@ impl Section {
 pub(crate) struct TilePrice {
     /// The picture of the frame: screen by screen, the left eye's first.
     pub(crate) picture: usize,
-    /// The tile's first column.
     pub(crate) x: u32,
-    /// The tile's first row.
     pub(crate) y: u32,
     /// The least measured share of the frame's steps with which the tile is whole.
     pub(crate) percent: u32,
 }
 
-/// A picture in linear light, and its caption.
-#[derive(Debug)]
-pub(crate) struct Figure {
-    pub(crate) caption: String,
-    pub(crate) picture: Picture,
-}
-
-impl Figure {
-    fn new(caption: impl Into<String>, picture: Picture) -> Self {
-        let caption = caption.into();
-        Self { caption, picture }
-    }
-}
+/// A picture in linear light under its caption.
+type Figure = (String, Picture);
 
 /// Points that were measured on the same work, against the same truth.
 #[derive(Debug, Serialize)]
 pub(crate) struct Comparison {
-    /// Unique in its section.
     pub(crate) id: &'static str,
     pub(crate) title: &'static str,
-    /// What is compared with what: a paragraph.
     pub(crate) about: String,
     /// The kinds of [`Point::errors`]. Less of the first is better; the front is by it.
     pub(crate) measures: Vec<Measure>,
@@ -279,7 +243,6 @@ pub(crate) struct Comparison {
     /// Charts beside the ones that every comparison has.
     #[serde(skip)]
     pub(crate) charts: Vec<Chart>,
-    /// Whether charts show errors by their logarithm.
     #[serde(skip)]
     pub(crate) logarithmic: bool,
 }
@@ -287,10 +250,12 @@ pub(crate) struct Comparison {
 /// An error up to which a setting is as good as the truth.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Limit {
-    /// In the unit of the first measure.
     pub(crate) error: f64,
-    /// The reason.
     pub(crate) because: &'static str,
+}
+
+const fn limit(error: f64, because: &'static str) -> Limit {
+    Limit { error, because }
 }
 
 /// A kind of error.
@@ -306,7 +271,6 @@ const fn measure(id: &'static str, label: &'static str) -> Measure {
     Measure { id, label }
 }
 
-/// A setting: its errors, and its cost.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Point {
     /// The group of settings that it belongs to.
@@ -317,15 +281,12 @@ pub(crate) struct Point {
     /// The errors by [`Comparison::measures`]; `None` where there is no such number, as the
     /// signal-to-noise ratio of equal pictures.
     pub(crate) errors: Vec<Option<f64>>,
-    /// The median wall-clock time.
     pub(crate) seconds: f64,
     /// The time between the quartiles, seconds.
     pub(crate) spread: f64,
     /// Exact, where steps are counted.
     pub(crate) steps: Option<u64>,
-    /// Whether it is on the front of error and time.
     pub(crate) best_by_time: bool,
-    /// Whether it is on the front of error and steps.
     pub(crate) best_by_steps: bool,
 }
 
@@ -336,12 +297,11 @@ impl Point {
         settings: impl IntoIterator<Item = (&'static str, Value)>,
     ) -> Self {
         let settings = settings.into_iter();
+        let settings = settings.map(|(key, value)| (key.to_owned(), value));
         Self {
             series,
             name: name.into(),
-            settings: settings
-                .map(|(key, value)| (key.to_owned(), value))
-                .collect(),
+            settings: settings.collect(),
             errors: Vec::new(),
             seconds: 0.0,
             spread: 0.0,
@@ -351,7 +311,6 @@ impl Point {
         }
     }
 
-    /// Adds the measurements of the setting.
     fn measured<T>(self, errors: Vec<Option<f64>>, time: &Timed<T>, steps: Option<u64>) -> Self {
         Self {
             errors,
@@ -369,7 +328,6 @@ impl Point {
     }
 }
 
-/// A bench for tests: the short run on one thread.
 #[cfg(test)]
 fn quick_bench(mesh: &TriangleMesh) -> Bench<'_> {
     Bench {

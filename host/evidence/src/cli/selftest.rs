@@ -1,14 +1,15 @@
 //! `shisen-evidence selftest`: the hard cases, and how the naive way does at them.
 
+use super::bench;
 use crate::selftest::{self, Effort, FRAMES, Row};
 use crate::table::Table;
 use clap::Args;
-use serde::Serialize;
+use serde_json::json;
 use shisen::cli::output::failure::{Failure, Fault};
 use shisen::cli::output::progress::Progress;
-use shisen::cli::output::{print, say};
+use shisen::cli::output::say;
 use shisen_core::Simd;
-use std::fmt;
+use std::fmt::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Tries the tracer on hard cases, against exact references
@@ -44,17 +45,6 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-#[derive(Debug, Serialize)]
-struct Report {
-    quick: bool,
-    simd: &'static str,
-    paths_compared: Vec<&'static str>,
-    passed: usize,
-    failed: usize,
-    cases: Vec<Row>,
-}
-
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let part = arguments.part.as_deref().unwrap_or_default();
     let total = selftest::selected(part).count();
@@ -80,15 +70,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if paths_compared == [PORTABLE] {
         say(NO_AVX2);
     }
-    let report = Report {
-        quick: arguments.quick,
-        simd,
-        paths_compared,
-        passed: total - failed,
-        failed,
-        cases,
-    };
-    print(&report, arguments.json)?;
+    let report = json!({
+        "quick": arguments.quick,
+        "simd": simd,
+        "paths_compared": paths_compared,
+        "passed": total - failed,
+        "failed": failed,
+        "cases": cases,
+    });
+    bench::print(arguments.json, &report, &described(&cases, failed))?;
     if failed > 0 {
         return Err(Fault::HardCases { failed, total }.into());
     }
@@ -97,7 +87,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 const PORTABLE: &str = Simd::PORTABLE.name();
 
-/// The note for a machine on which one path is compared with itself.
 const NO_AVX2: &str = "note: no AVX2 here: frames are compared on portable code alone, by modes, \
                        trees and numbers of threads; a processor with AVX2 compares both";
 
@@ -112,34 +101,34 @@ fn paths_compared(cases: &[Row], simd: &'static str) -> Vec<&'static str> {
     }
 }
 
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for cases in self.cases.chunk_by(|a, b| a.group == b.group) {
-            let verdict = |row: &Row| match (row.passed, row.control) {
-                (false, _) => "FAILED".to_owned(),
-                (true, true) => "control".to_owned(),
-                (true, false) => String::new(),
-            };
-            let table = Table::new(cases)
-                .text(cases[0].group, |row| format!("  {:<38}", row.case.name))
-                .text("ours", |row| number(row.error))
-                .text("bound", |row| number(row.case.bound))
-                .text("naive", |row| number(row.naive_error))
-                .text("", verdict);
-            writeln!(f, "{table:#}")?;
-            for row in cases.iter().filter(|row| !row.passed) {
-                writeln!(
-                    f,
-                    "    {}: {}; error: {}",
-                    row.case.name, row.case.hard, row.case.error
-                )?;
-            }
+fn described(cases: &[Row], failed: usize) -> String {
+    let verdict = |row: &Row| match (row.passed, row.control) {
+        (false, _) => "FAILED".to_owned(),
+        (true, true) => "control".to_owned(),
+        (true, false) => String::new(),
+    };
+    let mut text = String::new();
+    for cases in cases.chunk_by(|a, b| a.group == b.group) {
+        let table = Table::new(cases)
+            .text(cases[0].group, |row| format!("  {:<38}", row.case.name))
+            .text("ours", |row| number(row.error))
+            .text("bound", |row| number(row.case.bound))
+            .text("naive", |row| number(row.naive_error))
+            .text("", verdict);
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "{table:#}");
+        for case in cases.iter().filter(|row| !row.passed).map(|row| row.case) {
+            let _ = writeln!(
+                text,
+                "    {}: {}; error: {}",
+                case.name, case.hard, case.error
+            );
         }
-        write!(f, "{} passed, {} failed", self.passed, self.failed)
     }
+    let _ = write!(text, "{} passed, {failed} failed", cases.len() - failed);
+    text
 }
 
-/// A number with three digits.
 fn number(x: f64) -> String {
     if x == 0.0 {
         "0".to_owned()
@@ -150,24 +139,5 @@ fn number(x: f64) -> String {
         format!("{x:.digits$}")
     } else {
         format!("{x:.1e}")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::selftest::Errors;
-
-    #[test]
-    fn without_avx2_one_path_is_compared_with_itself() {
-        let rows = |part| {
-            let (ours, naive) = (0.0, 0.0);
-            selftest::selected(part)
-                .map(|(group, case)| Row::new(group, case, Errors { ours, naive }))
-                .collect::<Vec<_>>()
-        };
-        assert_eq!(paths_compared(&rows("frame-on"), PORTABLE), ["portable"]);
-        assert_eq!(paths_compared(&rows(""), "avx2"), ["portable", "avx2"]);
-        assert!(paths_compared(&rows("refraction"), "avx2").is_empty());
     }
 }

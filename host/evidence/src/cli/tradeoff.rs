@@ -1,20 +1,19 @@
 //! `shisen-evidence tradeoff`: what every setting that trades error for time costs.
 
+use super::bench;
 use crate::selftest::Effort;
 use crate::tradeoff::{self, Bench, Build, Report, Topic};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use serde::Serialize;
+use serde_json::{Value, json};
 use shisen::cli::arguments::source::{BUILT_IN_MESH, load_mesh};
 use shisen::cli::arguments::threads;
 use shisen::cli::output::failure::{Failure, Fault};
 use shisen::cli::output::picture_files::make_writable;
-use shisen::cli::output::print;
 use shisen::cli::output::progress::Progress;
 use shisen::files::write_atomically;
 use shisen::scene::quadruped::quadruped;
 use shisen_core::Simd;
-use std::fmt;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -67,7 +66,6 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// Parses `--only`.
 fn topic() -> impl TypedValueParser<Value = Topic> {
     PossibleValuesParser::new(Topic::ALL.map(|topic| topic.id)).try_map(|id| {
         let mut all = Topic::ALL.into_iter();
@@ -75,17 +73,6 @@ fn topic() -> impl TypedValueParser<Value = Topic> {
     })
 }
 
-/// The report, and the paths of its files.
-#[derive(Debug, Serialize)]
-struct Written {
-    #[serde(flatten)]
-    report: Report,
-    html: String,
-    csv: String,
-    json: String,
-}
-
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (mesh, mesh_name) = match &arguments.mesh {
         Some(path) => (load_mesh(path)?, path.display().to_string()),
@@ -129,43 +116,29 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         seconds: start.elapsed().as_secs_f64(),
         sections,
     };
-    print(&write(report, &arguments.out)?, arguments.json)
+    let written = write(&report, &arguments.out)?;
+    let choices = report.sections.iter();
+    let choices = choices.map(|one| format!("{}: {}\n", one.title, one.choice));
+    let text = choices.collect::<String>() + written["html"].as_str().unwrap_or_default();
+    bench::print(arguments.json, &written, &text)
 }
 
-/// Parts of the progress bar.
 const PARTS: usize = 1_000;
 
-/// Writes all three files.
-fn write(report: Report, folder: &Path) -> Result<Written, Failure> {
+/// Writes all three files, and returns the report's object with their paths.
+fn write(report: &Report, folder: &Path) -> Result<Value, Failure> {
     let path = |ending: &str| folder.join(format!("tradeoff.{ending}"));
     let write = |ending: &str, text: &str| {
         let path = path(ending);
         write_atomically(&path, |file| file.write_all(text.as_bytes())).map_err(Fault::write(&path))
     };
-    write(
-        "html",
-        &tradeoff::html(&report).map_err(Failure::from_error)?,
-    )?;
-    write("csv", &tradeoff::csv(&report).map_err(Failure::from_error)?)?;
-    let name = |ending: &str| path(ending).display().to_string();
-    let written = Written {
-        html: name("html"),
-        csv: name("csv"),
-        json: name("json"),
-        report,
-    };
-    write(
-        "json",
-        &serde_json::to_string_pretty(&written).map_err(Failure::from_error)?,
-    )?;
-    Ok(written)
-}
-
-impl fmt::Display for Written {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for section in &self.report.sections {
-            writeln!(f, "{}: {}", section.title, section.choice)?;
-        }
-        write!(f, "{}", self.html)
+    let html = tradeoff::html(report).map_err(Failure::from_error)?;
+    write("html", &html)?;
+    write("csv", &tradeoff::csv(report).map_err(Failure::from_error)?)?;
+    let mut written = json!(report);
+    for ending in ["html", "csv", "json"] {
+        written[ending] = path(ending).display().to_string().into();
     }
+    write("json", &format!("{written:#}"))?;
+    Ok(written)
 }

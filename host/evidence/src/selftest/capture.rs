@@ -1,8 +1,8 @@
 //! Lines of sight off a mirrored spheroid, and the dome masters they make.
 
 use super::input::Inputs;
-use super::{Case, Effort, Errors, Family, Worst, largest};
-use crate::textbook::{angle, traced, traced_mirror};
+use super::{Case, Effort, Errors, Worst, largest};
+use crate::textbook::{angle, quadratic, traced, traced_mirror};
 use glam::{DVec2, Mat3, Vec3};
 use shisen::dome::Mirror;
 use shisen_core::capture::{Mapping, SpheroidMirror};
@@ -17,77 +17,35 @@ const PIXELS: &str = "of the reflected ray, pixels of a picture of 4096²";
 /// The bound that the documentation of the mirrors states: a thousandth of a pixel.
 const BOUND: f64 = 1.0e-3;
 
-/// Reflected rays, against a ray that is traced.
-const RAYS: Family = Family {
-    error: PIXELS,
-    reference: F64,
-    naive: TRACED,
+pub(super) const CASES: &[Case] = cases! {
+    [PIXELS, F64, TRACED]:
+    "capture-at-the-rim", BOUND, |effort| { drawn(600, effort, named, |inputs| { 1.0 - inputs.magnitude(-7.0, -2.0) }) },
+        "the last 10⁻⁷ to 10⁻² before the rim, where rays are level";
+    "capture-at-the-centre", 5.0e-5, |effort| drawn(601, effort, named, |inputs| inputs.magnitude(-20.0, -2.0)),
+        "the innermost 10⁻²⁰ to 10⁻², where rays come straight back";
+    [PIXELS, F64, "d₁ = b₁·tan 2γ₁ in f32, and traced from there"]:
+    "capture-next-to-parallel", BOUND, next_to_parallel,
+        "edges with a·tan β₁ from 1 − 10⁻³ to 1: tan 2γ₁ has its pole";
+    [PIXELS, F64, TRACED]:
+    "capture-from-far", BOUND, |effort| drawn(602, effort, far, Inputs::unit),
+        "viewpoints 10² to 10⁷ radii away, where a pixel is less than an f32 there";
+    "capture-from-next-to-the-pole", BOUND, |effort| drawn(603, effort, near, Inputs::unit),
+        "viewpoints 10⁻⁶ to 10⁻¹ of the polar radius above the pole";
+    [PIXELS, F64, "the same ray traced where the mirror is"]:
+    "capture-by-a-mirror-of-a-millionth", BOUND, small,
+        "a mirror of a millionth of its distance from the origin";
+    ["of the angle on the dome, and of the one in the picture, back there, parts of a pixel of a \
+      picture of 4096²",
+     "the dome's angle in f64; the picture's, where it started",
+     "tan⁻¹(k·r) + 2·tan⁻¹(a·tan(sin⁻¹ b)) in f32, by halving"]:
+    "capture-there-and-back", 2.0e-3, there_and_back,
+        "from the picture's angle to the dome's and back, at any mirror";
 };
-
-pub(super) const CASES: &[Case] = &[
-    RAYS.case(
-        "capture-at-the-rim",
-        "the last 10⁻⁷ to 10⁻² before the rim, where rays are level",
-        BOUND,
-        |effort| {
-            drawn(600, effort, named, |inputs| {
-                1.0 - inputs.magnitude(-7.0, -2.0)
-            })
-        },
-    ),
-    RAYS.case(
-        "capture-at-the-centre",
-        "the innermost 10⁻²⁰ to 10⁻², where rays come straight back",
-        5.0e-5,
-        |effort| drawn(601, effort, named, |inputs| inputs.magnitude(-20.0, -2.0)),
-    ),
-    Case {
-        name: "capture-next-to-parallel",
-        hard: "edges with a·tan β₁ from 1 − 10⁻³ to 1: tan 2γ₁ has its pole",
-        error: PIXELS,
-        reference: F64,
-        naive: "d₁ = b₁·tan 2γ₁ in f32, and traced from there",
-        bound: BOUND,
-        measure: next_to_parallel,
-    },
-    RAYS.case(
-        "capture-from-far",
-        "viewpoints 10² to 10⁷ radii away, where a pixel is less than an f32 there",
-        BOUND,
-        |effort| drawn(602, effort, far, Inputs::unit),
-    ),
-    RAYS.case(
-        "capture-from-next-to-the-pole",
-        "viewpoints 10⁻⁶ to 10⁻¹ of the polar radius above the pole",
-        BOUND,
-        |effort| drawn(603, effort, near, Inputs::unit),
-    ),
-    Case {
-        name: "capture-by-a-mirror-of-a-millionth",
-        hard: "a mirror of a millionth of its distance from the origin",
-        error: PIXELS,
-        reference: F64,
-        naive: "the same ray traced where the mirror is",
-        bound: BOUND,
-        measure: small,
-    },
-    Case {
-        name: "capture-there-and-back",
-        hard: "from the picture's angle to the dome's and back, at any mirror",
-        error: "of the angle on the dome, and of the one in the picture, back there, parts of a \
-                pixel of a picture of 4096²",
-        reference: "the dome's angle in f64; the picture's, where it started",
-        naive: "tan⁻¹(k·r) + 2·tan⁻¹(a·tan(sin⁻¹ b)) in f32, by halving",
-        bound: 2.0e-3,
-        measure: there_and_back,
-    },
-];
 
 fn pixels(angle: f64) -> f64 {
     angle / FRAC_PI_2 * 2048.0
 }
 
-/// A place of the unit disc at a radius.
 fn place(inputs: &mut Inputs, radius: f64) -> [f32; 2] {
     let (sin, cos) = (TAU * inputs.unit()).sin_cos();
     let [u, v] = [radius * cos, radius * sin].map(|x| x as f32);
@@ -98,7 +56,6 @@ fn place(inputs: &mut Inputs, radius: f64) -> [f32; 2] {
     }
 }
 
-/// Compares both ways at a place of the disc of a mirror.
 fn compare(worst: &mut Worst, single: &SpheroidMirror, double: &Mirror, [u, v]: [f32; 2]) {
     let b1 = double.parameters().b1;
     let (_, exact) = double.reflect(DVec2::new(f64::from(u), f64::from(v)) * b1);
@@ -108,7 +65,6 @@ fn compare(worst: &mut Worst, single: &SpheroidMirror, double: &Mirror, [u, v]: 
     worst.naive(error(traced_mirror(single, [u, v])));
 }
 
-/// A mirror by its viewpoint, in both precisions.
 fn perspective(a: f32, p: f32) -> Option<(SpheroidMirror, Mirror)> {
     let double = Mirror::perspective(f64::from(a), f64::from(p));
     Some((SpheroidMirror::perspective(a, p).ok()?, double.ok()?))
@@ -124,17 +80,15 @@ fn named(inputs: &mut Inputs) -> Option<(SpheroidMirror, Mirror)> {
     perspective(mirror.axis_ratio(), mirror.viewpoint()?)
 }
 
-/// Draws mirrors and places.
 fn drawn(
     seed: u64,
     effort: Effort,
     mut mirror: impl FnMut(&mut Inputs) -> Option<(SpheroidMirror, Mirror)>,
     mut radius: impl FnMut(&mut Inputs) -> f64,
-) -> Errors {
+) -> Option<Errors> {
     largest(seed, effort.of(2_000), |inputs, worst| {
         let Some((single, double)) = mirror(inputs) else {
-            worst.ours(f64::NAN);
-            return;
+            return worst.ours(f64::NAN);
         };
         for _ in 0..50 {
             let radius = radius(inputs);
@@ -154,14 +108,13 @@ fn near(inputs: &mut Inputs) -> Option<(SpheroidMirror, Mirror)> {
     perspective(a, a * (1.0 + inputs.magnitude(-6.0, -1.0) as f32))
 }
 
-fn next_to_parallel(effort: Effort) -> Errors {
+fn next_to_parallel(effort: Effort) -> Option<Errors> {
     largest(604, effort.of(2_000), |inputs, worst| {
         let a = inputs.range(0.8, 5.0) as f32;
         let slope = 1.0 - inputs.magnitude(-7.0, -3.0);
         let beta1 = ((slope / f64::from(a)).atan() as f32).min(libm::atan2f(1.0, a));
         let Ok(single) = SpheroidMirror::from_edge(a, beta1) else {
-            worst.ours(f64::NAN);
-            return;
+            return worst.ours(f64::NAN);
         };
         // Rounded, the edge may be beyond the last there is.
         let last = f64::from(a).recip().atan();
@@ -186,7 +139,7 @@ fn next_to_parallel(effort: Effort) -> Errors {
     })
 }
 
-fn small(effort: Effort) -> Errors {
+fn small(effort: Effort) -> Option<Errors> {
     const SIZE: u32 = 4096;
     let distance = 100.0;
     let radius = 1.0e-6 * distance as f32;
@@ -241,22 +194,17 @@ fn in_place(mirror: &SpheroidMirror, screen: [f32; 2], radius: f32, at: Vec3) ->
     let through = at + Vec3::new(screen[0] * radius, screen[1] * radius, -c1);
     let direction = (through - origin).normalize();
     let weights = Vec3::new(1.0, 1.0, radius / a * (radius / a)) / (radius * radius);
-    let o = origin - at;
-    let qa = (direction * direction).dot(weights);
-    let qb = 2.0 * (o * direction).dot(weights);
-    let qc = (o * o).dot(weights) - 1.0;
-    let t = (-qb - (qb * qb - 4.0 * qa * qc).sqrt()) / (2.0 * qa);
+    let t = quadratic(origin - at, direction, weights).map_or(f32::NAN, |t| t[0]);
     let normal = ((origin + direction * t - at) * weights).normalize();
     direction - normal * (2.0 * direction.dot(normal))
 }
 
-fn there_and_back(effort: Effort) -> Errors {
+fn there_and_back(effort: Effort) -> Option<Errors> {
     largest(606, effort.of(2_000), |inputs, worst| {
         let a = inputs.range(0.8, 5.0) as f32;
         let above = inputs.magnitude(-3.0, 6.0) as f32;
         let Some((mirror, double)) = perspective(a, a * (1.0 + above)) else {
-            worst.ours(f64::NAN);
-            return;
+            return worst.ours(f64::NAN);
         };
         for _ in 0..10 {
             let r_d = (FRAC_PI_2 * inputs.unit()) as f32;

@@ -92,26 +92,3 @@ fn parts(x: f32) -> (i64, i32) {
     let significand = if x < 0.0 { -significand } else { significand };
     (significand, exponent)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::Vec3;
-
-    #[test]
-    fn a_sphere_and_a_spheroid_by_hand() {
-        let ray = |o, d| Ray::new(Vec3::from_array(o), Vec3::from_array(d)).unwrap();
-        let meeting = Meeting::new([2.0, 2.0], &ray([0.0, 0.0, 6.0], [0.0, 0.0, -0.5]));
-        assert_eq!(meeting.t, Some([8.0, 16.0]));
-        assert_eq!((meeting.clearance, meeting.speed), (1.0, 0.25));
-        // Half a radius beside the centre of one that is three high.
-        let meeting = Meeting::new([1.0, 3.0], &ray([0.5, -9.0, 0.0], [0.0, 3.0, 0.0]));
-        assert_eq!(meeting.clearance, 0.75);
-        let half = 0.75f64.sqrt();
-        assert_eq!(meeting.t, Some([3.0 - half, 3.0 + half]));
-        // A tenth of a micrometre past it, ten thousand kilometres away.
-        let meeting = Meeting::new([1.0, 1.0], &ray([1.0, 1.0e7, 0.0], [1.0e-14, -1.0, 0.0]));
-        assert_eq!(meeting.t, None);
-        assert!((meeting.clearance / -2.0e-7 - 1.0).abs() < 1.0e-6);
-    }
-}

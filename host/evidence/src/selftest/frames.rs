@@ -5,7 +5,7 @@
 //! `tests/capi/run` builds the portable code without vectors, for x86-64 and for a Cortex-M7, and
 //! compares the pixels, as `tests/firmware/run` does for a controller's frames.
 
-use super::{BROKEN, Case, Effort, Errors};
+use super::{Case, Effort, Errors};
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::render::{self, Frame, Observer, Options};
@@ -15,27 +15,15 @@ use shisen::scene::quadruped::quadruped;
 use shisen_core::frame::{Mode, Settings};
 use shisen_core::{Runs, Simd};
 
-pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "frame-on-every-path-mirrors",
-        hard: "scene A by AVX2 and by portable code (on x86-64 the compiler's SSE2), ray by ray and \
-               in tiles of rays, trees 8 and 4 wide, on 1 to 16 threads",
-        error: WAYS,
-        reference: ONE,
-        naive: SUM,
-        bound: 0.0,
-        measure: mirrors,
-    },
-    Case {
-        name: "frame-on-every-path-glass",
-        hard: "the same of balls of quartz, with dispersion",
-        error: WAYS,
-        reference: ONE,
-        naive: SUM,
-        bound: 0.0,
-        measure: |effort| every_way(&spheres(), effort),
-    },
-];
+pub(super) const CASES: &[Case] = cases! {
+    [WAYS, ONE, SUM]:
+    "frame-on-every-path-mirrors", 0.0,
+        |effort| every_way(&paper_scene(PaperScene::A, quadruped()).ok()?, effort),
+        "scene A by AVX2 and by portable code (on x86-64 the compiler's SSE2), ray by ray and in \
+         tiles of rays, trees 8 and 4 wide, on 1 to 16 threads";
+    "frame-on-every-path-glass", 0.0, |effort| every_way(&spheres(), effort),
+        "the same of balls of quartz, with dispersion";
+};
 
 const WAYS: &str = "ways of which a pixel differs in a bit";
 const ONE: &str = "the frame ray by ray, portable, on one thread: its hash";
@@ -46,26 +34,13 @@ const SUM: &str = "not a frame of its own, but what threads usually share: the r
 /// Numbers of threads, some above the number of processors.
 const THREADS: [usize; 6] = [1, 2, 3, 4, 7, 16];
 
-fn mirrors(effort: Effort) -> Errors {
-    paper_scene(PaperScene::A, quadruped()).map_or(BROKEN, |scene| every_way(&scene, effort))
-}
-
-fn every_way(scene: &Scene, effort: Effort) -> Errors {
-    let (Ok(fast), Ok(compact)) = (Baked::<8>::new(scene), Baked::<4>::new(scene)) else {
-        return BROKEN;
-    };
+fn every_way(scene: &Scene, effort: Effort) -> Option<Errors> {
+    let fast = Baked::<8>::new(scene).ok()?;
+    let compact = Baked::<4>::new(scene).ok()?;
     // Pixels a side of each of three walls.
-    let side = match effort {
-        Effort::Quick => 24,
-        Effort::Full => 96,
-    };
-    let Some(reference) = frame(&fast, side, (1, Mode::Single, Simd::PORTABLE)) else {
-        return BROKEN;
-    };
-    let mut errors = Errors {
-        ours: 0.0,
-        naive: 0.0,
-    };
+    let side = effort.pick(24, 96);
+    let reference = frame(&fast, side, (1, Mode::Single, Simd::PORTABLE))?;
+    let mut errors = Errors::new(0.0, 0.0);
     for threads in THREADS {
         for mode in [Mode::Single, Mode::Tile] {
             for simd in [Simd::PORTABLE, Simd::detect()] {
@@ -79,7 +54,7 @@ fn every_way(scene: &Scene, effort: Effort) -> Errors {
         let same = reduced(&reference, threads) == reduced(&reference, 1);
         errors.naive += f64::from(u8::from(!same));
     }
-    errors
+    Some(errors)
 }
 
 fn frame<const W: usize>(

@@ -1,7 +1,7 @@
 //! Levels of the gaze: equations 4 to 8 of Mochizuki and Makino.
 
 use super::input::{Inputs, single};
-use super::{BROKEN, Case, Effort, Errors, Family, Worst, largest};
+use super::{Case, Effort, Errors, Worst, largest};
 use crate::textbook::{printed, printed_level};
 use glam::{DMat3, DVec3, Vec3};
 use shisen::render::gaze_reference::{self, Limits};
@@ -17,92 +17,40 @@ const OF_LEVEL: &str = "of the level, which goes from 0 to 1";
 /// The bound that the documentation of the levels states.
 const BOUND: f64 = 1.0e-6;
 
-/// Angles from the line of sight.
-const ANGLES: Family = Family {
-    error: OF_L,
-    reference: F64,
-    naive: PRINTED,
-};
-
-/// Levels.
-const LEVELS: Family = Family {
-    error: OF_LEVEL,
-    reference: F64,
-    naive: PRINTED,
-};
-
-pub(super) const CASES: &[Case] = &[
+pub(super) const CASES: &[Case] = cases! {
+    [OF_L, F64, PRINTED]:
     // So small an l has as many digits as any.
-    ANGLES.case(
-        "gaze-along-the-line-of-sight",
-        "rays within 10⁻⁷ to 10⁻² rad of the line of sight: the cosine is 1",
-        1.0e-8,
-        along,
-    ),
-    ANGLES.case(
-        "gaze-opposite",
-        "rays straight back, and within 10⁻⁷ rad of it",
-        BOUND,
-        opposite,
-    ),
-    ANGLES.case(
-        "gaze-vertical",
-        "rays straight up, down and to the side, where an equation is 0/0",
-        BOUND,
-        poles,
-    ),
-    LEVELS.case(
-        "gaze-at-pi-6",
-        "rays at the border of the central field",
-        BOUND,
-        central_border,
-    ),
-    LEVELS.case(
-        "gaze-at-the-outer-border",
-        "rays at the border of the visual field, on all sides",
-        BOUND,
-        outer_border,
-    ),
+    "gaze-along-the-line-of-sight", 1.0e-8, along,
+        "rays within 10⁻⁷ to 10⁻² rad of the line of sight: the cosine is 1";
+    "gaze-opposite", BOUND, opposite,
+        "rays straight back, and within 10⁻⁷ rad of it";
+    "gaze-vertical", BOUND, poles,
+        "rays straight up, down and to the side, where an equation is 0/0";
+    [OF_LEVEL, F64, PRINTED]:
+    "gaze-at-pi-6", BOUND, central_border,
+        "rays at the border of the central field";
+    "gaze-at-the-outer-border", BOUND, outer_border,
+        "rays at the border of the visual field, on all sides";
     // Subnormal components have fewer digits: both are given the same.
-    LEVELS.case(
-        "gaze-of-any-length",
-        "directions 10⁻⁴⁴ to 10³⁸ long",
-        BOUND,
-        any_length,
-    ),
-    Case {
-        name: "gaze-without-steps",
-        hard: "rays from one side to the other of every border of the formula, to the side and \
-               behind the viewer, too",
-        error: "of the level's change from a ray to its neighbour, and what of it is above the \
-                slope of the level times the angle between the two",
-        reference: F64,
-        naive: PRINTED,
-        bound: 2.0 * BOUND,
-        measure: continuity,
-    },
-    Case {
-        name: "gaze-turned",
-        hard: "lines of sight in all directions, the head tilted down to 10⁻³ rad from them, and \
-               rays along them, at both borders and anywhere",
-        error: OF_LEVEL,
-        reference: F64,
-        naive: TURNED,
-        bound: BOUND,
-        measure: |effort| turned(507, effort, anywhere),
-    },
-    Case {
-        name: "gaze-turned-to-the-side",
-        hard: "the same viewers, and rays 10⁻⁶ to 10⁻¹ rad from straight to their side, where \
-               equation 5 is 0/0 and the level has a step",
-        error: "of the level, times the distance from the side, radians",
-        reference: F64,
-        naive: TURNED,
-        // The rounding of components along the turned axes.
-        bound: 1.0e-7,
-        measure: |effort| turned(508, effort, to_the_side),
-    },
-];
+    "gaze-of-any-length", BOUND, any_length,
+        "directions 10⁻⁴⁴ to 10³⁸ long";
+    ["of the level's change from a ray to its neighbour, and what of it is above the slope of the \
+      level times the angle between the two",
+     F64,
+     PRINTED]:
+    "gaze-without-steps", 2.0 * BOUND, continuity,
+        "rays from one side to the other of every border of the formula, to the side and behind \
+         the viewer, too";
+    [OF_LEVEL, F64, TURNED]:
+    "gaze-turned", BOUND, |effort| turned(507, effort, anywhere),
+        "lines of sight in all directions, the head tilted down to 10⁻³ rad from them, and rays \
+         along them, at both borders and anywhere";
+    ["of the level, times the distance from the side, radians", F64, TURNED]:
+    // The rounding of components along the turned axes.
+    "gaze-turned-to-the-side", 1.0e-7, |effort| turned(508, effort, to_the_side),
+        "the same viewers, and rays 10⁻⁶ to 10⁻¹ rad from straight to their side, where equation 5 \
+         is 0/0 and the level has a step";
+};
 
 struct Both {
     single: Gaze,
@@ -128,10 +76,8 @@ fn compare(
     effort: Effort,
     of_l: bool,
     mut draw: impl FnMut(&mut Inputs) -> Vec3,
-) -> Errors {
-    let Some(both) = Both::front() else {
-        return BROKEN;
-    };
+) -> Option<Errors> {
+    let both = Both::front()?;
     largest(seed, effort.of(500_000), |inputs, worst| {
         let direction = draw(inputs);
         let exact = both.double.sight(direction.as_dvec3())?;
@@ -164,14 +110,14 @@ fn at(radius: f64, turn: f64) -> Vec3 {
     of_angles(radius * across, radius * along)
 }
 
-fn along(effort: Effort) -> Errors {
+fn along(effort: Effort) -> Option<Errors> {
     compare(500, effort, true, |inputs| {
         let radius = inputs.magnitude(-7.0, -2.0);
         at(radius, inputs.unit())
     })
 }
 
-fn opposite(effort: Effort) -> Errors {
+fn opposite(effort: Effort) -> Option<Errors> {
     compare(501, effort, true, |inputs| {
         let away = if inputs.below(10) == 0 {
             0.0
@@ -183,7 +129,7 @@ fn opposite(effort: Effort) -> Errors {
     })
 }
 
-fn poles(effort: Effort) -> Errors {
+fn poles(effort: Effort) -> Option<Errors> {
     compare(502, effort, true, |inputs| {
         let mut v = [inputs.sign(), 0.0, 0.0];
         for part in &mut v[1..] {
@@ -196,7 +142,7 @@ fn poles(effort: Effort) -> Errors {
     })
 }
 
-fn central_border(effort: Effort) -> Errors {
+fn central_border(effort: Effort) -> Option<Errors> {
     compare(503, effort, false, |inputs| {
         let off = inputs.magnitude(-9.0, -2.0) * inputs.sign();
         at(FRAC_PI_6 + off, inputs.unit())
@@ -210,7 +156,7 @@ fn outer(turn: f64) -> f64 {
     libm::hypot(100.0 * across, up * along).to_radians()
 }
 
-fn outer_border(effort: Effort) -> Errors {
+fn outer_border(effort: Effort) -> Option<Errors> {
     compare(504, effort, false, |inputs| {
         let turn = inputs.unit();
         let off = inputs.magnitude(-9.0, -2.0) * inputs.sign();
@@ -218,18 +164,16 @@ fn outer_border(effort: Effort) -> Errors {
     })
 }
 
-fn any_length(effort: Effort) -> Errors {
+fn any_length(effort: Effort) -> Option<Errors> {
     compare(505, effort, false, |inputs| {
         let length = inputs.magnitude(-44.0, 38.0);
         single(inputs.direction() * length)
     })
 }
 
-fn continuity(effort: Effort) -> Errors {
+fn continuity(effort: Effort) -> Option<Errors> {
     let (mut inputs, mut worst) = (Inputs::new(506), Worst::NONE);
-    let Some(both) = Both::front() else {
-        return BROKEN;
-    };
+    let both = Both::front()?;
     let tries = effort.of(500_000);
     let (mut neighbours, mut bounded) = (0, 0);
     for _ in 0..tries {
@@ -262,9 +206,9 @@ fn continuity(effort: Effort) -> Errors {
         worst.naive((naive.abs() - most).max(0.0));
     }
     if neighbours < tries / 2 || bounded < tries / 3 {
-        return BROKEN;
+        return None;
     }
-    worst.0
+    Some(worst.0)
 }
 
 /// A direction next to a border of the formula.
@@ -348,7 +292,7 @@ impl Turned {
 }
 
 /// Levels of turned viewers, for rays given in their own axes.
-fn turned(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Vec3) -> Errors {
+fn turned(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Vec3) -> Option<Errors> {
     largest(seed, effort.of(500_000), |inputs, worst| {
         let turned = Turned::new(inputs)?;
         let ahead = draw(inputs).as_dvec3();

@@ -4,11 +4,9 @@ use glam::{DVec3, Vec3};
 use shisen_core::shape::Ray;
 use shisen_tracker::mock::Random;
 
-/// A sequence of inputs.
 pub(crate) struct Inputs(Random);
 
 impl Inputs {
-    /// Every case has its own seed.
     pub(crate) fn new(seed: u64) -> Self {
         Self(Random::new(seed, 8))
     }
@@ -19,7 +17,6 @@ impl Inputs {
         (high >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// A number between two others.
     pub(crate) fn range(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
@@ -29,7 +26,6 @@ impl Inputs {
         libm::exp10(self.range(low, high))
     }
 
-    /// −1 or 1.
     pub(crate) fn sign(&mut self) -> f64 {
         if self.unit() < 0.5 { -1.0 } else { 1.0 }
     }
@@ -65,7 +61,6 @@ pub(super) fn aimed(origin: DVec3, target: DVec3) -> Option<Ray> {
     Ray::new(origin.as_vec3(), (target - origin).as_vec3())
 }
 
-/// Rounds a vector to f32.
 pub(super) fn single(v: DVec3) -> Vec3 {
     v.as_vec3()
 }

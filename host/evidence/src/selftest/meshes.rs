@@ -2,7 +2,7 @@
 
 use super::input::{Inputs, aimed, single};
 use super::triangles::LEAST;
-use super::{BROKEN, Case, Effort, Errors, Verdicts};
+use super::{Case, Effort, Errors, Verdicts, wrong};
 use crate::textbook::moller_trumbore;
 use glam::{DVec3, Vec3};
 use shisen::bake::{Baked, lone_mesh};
@@ -16,35 +16,19 @@ use std::collections::{BTreeMap, HashMap};
 const LOST: &str = "rays lost";
 const CLOSED: &str = "from inside a closed mesh every ray meets it";
 
-pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "mesh-shared-edges",
-        hard: "rays from inside a closed mesh at the middles of its edges",
-        error: LOST,
-        reference: CLOSED,
-        naive: "Möller and Trumbore's test of the two triangles at the edge",
-        bound: 0.0,
-        measure: |effort| lost_at(200, effort, edges),
-    },
-    Case {
-        name: "mesh-shared-vertices",
-        hard: "rays from inside a closed mesh at its vertices",
-        error: LOST,
-        reference: CLOSED,
-        naive: "Möller and Trumbore's test of the triangles at the vertex",
-        bound: 0.0,
-        measure: |effort| lost_at(201, effort, vertices),
-    },
-    Case {
-        name: "mesh-with-t-junctions",
-        hard: "an edge with a vertex in its middle, closed by a triangle without area",
-        error: "rays that see the background through the seam",
-        reference: "the mesh is closed",
-        naive: "Möller and Trumbore's test of the three large triangles at the seam",
-        bound: 0.0,
-        measure: t_junctions,
-    },
-];
+pub(super) const CASES: &[Case] = cases! {
+    [LOST, CLOSED, "Möller and Trumbore's test of the two triangles at the edge"]:
+    "mesh-shared-edges", 0.0, |effort| lost_at(200, effort, edges),
+        "rays from inside a closed mesh at the middles of its edges";
+    [LOST, CLOSED, "Möller and Trumbore's test of the triangles at the vertex"]:
+    "mesh-shared-vertices", 0.0, |effort| lost_at(201, effort, vertices),
+        "rays from inside a closed mesh at its vertices";
+    ["rays that see the background through the seam",
+     "the mesh is closed",
+     "Möller and Trumbore's test of the three large triangles at the seam"]:
+    "mesh-with-t-junctions", 0.0, t_junctions,
+        "an edge with a vertex in its middle, closed by a triangle without area";
+};
 
 /// An edge or vertex of a closed mesh: where to aim, and its triangles.
 struct Target {
@@ -150,36 +134,33 @@ pub(super) fn ellipsoid() -> TriangleMesh {
     }
 }
 
-fn lost_at(seed: u64, effort: Effort, targets: impl Fn(&TriangleMesh) -> Vec<Target>) -> Errors {
+fn lost_at(
+    seed: u64,
+    effort: Effort,
+    targets: impl Fn(&TriangleMesh) -> Vec<Target>,
+) -> Option<Errors> {
     let mesh = ellipsoid();
     let targets = targets(&mesh);
-    let Ok(baked) = Baked::<8>::new(&lone_mesh(mesh)) else {
-        return BROKEN;
-    };
+    let baked = Baked::<8>::new(&lone_mesh(mesh)).ok()?;
     let scene = baked.scene();
-    let Some(tracer) = MeshTracer::new(&scene, 0, Simd::detect()) else {
-        return BROKEN;
-    };
+    let tracer = MeshTracer::new(&scene, 0, Simd::detect())?;
     let mut stack = TraversalStack::EMPTY;
-    let (mut inputs, mut lost) = (Inputs::new(seed), Verdicts::default());
     let tries = effort.of(5_000_000);
-    for _ in 0..tries {
+    wrong(seed, tries, tries / 2, |inputs, lost| {
         let from = inputs.in_ball() * 0.3;
         let target = &targets[inputs.below(targets.len())];
-        let Some(ray) = aimed(from, target.at) else {
-            continue;
-        };
+        let ray = aimed(from, target.at)?;
         let hit = tracer.nearest(&ray, &mut stack).0;
         let naive = |&t: &[Vec3; 3]| moller_trumbore(t, &ray, LEAST).is_some();
         lost.wrong(
             !hit.is_some_and(|hit| hit.t.is_finite()),
             !target.triangles.iter().any(naive),
         );
-    }
-    lost.of_at_least(tries / 2)
+        Some(())
+    })
 }
 
-fn t_junctions(effort: Effort) -> Errors {
+fn t_junctions(effort: Effort) -> Option<Errors> {
     let (mut inputs, mut lost) = (Inputs::new(208), Verdicts::default());
     let tries = effort.of(500);
     for _ in 0..tries {
@@ -206,9 +187,7 @@ fn t_junctions(effort: Effort) -> Errors {
             background: shisen::scene::Background::uniform([64.0; 3]),
             ..lone_mesh(mesh)
         };
-        let Ok(baked) = Baked::<8>::new(&scene) else {
-            return BROKEN;
-        };
+        let baked = Baked::<8>::new(&scene).ok()?;
         let tracer = Tracer::new(baked.scene(), Simd::detect(), 0);
         let mut workspace = Workspace::new();
         for _ in 0..200 {

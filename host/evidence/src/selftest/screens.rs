@@ -3,7 +3,7 @@
 use super::input::{Inputs, single};
 use super::{Case, Effort, Errors, UNIT, Worst, largest, wrong};
 use crate::textbook::angle;
-use glam::{DVec3, Mat4, Vec3};
+use glam::{DVec3, Mat4, Vec3, Vec4};
 use shisen_core::frame::{FlatScreen, View};
 
 const F64: &str = "the pixel's place less the eye, in f64";
@@ -13,64 +13,32 @@ const MATRIX: &str = "an off-axis frustum (left, right, bottom, top at the near 
 /// The largest error of a ray by a wall's corners, in the units of its case.
 const OF_A_WALL: f64 = 3.0;
 
-pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "screen-an-eye-next-to-it",
-        hard: "an eye 1 to 100 µm before the plane of a wall",
-        error: "of the ray, radians, 2⁻²⁴ of the wall's size over the pixel's distance",
-        reference: F64,
-        naive: MATRIX,
-        bound: OF_A_WALL,
-        measure: next_to_it,
-    },
-    Case {
-        name: "screen-an-eye-in-it",
-        hard: "an eye a millionth farther from the plane of a wall than 1 µm, or nearer by as much \
-               and more, which is refused",
-        error: "nearer eyes that have rays, and farther ones that have none",
-        reference: "the limit, as documented",
-        naive: MATRIX,
-        bound: 0.0,
-        measure: in_it,
-    },
-    Case {
-        name: "screen-very-wide",
-        hard: "a wall a hundred to ten thousand times as wide as the eye is far",
-        error: "of the ray, radians, 2⁻²⁴ of the wall's size over the pixel's distance",
-        reference: F64,
-        naive: MATRIX,
-        bound: OF_A_WALL,
-        measure: very_wide,
-    },
-    Case {
-        name: "screen-seams",
-        hard: "the same point of an edge where two walls meet, on both",
-        error: "between both rays, 2⁻²⁴ rad",
-        reference: "a point has one direction",
-        naive: MATRIX,
-        bound: 8.0,
-        measure: |effort| seams(802, effort, square),
-    },
-    Case {
-        name: "screen-seams-of-any-room",
-        hard: "the same where walls stand at 45° to 170°, lean, and are turned any way",
-        error: "between both rays, radians, 2⁻²⁴ of the farthest coordinate over the point's distance",
-        reference: "a point has one direction",
-        naive: MATRIX,
-        // The bounds of both walls' rays together.
-        bound: 2.0 * OF_A_WALL,
-        measure: |effort| seams(805, effort, crooked),
-    },
-    Case {
-        name: "screen-of-many-pixels",
-        hard: "walls of 16,384 columns: steps of a pixel added up",
-        error: "of the ray, pixels",
-        reference: F64,
-        naive: "the first pixel's place and a step added for each column, in f32",
-        bound: 0.005,
-        measure: many_pixels,
-    },
-];
+pub(super) const CASES: &[Case] = cases! {
+    ["of the ray, radians, 2⁻²⁴ of the wall's size over the pixel's distance", F64, MATRIX]:
+    "screen-an-eye-next-to-it", OF_A_WALL, next_to_it,
+        "an eye 1 to 100 µm before the plane of a wall";
+    ["nearer eyes that have rays, and farther ones that have none",
+     "the limit, as documented",
+     MATRIX]:
+    "screen-an-eye-in-it", 0.0, in_it,
+        "an eye a millionth farther from the plane of a wall than 1 µm, or nearer by as much and \
+         more, which is refused";
+    ["of the ray, radians, 2⁻²⁴ of the wall's size over the pixel's distance", F64, MATRIX]:
+    "screen-very-wide", OF_A_WALL, very_wide,
+        "a wall a hundred to ten thousand times as wide as the eye is far";
+    ["between both rays, 2⁻²⁴ rad", "a point has one direction", MATRIX]:
+    "screen-seams", 8.0, |effort| seams(802, effort, square),
+        "the same point of an edge where two walls meet, on both";
+    ["between both rays, radians, 2⁻²⁴ of the farthest coordinate over the point's distance",
+     "a point has one direction",
+     MATRIX]:
+    // The bounds of both walls' rays together.
+    "screen-seams-of-any-room", 2.0 * OF_A_WALL, |effort| seams(805, effort, crooked),
+        "the same where walls stand at 45° to 170°, lean, and are turned any way";
+    ["of the ray, pixels", F64, "the first pixel's place and a step added for each column, in f32"]:
+    "screen-of-many-pixels", 0.005, many_pixels,
+        "walls of 16,384 columns: steps of a pixel added up";
+};
 
 /// A wall by three corners, as f32 has them: lower left, lower right, upper left.
 #[derive(Clone, Copy)]
@@ -88,10 +56,8 @@ impl Wall {
     fn exact(&self, eye: Vec3, x: f64, y: f64) -> DVec3 {
         let Self(corners, [columns, rows]) = self;
         let [ll, lr, ul] = corners.map(Vec3::as_dvec3);
-        let (u, v) = (
-            (x + 0.5) / f64::from(*columns),
-            (y + 0.5) / f64::from(*rows),
-        );
+        let u = (x + 0.5) / f64::from(*columns);
+        let v = (y + 0.5) / f64::from(*rows);
         ul + (lr - ll) * u + (ll - ul) * v - eye.as_dvec3()
     }
 
@@ -108,24 +74,17 @@ impl Wall {
         let scale = near / distance;
         let (l, r) = (right.dot(va) * scale, right.dot(vb) * scale);
         let (b, t) = (up.dot(va) * scale, up.dot(vc) * scale);
-        let projection = Mat4::from_cols_array(&[
-            2.0 * near / (r - l),
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            2.0 * near / (t - b),
-            0.0,
-            0.0,
-            (r + l) / (r - l),
-            (t + b) / (t - b),
-            -(far + near) / (far - near),
-            -1.0,
-            0.0,
-            0.0,
-            -2.0 * far * near / (far - near),
-            0.0,
-        ]);
+        let projection = Mat4::from_cols(
+            Vec4::X * (2.0 * near / (r - l)),
+            Vec4::Y * (2.0 * near / (t - b)),
+            Vec4::new(
+                (r + l) / (r - l),
+                (t + b) / (t - b),
+                -(far + near) / (far - near),
+                -1.0,
+            ),
+            Vec4::Z * (-2.0 * far * near / (far - near)),
+        );
         let room_from_wall = Mat4::from_cols(
             right.extend(0.0),
             up.extend(0.0),
@@ -148,7 +107,6 @@ impl Wall {
         f64::from(farthest.fold(0.0, f32::max))
     }
 
-    /// The longest side.
     fn length(&self) -> f64 {
         let [left, right, above] = self.0;
         f64::from((right - left).length().max((above - left).length()))
@@ -158,8 +116,7 @@ impl Wall {
 /// Compares both rays of a pixel, in units of the rounding of the wall's own corners.
 fn compare(worst: &mut Worst, wall: &Wall, eye: Vec3, x: u32, y: u32) {
     let Some(view) = wall.view(eye) else {
-        worst.ours(f64::NAN);
-        return;
+        return worst.ours(f64::NAN);
     };
     let exact = wall.exact(eye, x.into(), y.into());
     let unit = UNIT * wall.length() / exact.length();
@@ -187,7 +144,7 @@ fn level(inputs: &mut Inputs) -> (Wall, f64, f64) {
     (Wall(corners, [1024; 2]), width, height)
 }
 
-fn next_to_it(effort: Effort) -> Errors {
+fn next_to_it(effort: Effort) -> Option<Errors> {
     largest(800, effort.of(50_000), |inputs, worst| {
         let (wall, width, height) = level(inputs);
         // One in a thousand next to the limit.
@@ -208,7 +165,7 @@ fn just_over() -> f32 {
     FlatScreen::CLOSEST * (1.0 + 1.0e-6)
 }
 
-fn in_it(effort: Effort) -> Errors {
+fn in_it(effort: Effort) -> Option<Errors> {
     let tries = effort.of(10_000);
     wrong(804, tries, tries, |inputs, verdicts| {
         let (wall, width, height) = level(inputs);
@@ -228,7 +185,7 @@ fn in_it(effort: Effort) -> Errors {
     })
 }
 
-fn very_wide(effort: Effort) -> Errors {
+fn very_wide(effort: Effort) -> Option<Errors> {
     largest(801, effort.of(50_000), |inputs, worst| {
         let width = inputs.magnitude(2.0, 4.0);
         let (wall, [right, up, normal]) = drawn(inputs, width, 2.0, [4096, 64]);
@@ -240,7 +197,6 @@ fn very_wide(effort: Effort) -> Errors {
 
 /// Two walls with a common edge, an eye, and the unit of errors, radians.
 struct Seam {
-    /// Left and right of the edge.
     walls: [Wall; 2],
     eye: Vec3,
     unit: fn(&Wall, Vec3, DVec3) -> f64,
@@ -254,12 +210,8 @@ fn square(inputs: &mut Inputs) -> Seam {
     let size_px = [1 << (6 + inputs.below(6)); 2];
     let [left, far, right] = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0)];
     let wall = |(x, z), (to_x, to_z)| {
-        let corners = [
-            corner(x, -1.0, z),
-            corner(to_x, -1.0, to_z),
-            corner(x, 1.0, z),
-        ];
-        Wall(corners, size_px)
+        let (left, right) = (corner(x, -1.0, z), corner(to_x, -1.0, to_z));
+        Wall([left, right, corner(x, 1.0, z)], size_px)
     };
     Seam {
         walls: [wall(left, far), wall(far, right)],
@@ -294,13 +246,10 @@ fn crooked(inputs: &mut Inputs) -> Seam {
     }
 }
 
-fn seams(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Seam) -> Errors {
+fn seams(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Seam) -> Option<Errors> {
     largest(seed, effort.of(50_000), |inputs, worst| {
-        let Seam {
-            walls: [before, after],
-            eye,
-            unit,
-        } = draw(inputs);
+        let seam = draw(inputs);
+        let ([before, after], eye, unit) = (seam.walls, seam.eye, seam.unit);
         let row = inputs.below(before.1[1] as usize) as f32;
         // Half a pixel beyond the last, and before the first.
         let (last, first) = (before.1[0] as f32 - 0.5, -0.5);
@@ -309,8 +258,7 @@ fn seams(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Seam) -> Errors {
         let rays =
             [(before, last), (after, first)].map(|(wall, x)| wall.view(eye)?.direction(x, row));
         let [Some(a), Some(b)] = rays else {
-            worst.ours(f64::NAN);
-            return;
+            return worst.ours(f64::NAN);
         };
         worst.ours(between(a, b));
         worst.naive(between(
@@ -320,14 +268,13 @@ fn seams(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Seam) -> Errors {
     })
 }
 
-fn many_pixels(effort: Effort) -> Errors {
+fn many_pixels(effort: Effort) -> Option<Errors> {
     const COLUMNS: u32 = 16_384;
     largest(803, effort.of(500), |inputs, worst| {
         let (wall, [right, up, normal]) = drawn(inputs, 3.0, 3.0, [COLUMNS, 4]);
         let eye = single((right + up) * inputs.range(0.5, 2.5) + normal * inputs.range(0.5, 2.0));
         let Some(view) = wall.view(eye) else {
-            worst.ours(f64::NAN);
-            return;
+            return worst.ours(f64::NAN);
         };
         let step = (wall.0[1] - wall.0[0]) / COLUMNS as f32;
         let mut place = wall.exact(eye, 0.0, 1.0).as_vec3();

@@ -2,7 +2,7 @@
 
 use super::input::{Inputs, aimed, single};
 use super::meshes::ellipsoid;
-use super::{BROKEN, Case, Effort, Errors, Verdicts, Worst};
+use super::{Case, Effort, Errors, Verdicts, Worst, wrong};
 use crate::textbook::{exact_refraction, textbook_refraction};
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::{Baked, lone_mesh};
@@ -16,73 +16,38 @@ use shisen_core::trace::Tracer;
 
 const EPSILON: &str = "the same rays, started a fixed 10⁻⁴ m off the surface";
 
-/// A case of bodies of 10 to this power metres.
-macro_rules! at_scale {
-    ($name:literal, $hard:literal, $exponent:literal) => {
-        Case {
-            name: $name,
-            hard: $hard,
-            error: "lit places that are dark (acne), and places behind a wall of a thousandth of the \
-                    size that are lit (leaks)",
-            reference: "a convex body lights itself nowhere it faces the light; a closed box is dark",
-            naive: EPSILON,
-            bound: 0.0,
-            measure: shadows::<$exponent>,
-        }
-    };
-}
-
-pub(super) const CASES: &[Case] = &[
-    at_scale!("shadow-rays-at-1e-3", "bodies of a millimetre", -3),
-    at_scale!("shadow-rays-at-1", "bodies of a metre", 0),
-    at_scale!("shadow-rays-at-1e3", "bodies of a kilometre", 3),
-    at_scale!("shadow-rays-at-1e6", "bodies of a thousand kilometres", 6),
-    Case {
-        name: "hall-of-mirrors",
-        hard: "two mirrors 50 µm apart, eight reflections",
-        error: "of the light, relative",
-        reference: "the geometric series of the reflectance",
-        naive: EPSILON,
-        bound: 1.0e-6,
-        measure: hall,
-    },
-    Case {
-        name: "glass-slab-of-10-micrometres",
-        hard: "both borders of a slab of glass that is 10 µm thick and a metre wide",
-        error: "of the light through it, of 1",
-        reference: "Fresnel's series of the borders, ended as documented",
-        naive: EPSILON,
-        bound: 2.0e-7,
-        measure: |_| slab(|_| Vec3::NEG_Z, Normals::OfFaces),
-    },
-    Case {
-        name: "glass-slab-at-an-angle",
-        hard: "the same slab, seen at up to 80° to its normal",
-        error: "of the light through it, of 1",
-        reference: "Fresnel's series of the borders, ended as documented",
-        naive: EPSILON,
-        bound: 1.0e-6,
-        measure: |_| slab(slanting, Normals::OfFaces),
-    },
-    Case {
-        name: "glass-slab-with-inside-out-normals",
-        hard: "the same, smooth, of a file whose normals all point into the glass",
-        error: "of the light through it, of 1",
-        reference: "Fresnel's series of the borders, ended as documented",
-        naive: "the textbook's way with the file's normals",
-        bound: 1.0e-6,
-        measure: |_| slab(slanting, Normals::Inwards),
-    },
-    Case {
-        name: "mirror-ball-of-any-size",
-        hard: "light off a ball of 10⁻³ to 10⁶ m that must not meet the ball again",
-        error: "rays that do",
-        reference: "a convex body is met once",
-        naive: EPSILON,
-        bound: 0.0,
-        measure: balls,
-    },
-];
+pub(super) const CASES: &[Case] = cases! {
+    ["lit places that are dark (acne), and places behind a wall of a thousandth of the size that are \
+      lit (leaks)",
+     "a convex body lights itself nowhere it faces the light; a closed box is dark",
+     EPSILON]:
+    "shadow-rays-at-1e-3", 0.0, shadows::<-3>,
+        "bodies of a millimetre";
+    "shadow-rays-at-1", 0.0, shadows::<0>,
+        "bodies of a metre";
+    "shadow-rays-at-1e3", 0.0, shadows::<3>,
+        "bodies of a kilometre";
+    "shadow-rays-at-1e6", 0.0, shadows::<6>,
+        "bodies of a thousand kilometres";
+    ["of the light, relative", "the geometric series of the reflectance", EPSILON]:
+    "hall-of-mirrors", 1.0e-6, hall,
+        "two mirrors 50 µm apart, eight reflections";
+    ["of the light through it, of 1",
+     "Fresnel's series of the borders, ended as documented",
+     EPSILON]:
+    "glass-slab-of-10-micrometres", 2.0e-7, |_| slab(|_| Vec3::NEG_Z, false),
+        "both borders of a slab of glass that is 10 µm thick and a metre wide";
+    "glass-slab-at-an-angle", 1.0e-6, |_| slab(slanting, false),
+        "the same slab, seen at up to 80° to its normal";
+    ["of the light through it, of 1",
+     "Fresnel's series of the borders, ended as documented",
+     "the textbook's way with the file's normals"]:
+    "glass-slab-with-inside-out-normals", 1.0e-6, |_| slab(slanting, true),
+        "the same, smooth, of a file whose normals all point into the glass";
+    ["rays that do", "a convex body is met once", EPSILON]:
+    "mirror-ball-of-any-size", 0.0, balls,
+        "light off a ball of 10⁻³ to 10⁶ m that must not meet the ball again";
+};
 
 /// The usual fixed offset of secondary rays, metres.
 const OFF: f32 = 1.0e-4;
@@ -135,7 +100,7 @@ fn cuboid(low: DVec3, high: DVec3) -> TriangleMesh {
         positions: (0..8).map(corner).collect(),
         triangles: faces
             .iter()
-            .flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]])
+            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
             .collect(),
         ..TriangleMesh::default()
     }
@@ -155,15 +120,14 @@ impl<'a> Eye<'a> {
     }
 
     fn sees(&mut self, ray: &Ray) -> Pixel {
-        self.tracer
-            .radiance(ray, &mut Budget::UNLIMITED.clone(), &mut self.workspace)
+        let mut budget = Budget::UNLIMITED;
+        self.tracer.radiance(ray, &mut budget, &mut self.workspace)
     }
 
     /// Distance and number of the triangle.
     fn nearest(&mut self, ray: &Ray) -> Option<(f32, usize)> {
-        let hit = self
-            .tracer
-            .nearest(ray, &mut Budget::UNLIMITED.clone(), &mut self.workspace)?;
+        let mut budget = Budget::UNLIMITED;
+        let hit = self.tracer.nearest(ray, &mut budget, &mut self.workspace)?;
         Some((hit.on.t, hit.on.triangle as usize))
     }
 
@@ -171,12 +135,9 @@ impl<'a> Eye<'a> {
         let Some(ray) = aimed(from.as_dvec3(), light) else {
             return true;
         };
-        self.tracer.is_occluded(
-            &ray,
-            1.0,
-            &mut Budget::UNLIMITED.clone(),
-            &mut self.workspace,
-        )
+        let mut budget = Budget::UNLIMITED;
+        self.tracer
+            .is_occluded(&ray, 1.0, &mut budget, &mut self.workspace)
     }
 }
 
@@ -186,71 +147,61 @@ fn normal(mesh: &TriangleMesh, triangle: usize) -> Option<DVec3> {
     (b - a).cross(c - a).try_normalize()
 }
 
-fn shadows<const EXPONENT: i32>(effort: Effort) -> Errors {
+fn shadows<const EXPONENT: i32>(effort: Effort) -> Option<Errors> {
     let size = 10f64.powi(EXPONENT);
-    let [acne, leaks] = [acne(size, effort), leaks(size, effort)];
-    Errors {
-        ours: acne.ours + leaks.ours,
-        naive: acne.naive + leaks.naive,
-    }
+    let (acne, leaks) = (acne(size, effort)?, leaks(size, effort)?);
+    Some(Errors::new(
+        acne.ours + leaks.ours,
+        acne.naive + leaks.naive,
+    ))
 }
 
-fn lit_from(light: DVec3) -> Light {
-    Light::Point {
+fn lit_from(light: DVec3) -> Scene {
+    let mut scene = empty();
+    scene.lights.push(Light::Point {
         position: light,
         colour: [1.0; 3],
         inverse_square: false,
-    }
+    });
+    scene
 }
 
 /// Counts places of a convex body that face the light and are dark.
-fn acne(size: f64, effort: Effort) -> Errors {
+fn acne(size: f64, effort: Effort) -> Option<Errors> {
     let mut mesh = ellipsoid();
     for p in &mut mesh.positions {
         *p = p.map(|x| (f64::from(x) * size) as f32);
     }
     let light = DVec3::new(5.0, 7.0, 6.0) * size;
-    let mut scene = empty();
-    scene.lights.push(lit_from(light));
+    let mut scene = lit_from(light);
     add_mesh(&mut scene, mesh.clone(), matt(1.0));
-    let Ok(baked) = Baked::<8>::new(&scene) else {
-        return BROKEN;
-    };
+    let baked = Baked::<8>::new(&scene).ok()?;
     let mut eye = Eye::new(&baked, 0);
-    let (mut inputs, mut dark) = (Inputs::new(400), Verdicts::default());
     let tries = effort.of(200_000);
-    for _ in 0..tries {
+    // The other half faces away from the light.
+    wrong(400, tries, tries / 4, |inputs, dark| {
         let from = inputs.direction() * 4.0 * size;
         // Its least half axis is 0.37 of the size.
-        let target = inputs.in_ball() * 0.35 * size;
-        let Some(ray) = aimed(from, target) else {
-            continue;
-        };
-        // It is aimed at the middle of the body.
+        let ray = aimed(from, inputs.in_ball() * 0.35 * size)?;
         let Some((t, triangle)) = eye.nearest(&ray) else {
-            return BROKEN;
+            return dark.lost();
         };
-        let Some(normal) = normal(&mesh, triangle) else {
-            continue;
-        };
+        let normal = normal(&mesh, triangle)?;
         let at = ray.at(t);
         let towards = (light - at.as_dvec3()).normalize();
-        if normal.dot(towards) < 0.02 {
-            continue;
+        if normal.dot(towards) >= 0.02 {
+            let off = at + single(normal) * OFF;
+            dark.wrong(eye.sees(&ray).red == 0.0, eye.is_dark(off, light));
         }
-        let off = at + single(normal) * OFF;
-        dark.wrong(eye.sees(&ray).red == 0.0, eye.is_dark(off, light));
-    }
-    // The other half faces away from the light.
-    dark.of_at_least(tries / 4)
+        Some(())
+    })
 }
 
 /// Counts places inside a closed box with thin walls that light from outside reaches.
-fn leaks(size: f64, effort: Effort) -> Errors {
+fn leaks(size: f64, effort: Effort) -> Option<Errors> {
     let thick = 1.0e-3 * size;
     let light = DVec3::new(3.0, 4.0, 5.0) * size;
-    let mut scene = empty();
-    scene.lights.push(lit_from(light));
+    let mut scene = lit_from(light);
     // Each wall is a box of its own, and reaches past its neighbours.
     for axis in 0..3 {
         for side in [-1.0, 1.0] {
@@ -261,30 +212,25 @@ fn leaks(size: f64, effort: Effort) -> Errors {
             add_mesh(&mut scene, cuboid(low, high), matt(1.0));
         }
     }
-    let Ok(baked) = Baked::<8>::new(&scene) else {
-        return BROKEN;
-    };
+    let baked = Baked::<8>::new(&scene).ok()?;
     let mut eye = Eye::new(&baked, 0);
-    let (mut inputs, mut lit) = (Inputs::new(401), Verdicts::default());
     let tries = effort.of(200_000);
-    for _ in 0..tries {
+    wrong(401, tries, tries / 2, |inputs, lit| {
         let from = inputs.in_ball() * 0.9 * size;
-        let Some(ray) = Ray::new(single(from), single(inputs.direction())) else {
-            continue;
-        };
+        let ray = Ray::new(single(from), single(inputs.direction()))?;
         let Some((t, _)) = eye.nearest(&ray) else {
-            return BROKEN;
+            return lit.lost();
         };
         // Off the surface towards the light, as a shadow ray starts.
         let at = ray.at(t);
         let towards = single((light - at.as_dvec3()).normalize());
         let naive = !eye.is_dark(at + towards * OFF, light);
         lit.wrong(eye.sees(&ray).red != 0.0, naive);
-    }
-    lit.of_at_least(tries / 2)
+        Some(())
+    })
 }
 
-fn hall(_: Effort) -> Errors {
+fn hall(_: Effort) -> Option<Errors> {
     const GAP: f64 = 5.0e-5;
     const MIRROR: f32 = 0.9;
     // The mirrors at −z and at +z differ, so that hits of the wrong one show.
@@ -301,25 +247,17 @@ fn hall(_: Effort) -> Errors {
         let high = DVec3::new(0.5, 0.5, f64::max(near, far));
         add_mesh(&mut scene, cuboid(low, high), chrome);
     }
-    let Ok(baked) = Baked::<8>::new(&scene) else {
-        return BROKEN;
-    };
+    let baked = Baked::<8>::new(&scene).ok()?;
     let mut worst = Worst::NONE;
     let mut inputs = Inputs::new(402);
     for depth in 0..=8 {
         let mut eye = Eye::new(&baked, depth);
         let light_of = |k: i32, side: usize| f64::from(DIFFUSE[side]) * f64::from(MIRROR).powi(k);
         for _ in 0..100 {
-            let at = DVec3::new(
-                inputs.range(-0.4, 0.4),
-                inputs.range(-0.4, 0.4),
-                inputs.range(-0.4, 0.4) * GAP,
-            );
-            let way = DVec3::new(
-                inputs.range(-0.1, 0.1),
-                inputs.range(-0.1, 0.1),
-                inputs.sign(),
-            );
+            let [x, y, z] = [0; 3].map(|_| inputs.range(-0.4, 0.4));
+            let at = DVec3::new(x, y, z * GAP);
+            let [x, y] = [0; 2].map(|_| inputs.range(-0.1, 0.1));
+            let way = DVec3::new(x, y, inputs.sign());
             let Some(ray) = Ray::new(single(at), single(way)) else {
                 continue;
             };
@@ -344,7 +282,7 @@ fn hall(_: Effort) -> Errors {
             worst.naive(light / expected - 1.0);
         }
     }
-    worst.0
+    Some(worst.0)
 }
 
 /// A direction down at up to 80° to the normal.
@@ -354,15 +292,8 @@ fn slanting(inputs: &mut Inputs) -> Vec3 {
     single(across * sin - DVec3::Z * cos).normalize()
 }
 
-/// The normals of a slab of glass.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Normals {
-    OfFaces,
-    /// Normals of the vertices that point inwards.
-    Inwards,
-}
-
-fn slab(way: fn(&mut Inputs) -> Vec3, normals: Normals) -> Errors {
+/// With `inwards` the normals of its vertices, by which it is smooth, point into the glass.
+fn slab(way: fn(&mut Inputs) -> Vec3, inwards: bool) -> Option<Errors> {
     const THICK: f64 = 1.0e-5;
     let mut worst = Worst::NONE;
     for index in [1.33f32, 1.5, 2.4] {
@@ -375,40 +306,35 @@ fn slab(way: fn(&mut Inputs) -> Vec3, normals: Normals) -> Errors {
         scene.ambient = [1.0; 3];
         let half = DVec3::new(0.5, 0.5, THICK / 2.0);
         let mut mesh = cuboid(-half, half);
-        if normals == Normals::Inwards {
+        if inwards {
             let inwards = |p: &[f32; 3]| [0.0, 0.0, -p[2].signum()];
             mesh.normals = mesh.positions.iter().map(inwards).collect();
         }
         add_mesh(&mut scene, mesh, glass);
         for object in &mut scene.objects {
-            object.smooth = normals == Normals::Inwards;
+            object.smooth = inwards;
         }
         // Wide enough to be seen through the slab at any of the angles.
         let panel = [DVec3::new(-4.0, -4.0, -0.5), DVec3::new(4.0, 4.0, -0.4)];
         add_mesh(&mut scene, cuboid(panel[0], panel[1]), matt(1.0));
-        let Ok(baked) = Baked::<8>::new(&scene) else {
-            return BROKEN;
-        };
+        let baked = Baked::<8>::new(&scene).ok()?;
         let mut inputs = Inputs::new(403);
         for depth in 2..=8u8 {
             let mut eye = Eye::new(&baked, depth);
             for _ in 0..100 {
                 let way = way(&mut inputs);
-                let middle = Vec3::new(
-                    inputs.range(-0.2, 0.2) as f32,
-                    inputs.range(-0.2, 0.2) as f32,
-                    0.0,
-                );
+                let [x, y] = [0; 2].map(|_| inputs.range(-0.2, 0.2) as f32);
+                let middle = Vec3::new(x, y, 0.0);
                 let Some(ray) = Ray::new(middle - way * 0.05, way) else {
                     continue;
                 };
                 let through = through(f64::from(-way.z), index.into(), depth);
                 worst.ours(f64::from(eye.sees(&ray).green) - through);
-                worst.naive(stepped(&mut eye, &ray, (1.0, index), normals, depth) - through);
+                worst.naive(stepped(&mut eye, &ray, (1.0, index), inwards, depth) - through);
             }
         }
     }
-    worst.0
+    Some(worst.0)
 }
 
 /// The light that leaves a slab of this index after 2, 4, 6 … up to `depth` borders. Light that is
@@ -433,7 +359,7 @@ fn through(cos: f64, index: f64, depth: u8) -> f64 {
 
 /// The light of a ray down through the slab to the panel by the textbook, where both rays start
 /// a fixed distance off each border; from index `m` into `n`.
-fn stepped(eye: &mut Eye<'_>, ray: &Ray, (m, n): (f32, f32), normals: Normals, depth: u8) -> f64 {
+fn stepped(eye: &mut Eye<'_>, ray: &Ray, (m, n): (f32, f32), inwards: bool, depth: u8) -> f64 {
     let Some((t, _)) = eye.nearest(ray) else {
         return 0.0;
     };
@@ -445,13 +371,10 @@ fn stepped(eye: &mut Eye<'_>, ray: &Ray, (m, n): (f32, f32), normals: Normals, d
         return 0.0;
     }
     let facing = Vec3::NEG_Z * ray.direction().z.signum();
-    let normal = match normals {
-        Normals::OfFaces => facing,
-        Normals::Inwards => -facing,
-    };
+    let normal = if inwards { -facing } else { facing };
     let mut follow = |way: Vec3, media: (f32, f32), part: f64| {
         let next = Ray::new(at + way * OFF, way);
-        part * next.map_or(0.0, |ray| stepped(eye, &ray, media, normals, depth - 1))
+        part * next.map_or(0.0, |ray| stepped(eye, &ray, media, inwards, depth - 1))
     };
     let back = ray.direction() * Vec3::new(1.0, 1.0, -1.0);
     match textbook_refraction(ray.direction(), normal, m, n) {
@@ -462,7 +385,7 @@ fn stepped(eye: &mut Eye<'_>, ray: &Ray, (m, n): (f32, f32), normals: Normals, d
     }
 }
 
-fn balls(effort: Effort) -> Errors {
+fn balls(effort: Effort) -> Option<Errors> {
     let (mut inputs, mut met_again) = (Inputs::new(404), Verdicts::default());
     let tries = effort.of(20_000);
     for exponent in -3..=6 {
@@ -474,16 +397,9 @@ fn balls(effort: Effort) -> Errors {
             mirror: [1.0; 3],
             ..matt(0.0)
         };
-        add(
-            &mut scene,
-            Shape::Sphere {
-                radius: size as f32,
-            },
-            mirror,
-        );
-        let Ok(baked) = Baked::<8>::new(&scene) else {
-            return BROKEN;
-        };
+        let radius = size as f32;
+        add(&mut scene, Shape::Sphere { radius }, mirror);
+        let baked = Baked::<8>::new(&scene).ok()?;
         let mut eye = Eye::new(&baked, 8);
         for _ in 0..tries {
             // Grazing too: a hundredth of them within a thousandth of the rim.
@@ -495,9 +411,7 @@ fn balls(effort: Effort) -> Errors {
                 continue;
             };
             // The nearest to the rim goes 10⁻⁵ of the radius inside of it.
-            let Some((t, _)) = eye.nearest(&ray) else {
-                return BROKEN;
-            };
+            let (t, _) = eye.nearest(&ray)?;
             let at = ray.at(t);
             let normal = at.normalize();
             let d = ray.direction().normalize();

@@ -2,135 +2,66 @@
 
 use super::exact::Meeting;
 use super::input::{Inputs, aimed, single};
-use super::{BROKEN, Case, Effort, Errors, Family, UNIT, Worst, largest};
+use super::{Case, Effort, Errors, UNIT, Worst, largest};
 use glam::{DVec3, Vec3};
 use shisen_core::shape::{Ray, Spheroid};
 use std::f64::consts::TAU;
 
 const EXACT: &str = "the quadratic in whole numbers, square root in f64";
+const DISTANCE: &str = "of the distance, parts of (1 + distance)·2⁻²⁴ radii";
 const TEXTBOOK: &str = "(−b ± √(b² − 4·a·c)) / 2·a in f32";
 
-/// A case with origins 10 to this power radii away.
-macro_rules! far {
-    ($name:literal, $hard:literal, $exponent:literal) => {
-        Case {
-            name: $name,
-            hard: $hard,
-            error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
-            reference: EXACT,
-            naive: TEXTBOOK,
-            bound: 8.0,
-            measure: from_far::<$exponent>,
-        }
-    };
-}
-
-/// Distances of spheroids.
-const DISTANCES: Family = Family {
-    error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
-    reference: EXACT,
-    naive: "the quadratic of x²/e² + y²/p² + z²/e² = 1 in f32",
+pub(super) const CASES: &[Case] = cases! {
+    [DISTANCE, EXACT, TEXTBOOK]:
+    "sphere-from-1-radius", 8.0, from_far::<0>,
+        "origin a radius away";
+    "sphere-from-1e1-radii", 8.0, from_far::<1>,
+        "origin 10 radii away";
+    "sphere-from-1e2-radii", 8.0, from_far::<2>,
+        "origin 100 radii away";
+    "sphere-from-1e3-radii", 8.0, from_far::<3>,
+        "origin 1,000 radii away: 1 in 10⁶ is left of b² − 4·a·c";
+    "sphere-from-1e4-radii", 8.0, from_far::<4>,
+        "origin 10,000 radii away: nothing is left of b² − 4·a·c";
+    "sphere-from-1e5-radii", 8.0, from_far::<5>,
+        "origin 100,000 radii away";
+    "sphere-from-1e6-radii", 8.0, from_far::<6>,
+        "origin a million radii away";
+    "sphere-from-1e7-radii", 8.0, from_far::<7>,
+        "origin ten million radii away: neighbouring f32 are a radius apart";
+    ["how far past or inside the surface a wrong verdict was, parts of (1 + distance)·2⁻²⁴ radii",
+     EXACT,
+     TEXTBOOK]:
+    "sphere-tangent", 2.0, tangent,
+        "lines within a millionth of a radius of touching balls, coins and needles of a millimetre \
+         to a kilometre, from 1 to 10 radii away";
+    ["how far past or inside the surface a wrong verdict was, 2⁻²⁴ radii", EXACT, TEXTBOOK]:
+    "sphere-tangent-from-far", 4.0, tangent_from_far,
+        "the same from 10 to 10⁷ radii away, along their axes: others f32 does not have";
+    ["of both distances, 2⁻²⁴ radii over the cosine of incidence", EXACT, TEXTBOOK]:
+    "sphere-from-its-surface", 8.0, from_surface,
+        "origin on the surface of balls, coins and needles of a millimetre to a kilometre: one \
+         distance is 0, or next to it";
+    ["of both distances, 2⁻²⁴ radii over the chord's half", EXACT, TEXTBOOK]:
+    "sphere-from-inside", 8.0, from_inside,
+        "origin inside such bodies, next to the surface or at the centre";
+    ["of the distance, parts of (1 + distance)·2⁻²⁴ radii",
+     EXACT,
+     "the quadratic of x²/e² + y²/p² + z²/e² = 1 in f32"]:
+    "spheroid-as-a-coin", 8.0, |effort| of_ratio(114, 0.01, effort),
+        "a = 0.01, from up to 1,000 radii away";
+    "spheroid-as-a-needle", 8.0, |effort| of_ratio(115, 100.0, effort),
+        "a = 100, from up to 1,000 radii away";
+    "spheroid-of-any-size", 8.0, any_size,
+        "radii from a micrometre to a thousand kilometres";
+    "spheroid-by-any-direction", 8.0, any_direction,
+        "directions 10⁻¹⁸ to 10¹⁸ long";
 };
 
-pub(super) const CASES: &[Case] = &[
-    far!("sphere-from-1-radius", "origin a radius away", 0),
-    far!("sphere-from-1e1-radii", "origin 10 radii away", 1),
-    far!("sphere-from-1e2-radii", "origin 100 radii away", 2),
-    far!(
-        "sphere-from-1e3-radii",
-        "origin 1,000 radii away: 1 in 10⁶ is left of b² − 4·a·c",
-        3
-    ),
-    far!(
-        "sphere-from-1e4-radii",
-        "origin 10,000 radii away: nothing is left of b² − 4·a·c",
-        4
-    ),
-    far!("sphere-from-1e5-radii", "origin 100,000 radii away", 5),
-    far!("sphere-from-1e6-radii", "origin a million radii away", 6),
-    far!(
-        "sphere-from-1e7-radii",
-        "origin ten million radii away: neighbouring f32 are a radius apart",
-        7
-    ),
-    Case {
-        name: "sphere-tangent",
-        hard: "lines within a millionth of a radius of touching balls, coins and needles of a millimetre \
-               to a kilometre, from 1 to 10 radii away",
-        error: "how far past or inside the surface a wrong verdict was, parts of (1 + distance)·2⁻²⁴ radii",
-        reference: EXACT,
-        naive: TEXTBOOK,
-        bound: 2.0,
-        measure: tangent,
-    },
-    Case {
-        name: "sphere-tangent-from-far",
-        hard: "the same from 10 to 10⁷ radii away, along their axes: others f32 does not have",
-        error: "how far past or inside the surface a wrong verdict was, 2⁻²⁴ radii",
-        reference: EXACT,
-        naive: TEXTBOOK,
-        bound: 4.0,
-        measure: tangent_from_far,
-    },
-    Case {
-        name: "sphere-from-its-surface",
-        hard: "origin on the surface of balls, coins and needles of a millimetre to a kilometre: one \
-               distance is 0, or next to it",
-        error: "of both distances, 2⁻²⁴ radii over the cosine of incidence",
-        reference: EXACT,
-        naive: TEXTBOOK,
-        bound: 8.0,
-        measure: from_surface,
-    },
-    Case {
-        name: "sphere-from-inside",
-        hard: "origin inside such bodies, next to the surface or at the centre",
-        error: "of both distances, 2⁻²⁴ radii over the chord's half",
-        reference: EXACT,
-        naive: TEXTBOOK,
-        bound: 8.0,
-        measure: from_inside,
-    },
-    DISTANCES.case(
-        "spheroid-as-a-coin",
-        "a = 0.01, from up to 1,000 radii away",
-        8.0,
-        |effort| of_ratio(114, 0.01, effort),
-    ),
-    DISTANCES.case(
-        "spheroid-as-a-needle",
-        "a = 100, from up to 1,000 radii away",
-        8.0,
-        |effort| of_ratio(115, 100.0, effort),
-    ),
-    DISTANCES.case(
-        "spheroid-of-any-size",
-        "radii from a micrometre to a thousand kilometres",
-        8.0,
-        any_size,
-    ),
-    DISTANCES.case(
-        "spheroid-by-any-direction",
-        "directions 10⁻¹⁸ to 10¹⁸ long",
-        8.0,
-        any_direction,
-    ),
-];
-
-/// The textbook's quadratic.
 fn textbook(radii: [f32; 2], ray: &Ray) -> Option<[f32; 2]> {
     let [e, p] = radii;
     let weights = Vec3::new(1.0 / (e * e), 1.0 / (p * p), 1.0 / (e * e));
-    let (o, d) = (ray.origin(), ray.direction());
-    let a = (d * d).dot(weights);
-    let b = 2.0 * (o * d).dot(weights);
-    let c = (o * o).dot(weights) - 1.0;
-    let discriminant = b * b - 4.0 * a * c;
-    if discriminant < 0.0 {
-        return None;
-    }
-    let root = discriminant.sqrt();
-    Some([(-b - root) / (2.0 * a), (-b + root) / (2.0 * a)])
+    crate::textbook::quadratic(ray.origin(), ray.direction(), weights)
 }
 
 /// The clearance beyond which no rounding excuses a wrong verdict.
@@ -173,7 +104,7 @@ fn at_middle(worst: &mut Worst, inputs: &mut Inputs, radii: [f32; 2], distance: 
     }
 }
 
-fn from_far<const EXPONENT: i32>(effort: Effort) -> Errors {
+fn from_far<const EXPONENT: i32>(effort: Effort) -> Option<Errors> {
     largest(100 + EXPONENT as u64, effort.of(20_000), |inputs, worst| {
         let distance = 1.0 + 10f64.powi(EXPONENT);
         at_middle(worst, inputs, [1.0, 1.0], distance, distance);
@@ -197,7 +128,7 @@ fn beside(inputs: &mut Inputs) -> f64 {
     inputs.sign() * inputs.magnitude(-9.0, -6.0)
 }
 
-fn tangent(effort: Effort) -> Errors {
+fn tangent(effort: Effort) -> Option<Errors> {
     touching(110, effort, |inputs| {
         let distance = inputs.magnitude(0.0, 1.0);
         let (radii, scale) = body(inputs);
@@ -210,7 +141,7 @@ fn tangent(effort: Effort) -> Errors {
 }
 
 /// Along an axis a line keeps its distance from the centre, however far it begins.
-fn tangent_from_far(effort: Effort) -> Errors {
+fn tangent_from_far(effort: Effort) -> Option<Errors> {
     touching(111, effort, |inputs| {
         let distance = inputs.magnitude(1.0, 7.0);
         let (radii, scale) = body(inputs);
@@ -231,7 +162,11 @@ fn tangent_from_far(effort: Effort) -> Errors {
 /// A body's radii, a line that touches it, and the unit of a wrong verdict.
 type Touching = ([f32; 2], Ray, f64);
 
-fn touching(seed: u64, effort: Effort, draw: impl Fn(&mut Inputs) -> Option<Touching>) -> Errors {
+fn touching(
+    seed: u64,
+    effort: Effort,
+    draw: impl Fn(&mut Inputs) -> Option<Touching>,
+) -> Option<Errors> {
     let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
     let tries = effort.of(20_000);
     let mut near = 0;
@@ -245,9 +180,9 @@ fn touching(seed: u64, effort: Effort, draw: impl Fn(&mut Inputs) -> Option<Touc
         verdict(&mut worst, radii, &ray, (&exact, unit));
     }
     if near * 10 < tries * 9 {
-        return BROKEN;
+        return None;
     }
-    worst.0
+    Some(worst.0)
 }
 
 /// Checks the verdict alone: next to a tangent the distance has half the digits.
@@ -264,7 +199,7 @@ fn verdict(worst: &mut Worst, radii: [f32; 2], ray: &Ray, (exact, unit): (&Meeti
     worst.naive(error(textbook(radii, ray).is_some()));
 }
 
-fn from_surface(effort: Effort) -> Errors {
+fn from_surface(effort: Effort) -> Option<Errors> {
     largest(112, effort.of(20_000), |inputs, worst| {
         let (radii, scale) = body(inputs);
         let (from, direction) = (inputs.direction(), inputs.direction());
@@ -276,7 +211,7 @@ fn from_surface(effort: Effort) -> Errors {
     })
 }
 
-fn from_inside(effort: Effort) -> Errors {
+fn from_inside(effort: Effort) -> Option<Errors> {
     largest(113, effort.of(20_000), |inputs, worst| {
         let (radii, scale) = body(inputs);
         let depth = inputs.magnitude(-7.0, 0.0);
@@ -288,14 +223,14 @@ fn from_inside(effort: Effort) -> Errors {
     })
 }
 
-fn of_ratio(seed: u64, a: f32, effort: Effort) -> Errors {
+fn of_ratio(seed: u64, a: f32, effort: Effort) -> Option<Errors> {
     largest(seed, effort.of(20_000), |inputs, worst| {
         let distance = inputs.magnitude(0.1, 3.0);
         at_middle(worst, inputs, [1.0, a], distance, distance);
     })
 }
 
-fn any_size(effort: Effort) -> Errors {
+fn any_size(effort: Effort) -> Option<Errors> {
     largest(116, effort.of(20_000), |inputs, worst| {
         let size = inputs.magnitude(-5.9, 5.9);
         let ratio = inputs.magnitude(-0.1, 0.1);
@@ -305,7 +240,7 @@ fn any_size(effort: Effort) -> Errors {
     })
 }
 
-fn any_direction(effort: Effort) -> Errors {
+fn any_direction(effort: Effort) -> Option<Errors> {
     largest(117, effort.of(20_000), |inputs, worst| {
         let length = inputs.magnitude(-17.9, 17.9);
         let distance = inputs.magnitude(0.1, 3.0);

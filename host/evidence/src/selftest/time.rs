@@ -1,7 +1,7 @@
 //! Clocks of devices, and budgets.
 
 use super::input::Inputs;
-use super::{BROKEN, Case, Effort, Errors, Worst};
+use super::{Case, Effort, Errors, Worst};
 use glam::Vec3;
 use shisen::bake::Baked;
 use shisen::scene::builtin::prism;
@@ -16,62 +16,32 @@ use shisen_tracker::time::{DeviceTime, Micros};
 const TRUTH: &str = "when the simulated device measured";
 const OFFSET: &str = "the device's time plus what the first sample lacked to its arrival";
 
-pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "clock-wraps",
-        hard: "32-bit microseconds that start again at 0, once in 71 minutes, and drift by 50 ppm",
-        error: "of the time of a sample, milliseconds",
-        reference: TRUTH,
-        naive: OFFSET,
-        bound: 1.5,
-        measure: wraps,
-    },
-    Case {
-        name: "clock-goes-backwards",
-        hard: "a device that is restarted in the middle of its stream",
-        error: "of the time of a sample, two or more after the restart, milliseconds",
-        reference: TRUTH,
-        naive: OFFSET,
-        bound: 1.5,
-        measure: backwards,
-    },
-    Case {
-        name: "clock-freezes",
-        hard: "a device whose clock stands still while its samples come",
-        error: "how much newer or older than it is a sample was said to be, milliseconds",
-        reference: TRUTH,
-        naive: "the time of arrival",
-        bound: 1.5,
-        measure: freezes,
-    },
-    Case {
-        name: "budget-of-0",
-        hard: "a frame that has no time at all",
-        error: "steps spent beyond the budget",
-        reference: "0",
-        naive: "looking at the budget after each pixel",
-        bound: 0.0,
-        measure: budget_of_0,
-    },
-    Case {
-        name: "budget-of-1-at-a-time",
-        hard: "a picture rendered one step a call: what is left undone, or done twice",
-        error: "pixels that differ from the picture in one go",
-        reference: "the same picture without a budget",
-        naive: "giving a pixel up where the call's steps are spent, and beginning it anew in the next",
-        bound: 0.0,
-        measure: budget_of_1,
-    },
-    Case {
-        name: "budget-of-u32-max",
-        hard: "the largest budget of 32 bits",
-        error: "pixels that differ from the picture without a budget",
-        reference: "the same picture without a budget",
-        naive: "counting down in an i32, where it is −1",
-        bound: 0.0,
-        measure: budget_of_most,
-    },
-];
+pub(super) const CASES: &[Case] = cases! {
+    ["of the time of a sample, milliseconds", TRUTH, OFFSET]:
+    "clock-wraps", 1.5, wraps,
+        "32-bit microseconds that start again at 0, once in 71 minutes, and drift by 50 ppm";
+    ["of the time of a sample, two or more after the restart, milliseconds", TRUTH, OFFSET]:
+    "clock-goes-backwards", 1.5, backwards,
+        "a device that is restarted in the middle of its stream";
+    ["how much newer or older than it is a sample was said to be, milliseconds",
+     TRUTH,
+     "the time of arrival"]:
+    "clock-freezes", 1.5, freezes,
+        "a device whose clock stands still while its samples come";
+    ["steps spent beyond the budget", "0", "looking at the budget after each pixel"]:
+    "budget-of-0", 0.0, budget_of_0,
+        "a frame that has no time at all";
+    ["pixels that differ from the picture in one go",
+     "the same picture without a budget",
+     "giving a pixel up where the call's steps are spent, and beginning it anew in the next"]:
+    "budget-of-1-at-a-time", 0.0, budget_of_1,
+        "a picture rendered one step a call: what is left undone, or done twice";
+    ["pixels that differ from the picture without a budget",
+     "the same picture without a budget",
+     "counting down in an i32, where it is −1"]:
+    "budget-of-u32-max", 0.0, budget_of_most,
+        "the largest budget of 32 bits";
+};
 
 /// A device that measures every 4 ms and says so 2 to 3 ms later.
 struct Device {
@@ -112,18 +82,16 @@ fn milliseconds(found: i64, time: u64) -> f64 {
 }
 
 /// Gathers the largest errors of several devices.
-fn of_devices(seed: u64, effort: Effort, check: fn(&mut Device, &mut Worst)) -> Errors {
+fn of_devices(seed: u64, effort: Effort, check: fn(&mut Device, &mut Worst)) -> Option<Errors> {
     let mut worst = Worst::NONE;
     for seed in seed..seed + effort.of(50) as u64 {
-        let Some(mut device) = Device::new(seed) else {
-            return BROKEN;
-        };
+        let mut device = Device::new(seed)?;
         check(&mut device, &mut worst);
     }
-    worst.0
+    Some(worst.0)
 }
 
-fn wraps(effort: Effort) -> Errors {
+fn wraps(effort: Effort) -> Option<Errors> {
     of_devices(1_000, effort, |device, worst| {
         // The wrap is 5 to 15 s away.
         let start = (1u64 << 32) - 5_000_000 - device.inputs.below(10_000_000) as u64;
@@ -137,7 +105,7 @@ fn wraps(effort: Effort) -> Errors {
     })
 }
 
-fn backwards(effort: Effort) -> Errors {
+fn backwards(effort: Effort) -> Option<Errors> {
     of_devices(1_100, effort, |device, worst| {
         let restart = 1_000 + device.inputs.below(1_000) as u64;
         let again = device.inputs.below(2_000_000) as u64;
@@ -159,7 +127,7 @@ fn backwards(effort: Effort) -> Errors {
     })
 }
 
-fn freezes(effort: Effort) -> Errors {
+fn freezes(effort: Effort) -> Option<Errors> {
     of_devices(1_200, effort, |device, worst| {
         let from = 1_000 + device.inputs.below(1_000) as u64;
         for i in 0..3_000u64 {
@@ -229,25 +197,14 @@ fn different(a: &[Pixel], b: &[Pixel]) -> f64 {
     unlike.count() as f64
 }
 
-fn budget_of_0(_: Effort) -> Errors {
-    let (Some((_, steps)), Some(alone)) = (render(0, 1), one_by_one()) else {
-        return BROKEN;
-    };
-    let mut spent = 0;
-    for (_, steps) in alone {
-        spent += steps;
-        // The naive way looks after the pixel.
-        if spent > 0 {
-            break;
-        }
-    }
-    Errors {
-        ours: steps as f64,
-        naive: spent as f64,
-    }
+fn budget_of_0(_: Effort) -> Option<Errors> {
+    let (_, steps) = render(0, 1)?;
+    // The naive way looks after the first pixel that takes any.
+    let spent = one_by_one()?.into_iter().map(|one| one.1);
+    let spent = spent.into_iter().find(|&steps| steps > 0);
+    Some(Errors::new(steps as f64, spent.unwrap_or(0) as f64))
 }
 
-/// Each pixel rendered by itself, and its steps.
 fn one_by_one() -> Option<Vec<(Pixel, u64)>> {
     let (baked, view) = (baked()?, view()?);
     let renderer = Renderer::new(baked.scene(), Simd::detect(), Settings::default());
@@ -268,48 +225,36 @@ fn one_by_one() -> Option<Vec<(Pixel, u64)>> {
     (0..SIDE * SIDE).map(alone).collect()
 }
 
-fn budget_of_1(_: Effort) -> Errors {
-    let whole = render(u64::MAX, 1);
-    let in_steps = render(1, u64::from(SIDE * SIDE) * 1_000);
-    let (Some((whole, _)), Some((in_steps, _)), Some(alone)) = (whole, in_steps, one_by_one())
-    else {
-        return BROKEN;
-    };
+fn budget_of_1(_: Effort) -> Option<Errors> {
+    let (whole, _) = render(u64::MAX, 1)?;
+    let (in_steps, _) = render(1, u64::from(SIDE * SIDE) * 1_000)?;
     // Each call begins the first unfinished pixel, and gives it up if it takes more steps than
     // the call has.
     let mut begun = vec![Pixel::default(); whole.len()];
-    let mut next = 0;
-    for _ in 0..SIDE * SIDE * 1_000 {
-        let Some(&(pixel, steps)) = alone.get(next) else {
-            break;
-        };
-        if steps <= 1 {
-            begun[next] = pixel;
-            next += 1;
-        }
+    let cheap = one_by_one()?.into_iter().take_while(|one| one.1 <= 1);
+    for (place, (pixel, _)) in begun.iter_mut().zip(cheap) {
+        *place = pixel;
     }
-    Errors {
-        ours: different(&whole, &in_steps),
-        naive: different(&whole, &begun),
-    }
+    Some(Errors::new(
+        different(&whole, &in_steps),
+        different(&whole, &begun),
+    ))
 }
 
-fn budget_of_most(_: Effort) -> Errors {
-    let (whole, most) = (render(u64::MAX, 1), render(u32::MAX.into(), 1));
-    let (Some((whole, _)), Some((most, _)), Some(alone)) = (whole, most, one_by_one()) else {
-        return BROKEN;
-    };
+fn budget_of_most(_: Effort) -> Option<Errors> {
+    let (whole, _) = render(u64::MAX, 1)?;
+    let (most, _) = render(u32::MAX.into(), 1)?;
     let mut drawn = vec![Pixel::default(); whole.len()];
     let mut left = u32::MAX as i32;
-    for (place, (pixel, steps)) in drawn.iter_mut().zip(alone) {
+    for (place, (pixel, steps)) in drawn.iter_mut().zip(one_by_one()?) {
         if left <= 0 {
             break;
         }
         *place = pixel;
         left -= steps as i32;
     }
-    Errors {
-        ours: different(&whole, &most),
-        naive: different(&whole, &drawn),
-    }
+    Some(Errors::new(
+        different(&whole, &most),
+        different(&whole, &drawn),
+    ))
 }

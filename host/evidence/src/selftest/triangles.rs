@@ -11,56 +11,34 @@ const MOLLER: &str = "Möller and Trumbore's test in f32, as published";
 const LINES: &str = "distances of the ray's line to the edges in f64";
 const WRONG: &str = "how far from the edge a wrong verdict was, 2⁻²⁴ of the farthest coordinate";
 
-pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "triangle-slivers",
-        hard: "triangles a million times as long as wide, rays next to their long sides",
-        error: WRONG,
-        reference: LINES,
-        naive: MOLLER,
-        bound: 4.0,
-        measure: slivers,
-    },
-    Case {
-        name: "triangle-slivers-distance",
-        hard: "the distance of triangles 10 to 10⁵ times as long as wide, seen at 0.3 rad or more",
-        error: "of the hit point from the plane, 2⁻²⁴ of the farthest coordinate, over how many times \
-                it is as long as wide; a miss inside is infinite",
-        reference: "the plane in f64",
-        naive: MOLLER,
-        bound: 2.0,
-        measure: slivers_distance,
-    },
-    Case {
-        name: "triangle-distance",
-        hard: "the distance where a triangle is seen at 10⁻⁵ to 1 rad to its plane",
-        error: "of the hit point from the plane, 2⁻²⁴ of the farthest coordinate; a miss inside is infinite",
-        reference: "the plane in f64",
-        naive: MOLLER,
-        bound: 8.0,
-        measure: distance,
-    },
-    Case {
-        name: "triangle-in-the-rays-plane",
-        hard: "rays exactly in a triangle's plane, towards it",
-        error: "hits, and distances that are no numbers",
-        reference: "an edge-on triangle has no area to hit",
-        naive: "Möller and Trumbore's test in f32, without a least determinant",
-        bound: 0.0,
-        measure: coplanar,
-    },
-    Case {
-        name: "triangle-without-area",
-        hard: "triangles that are a point or a line, rays through them",
-        error: "how far beside it was hit, 2⁻²⁴ of the farthest coordinate; a distance that is no \
-                number is infinite",
-        reference: "the line in f64",
-        naive: MOLLER,
-        // The rounding of the reference itself.
-        bound: 1.0e-7,
-        measure: without_area,
-    },
-];
+pub(super) const CASES: &[Case] = cases! {
+    [WRONG, LINES, MOLLER]:
+    "triangle-slivers", 4.0, slivers,
+        "triangles a million times as long as wide, rays next to their long sides";
+    ["of the hit point from the plane, 2⁻²⁴ of the farthest coordinate, over how many times it is \
+      as long as wide; a miss inside is infinite",
+     "the plane in f64",
+     MOLLER]:
+    "triangle-slivers-distance", 2.0, slivers_distance,
+        "the distance of triangles 10 to 10⁵ times as long as wide, seen at 0.3 rad or more";
+    ["of the hit point from the plane, 2⁻²⁴ of the farthest coordinate; a miss inside is infinite",
+     "the plane in f64",
+     MOLLER]:
+    "triangle-distance", 8.0, distance,
+        "the distance where a triangle is seen at 10⁻⁵ to 1 rad to its plane";
+    ["hits, and distances that are no numbers",
+     "an edge-on triangle has no area to hit",
+     "Möller and Trumbore's test in f32, without a least determinant"]:
+    "triangle-in-the-rays-plane", 0.0, coplanar,
+        "rays exactly in a triangle's plane, towards it";
+    ["how far beside it was hit, 2⁻²⁴ of the farthest coordinate; a distance that is no number is \
+      infinite",
+     "the line in f64",
+     MOLLER]:
+    // The rounding of the reference itself.
+    "triangle-without-area", 1.0e-7, without_area,
+        "triangles that are a point or a line, rays through them";
+};
 
 /// The least determinant as published.
 pub(super) const LEAST: Option<f32> = Some(1.0e-6);
@@ -113,13 +91,12 @@ fn check_verdict(worst: &mut Worst, corners: [Vec3; 3], ray: &Ray) {
     worst.naive(error(moller_trumbore(corners, ray, LEAST)));
 }
 
-/// A triangle from three points, in any order.
 fn shuffled(inputs: &mut Inputs, corners: [DVec3; 3]) -> [Vec3; 3] {
     let first = inputs.below(3);
     [0, 1, 2].map(|i| single(corners[(first + i) % 3]))
 }
 
-fn slivers(effort: Effort) -> Errors {
+fn slivers(effort: Effort) -> Option<Errors> {
     largest(202, effort.of(500_000), |inputs, worst| {
         let along = inputs.direction();
         let across = inputs.across(along);
@@ -139,7 +116,7 @@ fn slivers(effort: Effort) -> Errors {
     })
 }
 
-fn slivers_distance(effort: Effort) -> Errors {
+fn slivers_distance(effort: Effort) -> Option<Errors> {
     largest(203, effort.of(500_000), |inputs, worst| {
         let along = inputs.direction();
         let across = inputs.across(along);
@@ -178,7 +155,7 @@ fn off_the_plane(worst: &mut Worst, corners: [Vec3; 3], normal: DVec3, (ray, uni
     }
 }
 
-fn distance(effort: Effort) -> Errors {
+fn distance(effort: Effort) -> Option<Errors> {
     largest(204, effort.of(500_000), |inputs, worst| {
         let corners = [0; 3].map(|_| single(inputs.in_ball()));
         let [a, b, c] = corners.map(Vec3::as_dvec3);
@@ -199,7 +176,7 @@ fn distance(effort: Effort) -> Errors {
     })
 }
 
-fn coplanar(effort: Effort) -> Errors {
+fn coplanar(effort: Effort) -> Option<Errors> {
     let tries = effort.of(200_000);
     wrong(205, tries, tries / 2, |inputs, verdicts| {
         // On a grid of powers of two everything is exact, and so is the plane.
@@ -228,7 +205,7 @@ fn coplanar(effort: Effort) -> Errors {
     })
 }
 
-fn without_area(effort: Effort) -> Errors {
+fn without_area(effort: Effort) -> Option<Errors> {
     largest(206, effort.of(200_000), |inputs, worst| {
         let mut at = || (inputs.in_ball() * 64.0).round() / 8.0;
         let (a, along) = (at(), at());

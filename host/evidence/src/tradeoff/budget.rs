@@ -3,7 +3,7 @@
 use super::frames::{Room, Way, baked, pictures};
 use super::gaze::{NOT_MISSED, UNSEEN};
 use super::metrics::MEASURES;
-use super::{Bench, Cause, Comparison, Figure, Point, Section, TilePrice, measure, timed};
+use super::{Bench, Cause, Comparison, Point, Section, TilePrice, measure, timed};
 use colorous::VIRIDIS;
 use shisen::picture::Picture;
 use shisen::render::{self, Frame};
@@ -101,7 +101,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         ("With all of them", truth),
     ] {
         let picture = room.unfold(&pictures)?;
-        section.pictures.push(Figure::new(caption, picture));
+        section.pictures.push((caption.to_owned(), picture));
     }
     Ok(section)
 }
@@ -119,7 +119,6 @@ fn about(size: u32, need: u64, dearest: u64) -> String {
     )
 }
 
-/// The share of the steps with which each tile is whole, as colours.
 fn map(
     views: &[(View, Renderer<'_>)],
     whole: &BTreeMap<TilePlace, u32>,
@@ -142,17 +141,14 @@ fn map(
 /// A tile by its picture and its first column and row.
 type TilePlace = (usize, u32, u32);
 
-/// Whether a tile shows what it should.
 fn is_equal(done: &Done, truth: &Frame, (part, x, y): TilePlace) -> bool {
     let (found, truth) = (&done.pictures[part], &truth.pictures[part].picture);
     let mut pixels = (y..y + TILE).flat_map(|y| (x..x + TILE).map(move |x| (x, y)));
     pixels.all(|(x, y)| found.pixel(x, y) == truth.pixel(x, y))
 }
 
-/// A frame rendered within a budget.
 struct Done {
     pictures: Vec<Picture>,
-    /// The tiles in their order.
     tiles: Vec<TilePlace>,
     steps: u64,
     /// The most steps of a call.

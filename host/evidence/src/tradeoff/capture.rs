@@ -3,7 +3,7 @@
 mod places;
 
 use super::frames::baked;
-use super::{Bench, Cause, Comparison, Limit, Measure, Point, Section, measure, timed};
+use super::{Bench, Cause, Comparison, Limit, Measure, Point, Section, limit, measure, timed};
 use crate::measure::Timed;
 use glam::DVec2;
 use places::Places;
@@ -44,14 +44,12 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     Ok(Section::new("capture", title, about, comparisons))
 }
 
-/// The optics of a picture.
 #[derive(Clone, Copy)]
 struct Optics {
     mirror: Named,
     mapping: Mapping,
     /// The mirror's equatorial radius, metres.
     radius: f32,
-    /// Pixels a side.
     size: u32,
 }
 
@@ -84,7 +82,6 @@ impl Optics {
         Ok(render::dome(&scene.scene(), &view, None, &options, &quiet)?)
     }
 
-    /// The point of a picture.
     fn measured(&self, errors: Vec<Option<f64>>, name: String, time: &Timed<DomePicture>) -> Point {
         let mirror = match self.mapping {
             Mapping::True => Value::Null,
@@ -121,7 +118,6 @@ impl Optics {
     }
 }
 
-/// Renders each picture in turns.
 fn render(
     bench: &Bench<'_>,
     scene: &Baked,
@@ -134,25 +130,18 @@ fn render(
     })
 }
 
-/// All mirrors and mappings of one size.
 fn all(size: u32) -> Vec<Optics> {
-    let mut all = Vec::new();
-    for mapping in [Mapping::Mirror, Mapping::Exact] {
-        for mirror in Named::ALL {
-            all.push(Optics {
-                mirror,
-                mapping,
-                radius: RADIUS,
-                size,
-            });
-        }
-    }
-    all.push(Optics {
-        mirror: Named::Best,
-        mapping: Mapping::True,
+    let optics = |mirror, mapping| Optics {
+        mirror,
+        mapping,
         radius: RADIUS,
         size,
-    });
+    };
+    let mut all = Vec::new();
+    for mapping in [Mapping::Mirror, Mapping::Exact] {
+        all.extend(Named::ALL.map(|mirror| optics(mirror, mapping)));
+    }
+    all.push(optics(Named::Best, Mapping::True));
     all
 }
 
@@ -184,10 +173,7 @@ fn mappings(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
     ))
 }
 
-const HALF_A_PIXEL: Limit = Limit {
-    error: 0.5,
-    because: "half a pixel",
-};
+const HALF_A_PIXEL: Limit = limit(0.5, "half a pixel");
 
 /// The optics whose sizes are compared, the nearest at 100 radii first: of equal ones the
 /// first is chosen.
@@ -225,10 +211,7 @@ fn sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
         measure("off_mean_px", "mean, px"),
         measure("wrong_colour_percent", "in another colour, %"),
     ];
-    let limit = Limit {
-        error: 4.0,
-        because: "a pixel of 1,024²",
-    };
+    let limit = limit(4.0, "a pixel of 1,024²");
     let comparison = Comparison::new(
         ("sizes", "How large a picture"),
         format!(
@@ -255,17 +238,13 @@ fn mirror_sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
         &[1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2, 1e-1, 3e-1],
     ) {
         for mapping in [Mapping::Mirror, Mapping::Exact] {
-            let radius = part as f32 * NEAREST;
-            let mirror = Named::Best;
-            pictures.push((
-                part,
-                Optics {
-                    mirror,
-                    mapping,
-                    radius,
-                    size,
-                },
-            ));
+            let optics = Optics {
+                mirror: Named::Best,
+                mapping,
+                radius: part as f32 * NEAREST,
+                size,
+            };
+            pictures.push((part, optics));
         }
     }
     let optics: Vec<Optics> = pictures.iter().map(|one| one.1).collect();
@@ -297,7 +276,6 @@ fn mirror_sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
     Ok(comparison.logarithmic())
 }
 
-/// Single and double precision.
 fn precision(bench: &Bench<'_>) -> Result<Comparison, Cause> {
     let side = bench.effort.pick(96u32, 256);
     // Places of the picture, from rim to rim.
@@ -353,10 +331,7 @@ fn precision(bench: &Bench<'_>) -> Result<Comparison, Cause> {
         let point = Point::new(precision, name, settings);
         point.measured(vec![Some(time.first)], &time, None)
     });
-    let limit = Limit {
-        error: 0.01,
-        because: "a hundredth of a pixel",
-    };
+    let limit = limit(0.01, "a hundredth of a pixel");
     let about = format!(
         "The rays of the best mirror alone, {} of them on one thread: as the core computes them, \
          and as the reference does, which counts as the truth.",

@@ -3,7 +3,7 @@
 use super::frames::{CLOSE_UP, CloseUp};
 use super::gaze::{NOT_MISSED, UNSEEN};
 use super::metrics::MEASURES;
-use super::{Bench, Cause, Comparison, Figure, PictureDifference, Point, Section, Sight, measure};
+use super::{Bench, Cause, Comparison, PictureDifference, Point, Section, Sight, measure};
 use glam::{DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::cave::{Cave, Eye, Viewer, Wall};
@@ -16,13 +16,11 @@ use shisen::scene::mesh::TriangleMesh;
 use shisen_core::scene::EffectSet;
 use std::convert::Infallible;
 
-/// A scene with all effects.
 const SCENE: &str = include_str!("effects.toml");
 
 /// The place of the glass ball of flint, metres.
 const LOOKED_AT: Vec3 = Vec3::new(0.15, -0.75, -2.3);
 
-/// Rays a pixel.
 const SAMPLES: u16 = 4;
 
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
@@ -59,7 +57,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         |effects: Effects| near.frame(&baked, &eye, &with(effects), Filling::Background);
     let near_truth = near_frame(Effects::AUTO)?;
     let mut points = Vec::new();
-    let mut pictures = vec![Figure::new("All effects", truth.clone())];
+    let mut pictures = vec![("All effects".to_owned(), truth.clone())];
     for ((effect, effects), time) in ways.iter().zip(measured) {
         let found = &time.first.pictures[0].picture;
         let name = match effect {
@@ -77,7 +75,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         errors.push(entry.map(|entry| entry.rays as f64));
         if effect.is_some() {
             let caption = format!("{}{}", name[..1].to_uppercase(), &name[1..]);
-            pictures.push(Figure::new(caption, found.clone()));
+            pictures.push((caption, found.clone()));
         }
         let without = effect.map_or("nothing".to_owned(), |one| one.to_string());
         let settings = [("without", without.into()), ("samples", SAMPLES.into())];

@@ -32,7 +32,6 @@ pub(super) struct Room {
 /// a viewer sees best.
 pub(super) struct CloseUp {
     cave: Cave,
-    /// The sights of the eyes.
     sights: Vec<Sight>,
 }
 
@@ -65,7 +64,6 @@ impl CloseUp {
         Ok(Self { cave, sights })
     }
 
-    /// Renders a frame of it.
     pub(super) fn frame(
         &self,
         baked: &Baked,
@@ -76,7 +74,6 @@ impl CloseUp {
         rendered(&self.cave, baked, eyes, options, filling)
     }
 
-    /// The error of a frame of the close-up.
     pub(super) fn error(&self, found: &Frame, truth: &Frame) -> PictureDifference {
         error(&self.sights, pictures(found), truth)
     }
@@ -88,7 +85,6 @@ impl CloseUp {
     }
 }
 
-/// One way to render a frame.
 #[derive(Clone, Copy)]
 pub(super) struct Way<'w> {
     pub(super) depth: u8,
@@ -97,7 +93,6 @@ pub(super) struct Way<'w> {
     pub(super) filling: Filling<'w>,
 }
 
-/// Detail that follows the gaze.
 #[derive(Clone, Copy)]
 pub(super) struct Lod {
     pub(super) field: VisualField,
@@ -142,7 +137,6 @@ impl Way<'_> {
         ..Self::FULL
     };
 
-    /// The settings for reports.
     pub(super) fn settings(&self) -> Vec<(&'static str, Value)> {
         let mut settings = vec![
             ("depth", self.depth.into()),
@@ -192,7 +186,6 @@ impl Room {
         Ok(room)
     }
 
-    /// The two eyes.
     pub(super) fn observers(&self, lod: Option<Lod>) -> [Observer; 2] {
         observers(self.line_of_sight, lod)
     }
@@ -215,20 +208,17 @@ impl Room {
         options
     }
 
-    /// Renders the close-up.
     pub(super) fn near_frame(&self, baked: &Baked, way: &Way<'_>) -> Result<Frame, Cause> {
         let eyes = self.observers(way.lod);
         self.near
             .frame(baked, &eyes, &self.options(way), way.filling)
     }
 
-    /// Renders a frame.
     pub(super) fn frame(&self, baked: &Baked, way: &Way<'_>) -> Result<Frame, Cause> {
         let eyes = self.observers(way.lod);
         rendered(&self.cave, baked, &eyes, &self.options(way), way.filling)
     }
 
-    /// The error of a frame.
     pub(super) fn error<'p>(
         &self,
         found: impl Iterator<Item = &'p Picture>,
@@ -251,7 +241,6 @@ impl Room {
     }
 }
 
-/// Two eyes in the middle of the room.
 fn observers(line_of_sight: LineOfSight, lod: Option<Lod>) -> [Observer; 2] {
     let viewer = Viewer::default();
     Eye::STEREO.map(|eye| Observer {
@@ -291,12 +280,10 @@ fn error<'p>(
     PictureDifference::new(&pairs)
 }
 
-/// All pictures of a frame.
 pub(super) fn pictures(frame: &Frame) -> impl Iterator<Item = &Picture> {
     frame.pictures.iter().map(|one| &one.picture)
 }
 
-/// Scene A with the bench's mesh.
 pub(super) fn scene(bench: &Bench<'_>) -> Result<Scene, Cause> {
     Ok(paper_scene(PaperScene::A, bench.mesh.clone())?)
 }

@@ -20,7 +20,6 @@ pub fn pareto_front(points: &[(f64, f64)]) -> Vec<bool> {
 }
 
 impl Comparison {
-    /// Finds the fronts of measured points, and the choice.
     pub(super) fn new(
         (id, title): (&'static str, &'static str),
         about: impl Into<String>,
@@ -59,7 +58,6 @@ impl Comparison {
         }
     }
 
-    /// Adds the choice within another limit of the first measure.
     pub(super) fn with_other_limit(mut self, limit: Limit) -> Self {
         let label = self.measures[0].label;
         let other = choice(&self.points, label, &limit, Build::OPTIMISED);
@@ -68,7 +66,6 @@ impl Comparison {
         self
     }
 
-    /// Lets charts show errors by their logarithm.
     pub(super) fn logarithmic(mut self) -> Self {
         self.logarithmic = true;
         self
@@ -130,7 +127,6 @@ fn by_error(a: &Point, b: &Point) -> Ordering {
     a.error().total_cmp(&b.error())
 }
 
-/// The cost that points are chosen by.
 #[derive(Debug, Clone, Copy)]
 enum Cost {
     Steps,
@@ -138,7 +134,6 @@ enum Cost {
 }
 
 impl Cost {
-    /// Steps where all points have them, which are exact.
     fn common(points: &[Point]) -> Self {
         if points.iter().all(|point| point.steps.is_some()) {
             Self::Steps
@@ -182,12 +177,10 @@ pub(super) fn percent(ratio: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::limit;
     use super::*;
 
-    const LIMIT: Limit = Limit {
-        error: 0.3,
-        because: "a bound",
-    };
+    const LIMIT: Limit = limit(0.3, "a bound");
 
     fn point(name: &str, error: f64, seconds: f64) -> Point {
         Point {
@@ -205,7 +198,6 @@ mod tests {
 
     #[test]
     fn the_front_is_what_nothing_beats() {
-        let nan = f64::NAN;
         let found = pareto_front(&[
             (0.0, 9.0),
             (1.0, 5.0),
@@ -214,7 +206,7 @@ mod tests {
             (3.0, 1.0),
             (3.0, 1.0),
             (4.0, 1.0),
-            (nan, 0.0),
+            (f64::NAN, 0.0),
             (0.0, f64::INFINITY),
         ]);
         let best = [true, true, false, false, true, true, false, false, false];
@@ -244,44 +236,21 @@ mod tests {
             point("near", 0.1, 0.503),
             point("rough", 1.0, 0.25),
         ];
-        for (error, expected) in [
-            // A hundredth of the steps is no difference.
-            (
-                0.3,
-                "Choose near, the cheapest with at most 0.3 (a bound) of error: 0.1 in 0.503 \
-                 million steps, 50 % of that of full (0).",
-            ),
-            (
-                0.0,
-                "Choose full, the cheapest with at most 0 (a bound) of error: 0 in 1 million steps.",
-            ),
-            (
-                -1.0,
-                "No setting has at most -1 (a bound) of error: choose full, the nearest, with 0 in \
-                 1 million steps.",
-            ),
-        ] {
-            let limit = Limit { error, ..LIMIT };
-            assert_eq!(choice(&points, "error", &limit, true), expected);
-        }
-        let both = comparison(points.to_vec()).with_other_limit(Limit {
+        let says = |error: f64| choice(&points, "error", &Limit { error, ..LIMIT }, true);
+        // A hundredth of the steps is no difference.
+        let near = "Choose near, the cheapest with at most 0.3 (a bound) of error: 0.1 in 0.503 \
+                    million steps, 50 % of that of full (0).";
+        assert_eq!(says(0.3), near);
+        let none = "No setting has at most -1 (a bound) of error: choose full, the nearest, with 0 \
+                    in 1 million steps.";
+        assert_eq!(says(-1.0), none);
+        let other = Limit {
             error: 2.0,
             ..LIMIT
-        });
-        assert!(both.choice.starts_with("Choose near, "), "{}", both.choice);
-        assert!(
-            both.choice
-                .contains(". Choose rough, the cheapest with at most 2")
-        );
-        assert_eq!(both.other_limit.unwrap().error, 2.0);
-        let none = points.map(|one| Point {
-            errors: vec![None],
-            ..one
-        });
-        assert_eq!(
-            choice(&none, "error", &LIMIT, true),
-            "Nothing was measured."
-        );
+        };
+        let both = comparison(points.to_vec()).with_other_limit(other).choice;
+        assert!(both.starts_with("Choose near, ") && both.contains(". Choose rough, "));
+        assert_eq!(choice(&[], "error", &LIMIT, true), "Nothing was measured.");
     }
 
     #[test]

@@ -4,7 +4,7 @@
 mod viewers;
 
 use super::frames::{Lod, Room, Way, baked};
-use super::{Bench, Cause, Comparison, Limit, Measure, Point, Section, measure};
+use super::{Bench, Cause, Comparison, Limit, Measure, Point, Section, limit, measure};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use shisen::bake::Baked;
 use shisen::picture::chart::{Axis, Chart, Line, Names};
@@ -52,7 +52,6 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     Ok(Section::new("latency", title, about, comparisons))
 }
 
-/// Compares horizons of the prediction at one latency.
 fn horizons(
     bench: &Bench<'_>,
     (room, scene): (&Room, &Baked),
@@ -139,11 +138,7 @@ fn widened(degrees: f64) -> Way<'static> {
     Way { lod, ..Way::FULL }
 }
 
-/// The limit of the first measure.
-const LIMIT: Limit = Limit {
-    error: 1.0,
-    because: "the fovea's radius",
-};
+const LIMIT: Limit = limit(1.0, "the fovea's radius");
 
 const MEASURES: [Measure; 12] = [
     measure("error_95_degrees", "error that 95 % keep to, °"),

@@ -15,7 +15,7 @@
 mod similarity;
 
 use super::{Measure, measure};
-use glam::Vec3;
+use glam::{DVec4, Vec3};
 use nv_flip::FlipImageRgb8;
 use rayon::prelude::*;
 use shisen::picture::{Picture, srgb_from_linear};
@@ -59,7 +59,6 @@ pub struct Sight {
     rings: Vec<Ring>,
     /// In proportion to the cortex that sees the pixel; 0 where it shows nothing.
     weights: Vec<f64>,
-    /// The least number of pixels a degree.
     pixels_per_degree: f32,
 }
 
@@ -127,7 +126,6 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// The quality of equal pictures.
     const EQUAL: Self = Self {
         psnr: None,
         flip: 0.0,
@@ -157,21 +155,19 @@ impl PictureDifference {
             .map(|&(sight, found, truth)| sums(sight, found, truth))
             .collect();
         let of_rings = |of: fn(&Sums) -> &[Sum; 3]| {
-            [0, 1, 2].map(|ring| Sum::total(sums.iter().map(|sums| &of(sums)[ring])))
+            [0, 1, 2].map(|ring| sums.iter().map(|sums| of(sums)[ring]).sum::<Sum>())
         };
-        let all = Sum::total(sums.iter().map(|sums| &sums.all));
         let by_acuity = of_rings(|sums| &sums.by_acuity);
-        let weighted = Sum::total(&by_acuity);
+        let all = sums.iter().map(|sums| sums.all).sum();
         Self {
-            all: all.quality().unwrap_or(Quality::EQUAL),
-            weighted: weighted.quality().unwrap_or(Quality::EQUAL),
-            rings: of_rings(|sums| &sums.by_pixels).map(|sum| sum.quality()),
+            all: quality(all).unwrap_or(Quality::EQUAL),
+            weighted: weighted(&by_acuity),
+            rings: of_rings(|sums| &sums.by_pixels).map(quality),
             by_acuity,
         }
     }
 }
 
-/// The measures of [`PictureDifference::errors`].
 pub(super) const MEASURES: [Measure; 15] = [
     measure("flip_weighted", "FLIP by acuity"),
     measure("flip_fovea", "FLIP to 1°"),
@@ -197,8 +193,7 @@ impl PictureDifference {
     pub(super) fn with_middle_of(mut self, near: &Self) -> Self {
         self.rings[..2].copy_from_slice(&near.rings[..2]);
         self.by_acuity[..2].copy_from_slice(&near.by_acuity[..2]);
-        let weighted = Sum::total(&self.by_acuity).quality();
-        self.weighted = weighted.unwrap_or(Quality::EQUAL);
+        self.weighted = weighted(&self.by_acuity);
         self
     }
 
@@ -242,24 +237,18 @@ fn sums(sight: &Sight, found: &Picture, truth: &Picture) -> Sums {
         if weight == 0.0 {
             continue;
         }
-        let (mut squares, mut flip, mut ssim) = (0.0, 0.0, 1.0);
+        // Weight, mean square of the codes' differences, FLIP and similarity.
+        let mut sum = Sum::new(1.0, 0.0, 0.0, 1.0);
         if let Some((flips, similarities)) = &maps {
             for (&a, &b) in found_codes[index].iter().zip(&true_codes[index]) {
                 let off = f64::from(a) - f64::from(b);
-                squares += off * off / 3.0;
+                sum.y += off * off / 3.0;
             }
-            flip = f64::from(flips[index]);
-            ssim = similarities[index];
+            (sum.z, sum.w) = (f64::from(flips[index]), similarities[index]);
         }
-        let of_pixel = |weight: f64| Sum {
-            weight,
-            squares: weight * squares,
-            flip: weight * flip,
-            ssim: weight * ssim,
-        };
-        sums.all.add(&of_pixel(1.0));
-        sums.by_pixels[*ring as usize].add(&of_pixel(1.0));
-        sums.by_acuity[*ring as usize].add(&of_pixel(weight));
+        sums.all += sum;
+        sums.by_pixels[*ring as usize] += sum;
+        sums.by_acuity[*ring as usize] += weight * sum;
     }
     sums
 }
@@ -269,50 +258,28 @@ fn luma([red, green, blue]: [u8; 3]) -> f64 {
     0.2126 * f64::from(red) + 0.7152 * f64::from(green) + 0.0722 * f64::from(blue)
 }
 
-/// The sums over a picture.
+/// The sums over a picture; over each ring, all pixels alike, and by the cortex that sees them.
 #[derive(Default)]
 struct Sums {
     all: Sum,
-    /// The sums over each ring, all pixels alike.
     by_pixels: [Sum; 3],
-    /// The sums over each ring, weighted by the cortex that sees the pixels.
     by_acuity: [Sum; 3],
 }
 
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Sum {
-    weight: f64,
-    squares: f64,
-    flip: f64,
-    ssim: f64,
+/// Sums of weights, and of squares, FLIP and similarities times the weights.
+type Sum = DVec4;
+
+fn quality(sum: Sum) -> Option<Quality> {
+    let mean = sum / sum.x;
+    (sum.x > 0.0).then(|| Quality {
+        psnr: (mean.y > 0.0).then(|| 10.0 * libm::log10(255.0 * 255.0 / mean.y)),
+        flip: mean.z,
+        ssim: mean.w,
+    })
 }
 
-impl Sum {
-    fn total<'s>(of: impl IntoIterator<Item = &'s Self>) -> Self {
-        let mut total = Self::default();
-        for sum in of {
-            total.add(sum);
-        }
-        total
-    }
-
-    fn add(&mut self, other: &Self) {
-        self.weight += other.weight;
-        self.squares += other.squares;
-        self.flip += other.flip;
-        self.ssim += other.ssim;
-    }
-
-    fn quality(&self) -> Option<Quality> {
-        (self.weight > 0.0).then(|| {
-            let mean_square = self.squares / self.weight;
-            Quality {
-                psnr: (mean_square > 0.0).then(|| 10.0 * libm::log10(255.0 * 255.0 / mean_square)),
-                flip: self.flip / self.weight,
-                ssim: self.ssim / self.weight,
-            }
-        })
-    }
+fn weighted(by_acuity: &[Sum; 3]) -> Quality {
+    quality(by_acuity.iter().sum()).unwrap_or(Quality::EQUAL)
 }
 
 #[cfg(test)]

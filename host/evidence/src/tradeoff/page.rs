@@ -35,15 +35,11 @@ pub(crate) fn html(report: &Report) -> io::Result<String> {
         );
         write_section(&mut sections, section)?;
     }
-    let (quick, build) = (report.quick, &report.build);
+    let build = &report.build;
     Ok(format!(
         include_str!("page.html"),
         style = include_str!("page.css"),
-        run = if quick {
-            "The short run"
-        } else {
-            "The full run"
-        },
+        run = ["The full run", "The short run"][usize::from(report.quick)],
         version = escaped(report.version),
         threads = counted(report.threads as u64, "thread"),
         simd = escaped(&report.simd),
@@ -58,7 +54,6 @@ pub(crate) fn html(report: &Report) -> io::Result<String> {
     ))
 }
 
-/// The warning of a program that is not optimised.
 const UNOPTIMISED: &str = "<p><strong>This build is not optimised.</strong> Errors and steps are \
     those of any build, but its times are not: nothing is chosen by them.</p>\n";
 
@@ -108,12 +103,24 @@ fn write_comparison(page: &mut String, comparison: &Comparison) -> io::Result<()
     Ok(())
 }
 
-/// The attribute of a cell with a number.
 const NUMBER: &str = " class=\"number\"";
 
 /// A cell of a table, `th` or `td`.
 fn cell(tag: &str, attribute: &str, text: &str) -> String {
     format!("<{tag}{attribute}>{}</{tag}>", escaped(text))
+}
+
+/// Writes a table of cells; a row has its class.
+fn write_table(page: &mut String, class: &str, head: &[String], rows: &[(&str, Vec<String>)]) {
+    let _ = writeln!(
+        page,
+        "<div class=\"wide\"><table{class}>\n<thead><tr>{}</tr></thead>\n<tbody>",
+        head.concat()
+    );
+    for (class, cells) in rows {
+        let _ = writeln!(page, "<tr{class}>{}</tr>", cells.concat());
+    }
+    page.push_str("</tbody>\n</table></div>");
 }
 
 fn write_points(page: &mut String, comparison: &Comparison) {
@@ -127,13 +134,7 @@ fn write_points(page: &mut String, comparison: &Comparison) {
     head.extend(has_steps.then(|| cell("th", NUMBER, "Steps")));
     let measures = comparison.measures.iter();
     head.extend(measures.map(|measure| cell("th", NUMBER, measure.label)));
-    let _ = writeln!(
-        page,
-        "<details open=\"\"><summary>Numbers</summary>\n<div class=\"wide\"><table>\n\
-         <thead><tr>{}</tr></thead>\n<tbody>",
-        head.concat()
-    );
-    for point in points {
+    let row = |point: &Point| {
         let number = |text: String| cell("td", NUMBER, &text);
         let settings = point.settings.iter();
         let settings = settings.map(|(key, value)| format!("{key} {}", plain(value)));
@@ -147,17 +148,14 @@ fn write_points(page: &mut String, comparison: &Comparison) {
         row.extend(has_steps.then(|| number(point.steps.map_or("–".to_owned(), grouped))));
         let errors = point.errors.iter();
         row.extend(errors.map(|error| number(error.map_or("–".to_owned(), short))));
-        let class = if point.best_by_time {
-            " class=\"front\""
-        } else {
-            ""
-        };
-        let _ = writeln!(page, "<tr{class}>{}</tr>", row.concat());
-    }
-    page.push_str("</tbody>\n</table></div></details>\n");
+        let classes = ["", " class=\"front\""];
+        (classes[usize::from(point.best_by_time)], row)
+    };
+    page.push_str("<details open=\"\"><summary>Numbers</summary>\n");
+    write_table(page, "", &head, &points.iter().map(row).collect::<Vec<_>>());
+    page.push_str("</details>\n");
 }
 
-/// Writes the errors of the built-in way and of the textbook's formulas.
 fn write_hard_cases(page: &mut String, choice: &str, cases: &[Row]) {
     let head = [
         ("", "Case"),
@@ -168,49 +166,35 @@ fn write_hard_cases(page: &mut String, choice: &str, cases: &[Row]) {
         ("", "Error"),
         ("", "Against"),
     ];
-    let _ = writeln!(
-        page,
-        "<p class=\"choice\">{}</p>\n<div class=\"wide\"><table class=\"cases\">\n\
-         <thead><tr>{}</tr></thead>\n<tbody>",
-        escaped(choice),
-        head.map(|(attribute, text)| cell("th", attribute, text))
-            .concat()
-    );
-    for Row {
-        case,
-        passed,
-        error,
-        naive_error,
-        control,
-        ..
-    } in cases
-    {
+    let head = head.map(|(attribute, text)| cell("th", attribute, text));
+    let row = |row: &Row| {
         let number = |error: f64, note: &str| {
-            let text = if error.is_finite() {
-                short(error)
-            } else {
-                "wrong".to_owned()
-            };
+            let wrong = || "wrong".to_owned();
+            let text = Some(error)
+                .filter(|error| error.is_finite())
+                .map_or_else(wrong, short);
             cell("td", NUMBER, &(text + note))
         };
-        let control = if *control { " (control)" } else { "" };
-        let row = [
+        let case = row.case;
+        let naive = format!(" title=\"{}\"", escaped(case.naive));
+        let cells = vec![
             cell("td", "", case.name),
             cell("td", "", case.hard),
-            number(*error, ""),
+            number(row.error, ""),
             number(case.bound, ""),
-            number(*naive_error, control),
-            cell("td", "", case.error),
-            cell(
-                "td",
-                &format!(" title=\"{}\"", escaped(case.naive)),
-                case.reference,
+            number(
+                row.naive_error,
+                ["", " (control)"][usize::from(row.control)],
             ),
+            cell("td", "", case.error),
+            cell("td", &naive, case.reference),
         ];
-        let class = if *passed { "" } else { " class=\"failed\"" };
-        let _ = writeln!(page, "<tr{class}>{}</tr>", row.concat());
-    }
-    page.push_str("</tbody>\n</table></div>\n");
+        ([" class=\"failed\"", ""][usize::from(row.passed)], cells)
+    };
+    let _ = writeln!(page, "<p class=\"choice\">{}</p>", escaped(choice));
+    let rows: Vec<_> = cases.iter().map(row).collect();
+    write_table(page, " class=\"cases\"", &head, &rows);
+    page.push('\n');
 }
 
 fn write_pictures(page: &mut String, section: &Section) -> io::Result<()> {
@@ -218,16 +202,15 @@ fn write_pictures(page: &mut String, section: &Section) -> io::Result<()> {
         return Ok(());
     }
     page.push_str("<div class=\"pictures\">\n");
-    for figure in &section.pictures {
-        let bytes = figure.picture.png_bytes()?;
+    for (caption, picture) in &section.pictures {
         let _ = writeln!(
             page,
             "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{2}\" \
              src=\"data:image/png;base64,{3}\"/><figcaption>{0}</figcaption></figure>",
-            escaped(&figure.caption),
-            figure.picture.width,
-            figure.picture.height,
-            STANDARD.encode(bytes),
+            escaped(caption),
+            picture.width,
+            picture.height,
+            STANDARD.encode(picture.png_bytes()?),
         );
     }
     page.push_str("</div>\n");
@@ -236,17 +219,13 @@ fn write_pictures(page: &mut String, section: &Section) -> io::Result<()> {
 
 /// Error against time, and against steps where these are counted.
 fn charts_of(comparison: &Comparison) -> Vec<Chart> {
-    let by_time = chart(comparison, ("seconds", "time, ms"), &|point: &Point| {
-        (Some(1e3 * point.seconds), point.best_by_time)
-    });
-    let by_steps = chart(
-        comparison,
-        ("steps", "steps, millions"),
-        &|point: &Point| {
-            let steps = point.steps.map(|steps| 1e-6 * steps as f64);
-            (steps, point.best_by_steps)
-        },
-    );
+    let by_time = |point: &Point| (Some(1e3 * point.seconds), point.best_by_time);
+    let by_steps = |point: &Point| {
+        let steps = point.steps.map(|steps| 1e-6 * steps as f64);
+        (steps, point.best_by_steps)
+    };
+    let by_time = chart(comparison, ("seconds", "time, ms"), &by_time);
+    let by_steps = chart(comparison, ("steps", "steps, millions"), &by_steps);
     [by_time, by_steps].into_iter().flatten().collect()
 }
 
@@ -352,7 +331,6 @@ fn chart(
     })
 }
 
-/// The place of a number along an axis, 0 to 1.
 fn part(range: &Range<f64>, value: f64, logarithmic: bool) -> f64 {
     if logarithmic {
         libm::log(value / range.start) / libm::log(range.end / range.start)
@@ -367,7 +345,6 @@ fn spans_decades(numbers: &[f64]) -> bool {
     most > 10.0 * least
 }
 
-/// The least and the most.
 fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
     numbers.fold(
         [f64::INFINITY, f64::NEG_INFINITY],
@@ -415,7 +392,6 @@ pub(super) fn brief(number: f64) -> String {
     }
 }
 
-/// A time for people.
 pub(super) fn time(seconds: f64) -> String {
     match seconds {
         60.0.. => format!(

@@ -6,7 +6,9 @@ mod double;
 
 use super::front::percent;
 use super::page::brief;
-use super::{Bench, Build, Cause, Comparison, Limit, Measure, Point, Section, measure, timed};
+use super::{
+    Bench, Build, Cause, Comparison, Limit, Measure, Point, Section, limit, measure, timed,
+};
 use crate::quartz::mean;
 use crate::selftest::{Inputs, worse};
 use crate::textbook::{angle, moller_trumbore, printed_level, textbook_refraction, traced_mirror};
@@ -21,22 +23,19 @@ use shisen_core::trace::refract;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::hint::black_box;
 
-/// A way to do a stage.
 struct Way<'w> {
     name: &'static str,
-    /// Works through all inputs; this is timed.
     run: Box<dyn Fn() + 'w>,
     /// The errors at all inputs, by [`Stage::parts`] and the largest of them first.
     errors: Vec<Vec<f64>>,
 }
 
-/// A part of a ray's life.
 struct Stage {
     id: &'static str,
     title: &'static str,
     about: &'static str,
-    /// The labels of the largest error, of the error that 95 % are below, and of the mean.
-    labels: [&'static str; 3],
+    /// The label of the largest error.
+    largest: &'static str,
     /// The kinds of errors, where there are several: the largest of each.
     parts: &'static [Measure],
     limit: Limit,
@@ -117,11 +116,10 @@ fn compare(
         let settings = [("way", way.name.into())];
         Point::new(stage.id, way.name, settings).measured(errors, &time, stage.steps)
     });
-    let [largest, most, mean] = stage.labels;
     let measures = [
-        measure("largest", largest),
-        measure("percentile_95", most),
-        measure("mean", mean),
+        measure("largest", stage.largest),
+        measure("percentile_95", "95 % are below"),
+        measure("mean", "mean"),
     ];
     let title = (stage.id, stage.title);
     let measures = [&measures, stage.parts].concat();
@@ -141,7 +139,6 @@ fn compare(
     Ok(comparison)
 }
 
-/// The places of the ways of a stage.
 const OURS: usize = 0;
 const NAIVE: usize = 1;
 const DOUBLE: usize = 2;
@@ -183,7 +180,6 @@ fn ways<'w, I, T, E, const N: usize>(
     ]
 }
 
-/// Works through the inputs.
 fn each<'w, I, T>(inputs: &'w [I], way: impl Fn(&I) -> T + 'w) -> Box<dyn Fn() + 'w> {
     Box::new(move || {
         for input in inputs {
@@ -221,12 +217,9 @@ fn level(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Compariso
         title: "Level of a ray",
         about: "Equations 4 to 8 of Mochizuki and Makino in all directions, a hundredth of them \
                 straight up, against arc tangents in double precision.",
-        labels: ["largest error of the level", "95 % are below", "mean"],
+        largest: "largest error of the level",
         parts: &[],
-        limit: Limit {
-            error: 1.0e-6,
-            because: "it changes what one ray in a million does",
-        },
+        limit: limit(1.0e-6, "it changes what one ray in a million does"),
         steps: None,
     };
     compare(bench, stage, ways, share)
@@ -266,12 +259,9 @@ fn mirror(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Comparis
         id: "mirror",
         title: "Ray off a mirror",
         about: "The best mirror's rays, over the whole dome master.",
-        labels: ["largest error, pixels of 4096²", "95 % are below", "mean"],
+        largest: "largest error, pixels of 4096²",
         parts: &[],
-        limit: Limit {
-            error: 1.0e-3,
-            because: "a thousandth of a pixel",
-        },
+        limit: limit(1.0e-3, "a thousandth of a pixel"),
         steps: None,
     };
     compare(bench, stage, ways, share)
@@ -319,16 +309,9 @@ fn intersection(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Co
                 is built in makes a ray ready, decides by exact signs whether it is inside, and \
                 gives distance and weights; so does double precision, by the same formulas. The \
                 textbook's test is Möller and Trumbore's, which gives the distance alone.",
-        labels: [
-            "largest error, parts of 2⁻²⁴ of the distance",
-            "95 % are below",
-            "mean",
-        ],
+        largest: "largest error, parts of 2⁻²⁴ of the distance",
         parts: &[],
-        limit: Limit {
-            error: 32.0,
-            because: "as far off do secondary rays start",
-        },
+        limit: limit(32.0, "as far off do secondary rays start"),
         steps: Some(inputs.len() as u64),
     };
     compare(bench, stage, ways, share)
@@ -372,16 +355,12 @@ fn refraction(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Comp
         about: "Fresnel's equations and Snell's law between air and glass, half of it inwards at \
                 all angles, half outwards up to 0.95 of the critical angle's sine: the reflected \
                 and the transmitted share and the direction, whichever is further off.",
-        labels: [
-            "largest error: relative, of a share, or rad, of the direction",
-            "95 % are below",
-            "mean",
-        ],
+        largest: "largest error: relative, of a share, or rad, of the direction",
         parts: &PARTS_OF_LIGHT,
-        limit: Limit {
-            error: 2.0e-6,
-            because: "what the documentation promises of shares, a thousandth of a step of 8 bits",
-        },
+        limit: limit(
+            2.0e-6,
+            "what the documentation promises of shares, a thousandth of a step of 8 bits",
+        ),
         steps: None,
     };
     compare(bench, stage, ways, share)

@@ -1,7 +1,10 @@
 //! The numbers of a report as a table for programs.
 
-use super::{Report, TilePrice};
+use super::Report;
 use serde_json::Value;
+
+const HEAD: &str = "section,comparison,series,name,settings,measure,error,seconds,spread,steps,\
+                    best_by_time,best_by_steps";
 
 /// CSV with a row for each error of each point: section, comparison, series, name,
 /// settings (`name=value`, between semicolons), measure, error (empty for no number), seconds,
@@ -14,20 +17,8 @@ use serde_json::Value;
 /// The errors of the writer.
 pub(crate) fn csv(report: &Report) -> Result<String, csv::Error> {
     let mut rows = csv::Writer::from_writer(Vec::new());
-    rows.write_record([
-        "section",
-        "comparison",
-        "series",
-        "name",
-        "settings",
-        "measure",
-        "error",
-        "seconds",
-        "spread",
-        "steps",
-        "best_by_time",
-        "best_by_steps",
-    ])?;
+    rows.write_record(HEAD.split(','))?;
+    let cell = |error: Option<f64>| error.map_or(String::new(), |error| error.to_string());
     for section in &report.sections {
         for comparison in &section.comparisons {
             for point in &comparison.points {
@@ -42,7 +33,7 @@ pub(crate) fn csv(report: &Report) -> Result<String, csv::Error> {
                         &point.name,
                         &settings,
                         measure.id,
-                        &error.map_or(String::new(), |error| error.to_string()),
+                        &cell(*error),
                         &point.seconds.to_string(),
                         &point.spread.to_string(),
                         &point.steps.map_or(String::new(), |steps| steps.to_string()),
@@ -66,22 +57,16 @@ pub(crate) fn csv(report: &Report) -> Result<String, csv::Error> {
                 ("bound", case.bound),
                 ("textbook", outcome.naive_error),
             ] {
-                let error = Some(error).filter(|error| error.is_finite());
-                let error = error.map_or(String::new(), |error| error.to_string());
+                let error = cell(Some(error).filter(|error| error.is_finite()));
                 let settings = format!("control={}", outcome.control);
                 row([outcome.group, way, case.name, &settings, case.error, &error])?;
             }
         }
-        for TilePrice {
-            picture,
-            x,
-            y,
-            percent,
-        } in &section.tiles
-        {
+        for tile in &section.tiles {
+            let (picture, x, y) = (tile.picture, tile.x, tile.y);
             let settings = format!("picture={picture};x={x};y={y}");
             let name = format!("tile {picture} {x} {y}");
-            let percent = percent.to_string();
+            let percent = tile.percent.to_string();
             row([
                 "tiles",
                 "tiles",

@@ -1,6 +1,6 @@
 //! Wavelengths: how many, and how rays take them.
 
-use super::{Bench, Cause, Comparison, Figure, Limit, Measure, Point, Section, measure};
+use super::{Bench, Cause, Comparison, Limit, Measure, Point, Section, limit, measure};
 use crate::measure::Timed;
 use crate::quartz::{Quartz, Truth, Window, mean, picture, share};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -94,7 +94,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
                 "{}: the nearest, 95 % are below {error:.2}",
                 points[number].name
             );
-            Figure::new(caption, picture(&measured[number].first[0]).clone())
+            (caption, picture(&measured[number].first[0]).clone())
         });
     let comparison = Comparison::new(
         ("wavelengths", "How many wavelengths, and how"),
@@ -120,8 +120,8 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     section.choice = choice;
     let plain = details[0].frame(Dispersion::Off, SAMPLES)?;
     section.pictures = vec![
-        Figure::new("The truth", truths.swap_remove(0).picture),
-        Figure::new("Without dispersion", picture(&plain).clone()),
+        ("The truth".to_owned(), truths.swap_remove(0).picture),
+        ("Without dispersion".to_owned(), picture(&plain).clone()),
     ];
     section.pictures.extend(best);
     Ok(section)
@@ -141,10 +141,10 @@ const MEASURES: [Measure; 5] = [
     measure("de2000_max", "largest ΔE2000"),
 ];
 
-const LIMIT: Limit = Limit {
-    error: 1.0,
-    because: "nobody sees this difference; a twentieth of the pixels may be farther off",
-};
+const LIMIT: Limit = limit(
+    1.0,
+    "nobody sees this difference; a twentieth of the pixels may be farther off",
+);
 
 /// Renders all details by each setting: a picture this small keeps one thread busy, and its
 /// time is its own.
@@ -232,10 +232,8 @@ fn numbers_alone(
     .logarithmic())
 }
 
-/// Numbers of wavelengths in the full run.
 const COUNTS: [u32; 15] = [1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 28, 40];
 
-/// A number of wavelengths by a method.
 struct Setting {
     series: &'static str,
     name: String,
@@ -243,7 +241,6 @@ struct Setting {
     count: u32,
     /// Wavelengths of a ray of a comb, if not one.
     each: Option<u8>,
-    /// Rays a pixel.
     samples: u16,
     dispersion: Dispersion,
 }
@@ -354,7 +351,6 @@ impl Setting {
     }
 }
 
-/// The errors by [`MEASURES`] of the differences of all details.
 fn errors(details: &[Vec<f64>]) -> Vec<Option<f64>> {
     let most = details.iter().map(|own| quantile_of(own.clone(), 0.95));
     let most: Vec<f64> = most.collect();
@@ -367,7 +363,6 @@ fn errors(details: &[Vec<f64>]) -> Vec<Option<f64>> {
         .into()
 }
 
-/// The standard deviation.
 fn deviation(numbers: &[f64]) -> f64 {
     let middle = mean(numbers);
     let squares = numbers.iter().map(|one| (one - middle) * (one - middle));
@@ -376,28 +371,7 @@ fn deviation(numbers: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::quick_bench;
     use super::*;
-    use shisen::scene::quadruped::quadruped;
-
-    #[test]
-    fn the_more_wavelengths_the_nearer_where_nothing_else_differs() {
-        let mesh = quadruped();
-        let bench = quick_bench(&mesh);
-        let window = Window(LOWER_LEFT[0], SIDE);
-        let quartz = Quartz::new(&window, 24, bench.options()).unwrap();
-        let truth = Truth {
-            picture: Picture::new(24, 24).unwrap(),
-            glass: quartz.glass().unwrap(),
-        };
-        let found = numbers_alone(&bench, &[quartz], &[truth]).unwrap();
-        let errors: Vec<f64> = found.points.iter().map(Point::error).collect();
-        assert!(errors.windows(2).all(|two| two[1] < two[0]), "{errors:?}");
-        assert!(
-            errors[5] > 0.0 && errors[5] < 0.5 && errors[0] > 2.0,
-            "{errors:?}"
-        );
-    }
 
     #[test]
     fn details_count_together_and_tell_how_sure_they_are() {

@@ -1,16 +1,15 @@
 //! `shisen-evidence bench budget`: frames at half of what they take.
 
+use super::{list, numbers, print, text};
 use crate::table::Table;
 use clap::Args;
-use serde::Serialize;
+use serde_json::{Value, json};
 use shisen::cli::arguments::whole;
 use shisen::cli::output::failure::Failure;
-use shisen::cli::output::print;
-use shisen::cli::play::{Audience, Interference, LiveArguments, Played, TimeArguments, paper_lod};
+use shisen::cli::play::{Audience, LiveArguments, Played, TimeArguments, paper_lod};
 use shisen::cli::tracker::{Interrupt, TrackerName};
 use shisen::live::quantiles::median;
 use shisen::live::{Alone, FrameBudget, FrameRecord, SessionSettings};
-use std::fmt;
 use std::time::Duration;
 
 /// Frames at half of what they take without a budget: in time, and whole where one looks
@@ -49,53 +48,12 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-#[derive(Debug, Serialize)]
-struct Report {
-    scene: String,
-    mesh: Option<String>,
-    tracker: String,
-    size: u32,
-    threads: usize,
-    simd: &'static str,
-    lod: &'static str,
-    free: Free,
-    runs: Vec<Run>,
-}
-
-/// Frames without a budget.
-#[derive(Debug, Serialize)]
-struct Free {
-    frames: u64,
-    steps: u64,
-    milliseconds: f64,
-}
-
-/// Frames with a budget.
-#[derive(Debug, Serialize)]
-struct Run {
-    budget: String,
-    hz: u32,
-    frames: u64,
-    late_frames: u64,
-    late_share: f64,
-    over_budget_frames: u64,
-    over_time_frames: u64,
-    frames_with_unfinished_fovea: u64,
-    frames_with_unfinished_tiles: u64,
-    lowered_share: f64,
-    quality_changes: u64,
-    spent_share: Option<f64>,
-    #[serde(flatten)]
-    interference: Interference,
-}
-
 /// Refreshes a second of the frames without a budget.
 const HZ: u32 = 60;
 
 /// Refreshes a second of the fastest display.
 const MOST_HZ: f64 = 1_000.0;
 
-/// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let unlimited = TimeArguments::of(FrameBudget::Off);
     let prepared = arguments.live.prepare(&unlimited)?;
@@ -118,39 +76,86 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Ok::<_, Failure>((played, counts.seconds))
     };
     let (played, seconds) = play(FrameBudget::Off, HZ, arguments.frames.div_ceil(10))?;
-    let free = Free {
-        frames: played.report.frames,
-        steps: played.report.median_steps,
-        milliseconds: 1.0e3 * median(seconds),
-    };
+    let steps = played.report.median_steps;
+    let milliseconds = 1.0e3 * median(seconds);
+    let free = played.report.frames;
     // A whole number of refreshes a second, so that a frame's time is one of them.
-    let hz = (2.0e3 / free.milliseconds).ceil().clamp(1.0, MOST_HZ);
+    let hz = (2.0e3 / milliseconds).ceil().clamp(1.0, MOST_HZ);
     let refresh = Duration::from_secs_f64(1.0 / hz);
     let mut runs = Vec::new();
     for budget in [
-        FrameBudget::Steps((free.steps / 2).max(1)),
+        FrameBudget::Steps((steps / 2).max(1)),
         FrameBudget::Time(refresh),
     ] {
         if !interrupt.came() {
             let (played, _) = play(budget, hz as u32, arguments.frames)?;
-            runs.push(Run::new(budget, hz as u32, &played));
+            runs.push(described(budget, hz as u32, &played));
         }
     }
-    let report = Report {
-        tracker: arguments.tracker.to_string(),
-        size: arguments.live.room.size,
-        threads: prepared.options.threads,
-        simd: prepared.simd().name(),
-        lod: arguments.live.lod.name(),
-        scene: prepared.scene,
-        mesh: prepared.mesh,
-        free,
-        runs,
-    };
-    print(&report, arguments.json)
+    let report = json!({
+        "scene": prepared.scene,
+        "mesh": prepared.mesh,
+        "tracker": arguments.tracker.to_string(),
+        "size": arguments.live.room.size,
+        "threads": prepared.options.threads,
+        "simd": prepared.simd().name(),
+        "lod": arguments.live.lod.name(),
+        "free": { "frames": free, "steps": steps, "milliseconds": milliseconds },
+        "runs": runs,
+    });
+    let [scene, tracker, lod] = ["scene", "tracker", "lod"].map(|key| text(&report, key));
+    let said = format!(
+        "scene {scene}, {0} × {0} pixels a wall, {1} threads, tracker {tracker}, level of detail \
+         {lod}\n{free} frames without a budget: {milliseconds:.2} ms and {steps} steps at the \
+         median\n{2}",
+        report["size"],
+        report["threads"],
+        table(list(&report, "runs"))
+    );
+    print(arguments.json, &report, &said)
 }
 
-/// Keeps the seconds of frames.
+fn table(runs: &[Value]) -> Table<'_, Value> {
+    numbers(
+        Table::new(runs).text("budget", |run| text(run, "budget")),
+        &[
+            ("refreshes a second", "/hz", 1.0, 0),
+            ("frames", "/frames", 1.0, 0),
+            ("late", "/late_frames", 1.0, 0),
+            ("late, %", "/late_share", 1e2, 2),
+            ("over their time", "/over_time_frames", 1.0, 0),
+            ("over their steps", "/over_budget_frames", 1.0, 0),
+            ("unfinished", "/frames_with_unfinished_tiles", 1.0, 0),
+            (
+                "unfinished near the line of sight",
+                "/frames_with_unfinished_fovea",
+                1.0,
+                0,
+            ),
+            ("quality lowered, %", "/lowered_share", 1e2, 2),
+            ("quality changed", "/quality_changes", 1.0, 0),
+            (
+                "of the budget spent, at the median, %",
+                "/spent_share",
+                1e2,
+                2,
+            ),
+            (
+                "times the processor was taken away",
+                "/involuntary_switches",
+                1.0,
+                0,
+            ),
+            (
+                "processor time the hypervisor took, seconds",
+                "/stolen_seconds",
+                1.0,
+                2,
+            ),
+        ],
+    )
+}
+
 struct Counts<'i> {
     seconds: Vec<f64>,
     interrupt: &'i Interrupt,
@@ -168,65 +173,23 @@ impl Audience for Counts<'_> {
     }
 }
 
-impl Run {
-    fn new(budget: FrameBudget, hz: u32, played: &Played) -> Self {
-        let report = &played.report;
-        let share = |part: u64| part as f64 / report.frames.max(1) as f64;
-        Self {
-            budget: budget.to_string(),
-            hz,
-            frames: report.frames,
-            late_frames: report.late_frames,
-            late_share: share(report.late_frames),
-            over_budget_frames: report.over_budget_frames,
-            over_time_frames: report.over_time_frames,
-            frames_with_unfinished_fovea: report.frames_with_unfinished_fovea,
-            frames_with_unfinished_tiles: report.frames_with_unfinished_tiles,
-            lowered_share: share(report.lowered_frames),
-            quality_changes: report.quality_changes,
-            spent_share: report.spent_share,
-            interference: played.interference,
-        }
-    }
-}
-
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (scene, size, threads) = (&self.scene, self.size, self.threads);
-        write!(
-            f,
-            "scene {scene}, {size} × {size} pixels a wall, {threads} threads, "
-        )?;
-        let (tracker, lod, free) = (&self.tracker, self.lod, &self.free);
-        writeln!(f, "tracker {tracker}, level of detail {lod}")?;
-        writeln!(
-            f,
-            "{} frames without a budget: {:.2} ms and {} steps at the median",
-            free.frames, free.milliseconds, free.steps
-        )?;
-        let table = Table::new(&self.runs)
-            .text("budget", |run| run.budget.clone())
-            .count("refreshes a second", |run| run.hz.into())
-            .count("frames", |run| run.frames)
-            .count("late", |run| run.late_frames)
-            .number("late, %", 2, |run| Some(1e2 * run.late_share))
-            .count("over their time", |run| run.over_time_frames)
-            .count("over their steps", |run| run.over_budget_frames)
-            .count("unfinished", |run| run.frames_with_unfinished_tiles)
-            .count("unfinished near the line of sight", |run| {
-                run.frames_with_unfinished_fovea
-            })
-            .number("quality lowered, %", 2, |run| Some(1e2 * run.lowered_share))
-            .count("quality changed", |run| run.quality_changes)
-            .number("of the budget spent, at the median, %", 2, |run| {
-                Some(1e2 * run.spent_share?)
-            })
-            .number("times the processor was taken away", 0, |run| {
-                Some(run.interference.involuntary_switches? as f64)
-            })
-            .number("processor time the hypervisor took, seconds", 2, |run| {
-                run.interference.stolen_seconds
-            });
-        write!(f, "{table}")
-    }
+fn described(budget: FrameBudget, hz: u32, played: &Played) -> Value {
+    let report = &played.report;
+    let share = |part: u64| part as f64 / report.frames.max(1) as f64;
+    json!({
+        "budget": budget.to_string(),
+        "hz": hz,
+        "frames": report.frames,
+        "late_frames": report.late_frames,
+        "late_share": share(report.late_frames),
+        "over_budget_frames": report.over_budget_frames,
+        "over_time_frames": report.over_time_frames,
+        "frames_with_unfinished_fovea": report.frames_with_unfinished_fovea,
+        "frames_with_unfinished_tiles": report.frames_with_unfinished_tiles,
+        "lowered_share": share(report.lowered_frames),
+        "quality_changes": report.quality_changes,
+        "spent_share": report.spent_share,
+        "involuntary_switches": played.interference.involuntary_switches,
+        "stolen_seconds": played.interference.stolen_seconds,
+    })
 }

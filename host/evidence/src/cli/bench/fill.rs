@@ -1,20 +1,19 @@
 //! `shisen-evidence bench fill`: the cost of filling the part of the walls that the gaze skips,
 //! and how far the filling is from full tracing.
 
-use super::frames::{FrameArguments, Frames, Look, Title, Way};
+use super::frames::{FrameArguments, Frames, Look, Way, name};
+use super::numbers;
 use crate::measure::{Timed, in_turns};
 use crate::table::Table;
 use clap::Args;
 use glam::Quat;
-use serde::Serialize;
+use serde_json::json;
 use shisen::cli::arguments::filling::CaptureArguments;
 use shisen::cli::arguments::turn;
 use shisen::cli::output::failure::Failure;
-use shisen::cli::output::print;
 use shisen::live::quantiles::median;
 use shisen::render::{self, Filling, Frame};
 use shisen::show::lod::OutsideDifference;
-use std::fmt;
 
 /// What fills the part of the walls that the gaze skips
 ///
@@ -39,76 +38,61 @@ pub(in crate::cli) struct Arguments {
     /// How far to the left the viewer looked in the frame before: degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 10.0, value_parser = turn)]
     turn: f32,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
-#[derive(Debug, Serialize)]
-struct Report {
-    #[serde(flatten)]
-    title: Title,
-    turn: f32,
-    fill_size: u32,
-    cells: Vec<Cell>,
-}
-
-/// A scene and a state.
-#[derive(Debug, Serialize)]
-struct Cell {
-    scene: &'static str,
-    state: usize,
-    plain_seconds: f64,
-    outside_pixels: u64,
-    fills: Vec<Fill>,
-}
-
-#[derive(Debug, Serialize)]
-struct Fill {
-    mode: &'static str,
-    seconds: f64,
-    capture_seconds: f64,
-    capture_steps: u64,
-    outside_rms: Option<f64>,
-    outside_psnr: Option<f64>,
-}
-
-/// The names of the fillings, in the order of their turns.
 const MODES: [&str; 3] = ["background", "capture", "previous"];
 
-/// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let report = Report {
-        title: arguments.frames.title(),
-        turn: arguments.turn,
-        fill_size: arguments.capture.options().size,
-        cells: arguments.frames.cells(|frames, scene, state, look| {
-            let (plain, fills) = arguments.measure(frames, look)?;
-            let difference = |frame: &Frame| outside_difference(frames, look, frame, &plain.first);
-            let mut cell = Cell {
-                scene: scene.name(),
-                state,
-                plain_seconds: plain.median(),
-                outside_pixels: 0,
-                fills: Vec::new(),
-            };
-            for (mode, (time, captures)) in MODES.into_iter().zip(fills) {
-                let error = difference(&time.first)?;
-                cell.outside_pixels = error.pixels();
-                let capture = time.first.capture.as_ref();
-                cell.fills.push(Fill {
-                    mode,
-                    seconds: time.median(),
-                    capture_seconds: median(captures),
-                    capture_steps: capture.map_or(0, |one| one.statistics.steps),
-                    outside_rms: error.root_mean_square(),
-                    outside_psnr: error.psnr(),
-                });
-            }
-            Ok(cell)
-        })?,
-    };
-    print(&report, arguments.json)
+    let cells = arguments.frames.cells(|frames, scene, state, look| {
+        let (plain, measured) = arguments.measure(frames, look)?;
+        let (mut outside_pixels, mut fills) = (0, Vec::new());
+        for (mode, (time, captures)) in MODES.into_iter().zip(measured) {
+            let error = outside_difference(frames, look, &time.first, &plain.first)?;
+            outside_pixels = error.pixels();
+            let capture = time.first.capture.as_ref();
+            fills.push(json!({
+                "mode": mode,
+                "seconds": time.median(),
+                "capture_seconds": median(captures),
+                "capture_steps": capture.map_or(0, |one| one.statistics.steps),
+                "outside_rms": error.root_mean_square(),
+                "outside_psnr": error.psnr(),
+            }));
+        }
+        Ok(json!({
+            "scene": scene.name(),
+            "state": state,
+            "plain_seconds": plain.median(),
+            "outside_pixels": outside_pixels,
+            "fills": fills,
+        }))
+    })?;
+    let table = numbers(
+        Table::new(&cells).text("", name),
+        &[
+            ("plain", "/plain_seconds", 1e3, 2),
+            (MODES[0], "/fills/0/seconds", 1e3, 2),
+            (MODES[1], "/fills/1/seconds", 1e3, 2),
+            (MODES[2], "/fills/2/seconds", 1e3, 2),
+            (
+                "time of the capture alone",
+                "/fills/1/capture_seconds",
+                1e3,
+                2,
+            ),
+            ("error, background", "/fills/0/outside_rms", 1.0, 1),
+            ("error, capture", "/fills/1/outside_rms", 1.0, 1),
+            ("error, previous", "/fills/2/outside_rms", 1.0, 1),
+            ("pixels outside", "/outside_pixels", 1.0, 0),
+        ],
+    );
+    let (size, turn) = (arguments.capture.options().size, arguments.turn);
+    let text = format!(
+        ", hemispheres of {size}² pixels, {turn}° turned; milliseconds a frame, and codes of 255 \
+         from full tracing outside the field\n{table}"
+    );
+    let report = json!({ "turn": turn, "fill_size": size, "cells": cells });
+    arguments.frames.print(report, &text)
 }
 
 /// The frames of a filling, and the seconds of their captures.
@@ -164,28 +148,4 @@ fn outside_difference(
         }
     }
     Ok(error)
-}
-
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut table = Table::new(&self.cells)
-            .text("", |c| format!("{}{}", c.scene, c.state))
-            .number("plain", 2, |c| Some(1e3 * c.plain_seconds));
-        for (number, mode) in MODES.into_iter().enumerate() {
-            table = table.number(mode, 2, |c| Some(1e3 * c.fills[number].seconds));
-        }
-        table = table.number("time of the capture alone", 2, |c| {
-            Some(1e3 * c.fills[1].capture_seconds)
-        });
-        for (number, mode) in MODES.into_iter().enumerate() {
-            table = table.number(format!("error, {mode}"), 1, |c| c.fills[number].outside_rms);
-        }
-        table = table.count("pixels outside", |c| c.outside_pixels);
-        write!(
-            f,
-            "{}, hemispheres of {}² pixels, {}° turned; milliseconds a frame, and codes of \
-             255 from full tracing outside the field\n{table}",
-            self.title, self.fill_size, self.turn
-        )
-    }
 }

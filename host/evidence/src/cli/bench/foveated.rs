@@ -1,13 +1,14 @@
 //! `shisen-evidence bench foveated`: what it saves to sample the periphery coarsely.
 
-use super::frames::{FrameArguments, Frames, Look, Title, Way};
+use super::frames::{FrameArguments, Frames, Look, Way, name};
+use super::numbers;
 use crate::measure::in_turns;
 use crate::table::Table;
 use crate::tradeoff::{PictureDifference, Sight};
 use clap::Args;
 use serde::Serialize;
+use serde_json::{Value, json};
 use shisen::cli::output::failure::Failure;
-use shisen::cli::output::print;
 use shisen::cli::output::ray_counts::RayCounts;
 use shisen::live::{Engine, Quality, Share, with_engine};
 use shisen::render::{self, Observer};
@@ -15,7 +16,6 @@ use shisen::with_scene;
 use shisen_core::frame::{Budget, Outcome, Pixel, Spectrum, Tile, TileJob, Workspace};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
-use std::fmt;
 
 /// Frames with fewer rays in the periphery beside the paper's and full tracing
 ///
@@ -38,36 +38,11 @@ use std::fmt;
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     frames: FrameArguments,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
 /// The ways to render a frame, in the order of their turns.
 const WAYS: [Way; 3] = [Way::Plain, Way::Lod, Way::Foveated];
 
-#[derive(Debug, Serialize)]
-struct Report {
-    #[serde(flatten)]
-    title: Title,
-    cells: Vec<Cell>,
-}
-
-/// A scene and a state.
-#[derive(Debug, Serialize)]
-struct Cell {
-    scene: &'static str,
-    state: usize,
-    plain: Measured,
-    paper: Measured,
-    foveated: Measured,
-    least_steps: u64,
-    primary_ratio: f64,
-    steps_ratio: f64,
-    time_ratio: f64,
-}
-
-/// The frame of a way.
 #[derive(Debug, Clone, Copy, Serialize)]
 struct Measured {
     seconds: f64,
@@ -77,27 +52,58 @@ struct Measured {
     flip: f64,
 }
 
-/// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = &arguments.frames;
     let rounds = frames.repeat as usize;
     let cells = frames.cells(|frames, scene, state, look| {
         let (least_steps, [plain, paper, foveated], time_ratio) =
             with_scene!(&frames.scene, |scene| measure(scene, frames, look, rounds))?;
-        Ok(Cell {
-            scene: scene.name(),
-            state,
-            plain,
-            paper,
-            foveated,
-            least_steps,
-            primary_ratio: plain.rays.primary as f64 / foveated.rays.primary as f64,
-            steps_ratio: plain.steps as f64 / foveated.steps as f64,
-            time_ratio,
-        })
+        Ok(json!({
+            "scene": scene.name(),
+            "state": state,
+            "plain": plain,
+            "paper": paper,
+            "foveated": foveated,
+            "least_steps": least_steps,
+            "primary_ratio": plain.rays.primary as f64 / foveated.rays.primary as f64,
+            "steps_ratio": plain.steps as f64 / foveated.steps as f64,
+            "time_ratio": time_ratio,
+        }))
     })?;
-    let title = frames.title();
-    print(&Report { title, cells }, arguments.json)
+    let table = numbers(
+        Table::new(&cells).text("", name),
+        &[
+            ("plain", "/plain/seconds", 1e3, 1),
+            ("paper", "/paper/seconds", 1e3, 1),
+            ("foveated", "/foveated/seconds", 1e3, 1),
+            ("plain by foveated", "/time_ratio", 1.0, 2),
+            ("primary rays, plain", "/plain/rays/primary", 1.0, 0),
+            ("primary rays, paper", "/paper/rays/primary", 1.0, 0),
+            ("primary rays, foveated", "/foveated/rays/primary", 1.0, 0),
+            ("plain by foveated", "/primary_ratio", 1.0, 2),
+            ("steps, plain by foveated", "/steps_ratio", 1.0, 2),
+        ],
+    )
+    .number("the same, at most", 2, |cell| {
+        let [plain, least] = [&cell["plain"]["steps"], &cell["least_steps"]].map(Value::as_f64);
+        Some(plain? / least.filter(|&least| least > 0.0)?)
+    });
+    let table = numbers(
+        table,
+        &[
+            ("FLIP by acuity, paper", "/paper/flip_weighted", 1.0, 5),
+            (
+                "FLIP by acuity, foveated",
+                "/foveated/flip_weighted",
+                1.0,
+                5,
+            ),
+            ("FLIP, paper", "/paper/flip", 1.0, 5),
+            ("FLIP, foveated", "/foveated/flip", 1.0, 5),
+        ],
+    );
+    let report = json!({ "cells": cells });
+    frames.print(report, &format!("; milliseconds a frame\n{table}"))
 }
 
 /// Pixels a side of the smallest squares with a distance of samples of their own.
@@ -205,30 +211,4 @@ where
         Share::ALL,
         measure,
     )?
-}
-
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let table = Table::new(&self.cells)
-            .text("", |c| format!("{}{}", c.scene, c.state))
-            .number("plain", 1, |c| Some(1e3 * c.plain.seconds))
-            .number("paper", 1, |c| Some(1e3 * c.paper.seconds))
-            .number("foveated", 1, |c| Some(1e3 * c.foveated.seconds))
-            .number("plain by foveated", 2, |c| Some(c.time_ratio))
-            .count("primary rays, plain", |c| c.plain.rays.primary)
-            .count("primary rays, paper", |c| c.paper.rays.primary)
-            .count("primary rays, foveated", |c| c.foveated.rays.primary)
-            .number("plain by foveated", 2, |c| Some(c.primary_ratio))
-            .number("steps, plain by foveated", 2, |c| Some(c.steps_ratio))
-            .number("the same, at most", 2, |c| {
-                (c.least_steps > 0).then(|| c.plain.steps as f64 / c.least_steps as f64)
-            })
-            .number("FLIP by acuity, paper", 5, |c| Some(c.paper.flip_weighted))
-            .number("FLIP by acuity, foveated", 5, |c| {
-                Some(c.foveated.flip_weighted)
-            })
-            .number("FLIP, paper", 5, |c| Some(c.paper.flip))
-            .number("FLIP, foveated", 5, |c| Some(c.foveated.flip));
-        write!(f, "{}; milliseconds a frame\n{table}", self.title)
-    }
 }

@@ -1,8 +1,9 @@
 //! Frames of the paper's scenes with and without level of detail, in turns.
 
+use super::{print, text};
 use clap::Args;
 use glam::Vec3;
-use serde::Serialize;
+use serde_json::Value;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
 use shisen::cli::arguments::source::{BUILT_IN_MESH, Loaded, Source, bake};
@@ -14,10 +15,8 @@ use shisen::scene::builtin::PaperScene;
 use shisen::with_scene;
 use shisen_core::frame::LevelOfDetail;
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
-use std::fmt;
 use std::num::NonZeroUsize;
 
-/// The frames to measure.
 #[derive(Debug, Args)]
 pub(super) struct FrameArguments {
     #[command(flatten)]
@@ -37,9 +36,11 @@ pub(super) struct FrameArguments {
     levels: LevelArguments,
     #[command(flatten)]
     effects: EffectArguments,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
 }
 
-/// The frames of one scene.
 pub(super) struct Frames {
     pub(super) scene: BakedScene,
     pub(super) cave: Cave,
@@ -81,33 +82,23 @@ const STATES: [Look; 2] = [
     },
 ];
 
-/// The beginning of a report: which frames were rendered.
-#[derive(Debug, Serialize)]
-pub(super) struct Title {
-    threads: usize,
-    /// Pixels along each side of a wall.
-    size: u32,
-    mesh: String,
-}
-
-impl fmt::Display for Title {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (mesh, size) = (&self.mesh, self.size);
-        let threads = counted(self.threads as u64, "thread");
-        write!(f, "{mesh}, {size} × {size} pixels × 6, {threads}")
-    }
+/// A cell's scene and state, such as A1.
+pub(super) fn name(cell: &Value) -> String {
+    format!("{}{}", text(cell, "scene"), cell["state"])
 }
 
 impl FrameArguments {
-    pub(super) fn title(&self) -> Title {
-        Title {
-            threads: self.options().threads,
-            size: self.size,
-            mesh: match &self.model.mesh {
-                Some(path) => path.display().to_string(),
-                None => BUILT_IN_MESH.to_owned(),
-            },
-        }
+    /// Prints a report with these frames in it: its object, or else its text after theirs.
+    pub(super) fn print(&self, mut report: Value, text: &str) -> Result<(), Failure> {
+        let (size, threads) = (self.size, self.options().threads);
+        let mesh = self.model.mesh.as_ref();
+        let mesh = mesh.map_or(BUILT_IN_MESH.to_owned(), |path| path.display().to_string());
+        let counted = counted(threads as u64, "thread");
+        let text = format!("{mesh}, {size} × {size} pixels × 6, {counted}{text}");
+        report["threads"] = threads.into();
+        report["size"] = size.into();
+        report["mesh"] = mesh.into();
+        print(self.json, &report, &text)
     }
 
     fn options(&self) -> Options {

@@ -2,14 +2,15 @@
 
 mod files;
 
+use super::print;
 use crate::table::Table;
 use clap::builder::ArgPredicate;
 use clap::{Arg, Args};
 use serde::Serialize;
+use serde_json::json;
 use shisen::cli::arguments::{span, whole};
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::picture_files::make_writable;
-use shisen::cli::output::print;
 use shisen::cli::play::{
     Audience, Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod,
 };
@@ -18,7 +19,6 @@ use shisen::live::{Alone, FrameRecord, Latch, Leg, SessionReport, SessionSetting
 use shisen::tracker::pty::Pty;
 use shisen::tracker::{MockSpec, ProtocolSpec, SerialSpec, Spec, Times, serve, simulated};
 use std::collections::BTreeMap;
-use std::fmt;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -83,24 +83,6 @@ fn in_half_a_refresh(budget: Arg) -> Arg {
 }
 
 #[derive(Debug, Serialize)]
-struct Report {
-    scene: String,
-    mesh: Option<String>,
-    size: u32,
-    threads: usize,
-    simd: &'static str,
-    lod: &'static str,
-    hz: u32,
-    budget: String,
-    protocol: &'static str,
-    seconds: f64,
-    runs: Vec<Run>,
-    gains: Vec<Gain>,
-    files: Vec<String>,
-}
-
-/// One rate, one latch.
-#[derive(Debug, Serialize)]
 struct Run {
     tracker_hz: u64,
     latch: &'static str,
@@ -117,17 +99,9 @@ struct Run {
     records: Vec<FrameRecord>,
 }
 
-/// The gain of taking the gaze late.
-#[derive(Debug, Serialize)]
-struct Gain {
-    tracker_hz: u64,
-    motion_to_wall_ms: f64,
-}
-
 /// When a frame takes the gaze, and its name in reports.
 const LATCHES: [(Latch, &str); 2] = [(Latch::Early, "early"), (Latch::Late, "late")];
 
-/// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     goes_over_a_line(&arguments.protocol)?;
     let prepared = arguments.live.prepare(&arguments.time)?;
@@ -147,32 +121,61 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
             let run = runs.find(|run| run.tracker_hz == rate && run.latch == latch)?;
             run.report.latencies.summary(Leg::MotionToWall)
         };
-        Some(Gain {
-            tracker_hz: rate,
-            motion_to_wall_ms: times("early")?.p50 - times("late")?.p50,
-        })
+        let ahead = times("early")?.p50 - times("late")?.p50;
+        Some((rate, ahead))
     });
-    let gains = gains.collect();
+    let gains: Vec<(u64, f64)> = gains.collect();
     let files = match &arguments.out {
         Some(folder) => files::write(folder, &runs).map_err(Failure::from_error)?,
         None => Vec::new(),
     };
-    let report = Report {
-        size: arguments.live.room.size,
-        threads: prepared.options.threads,
-        simd: prepared.simd().name(),
-        lod: arguments.live.lod.name(),
-        hz: prepared.hz,
-        budget: prepared.budget.to_string(),
-        protocol: arguments.protocol.name(),
-        seconds: arguments.seconds.as_secs_f64(),
-        scene: prepared.scene,
-        mesh: prepared.mesh,
-        runs,
-        gains,
-        files,
-    };
-    print(&report, arguments.json)
+    let (size, threads) = (arguments.live.room.size, prepared.options.threads);
+    let (hz, budget) = (prepared.hz, prepared.budget.to_string());
+    let (scene, protocol) = (&prepared.scene, arguments.protocol.name());
+    let mut table =
+        Table::new(&runs).text("", |run| format!("{} Hz {}", run.tracker_hz, run.latch));
+    for leg in Leg::ALL {
+        table = table.text(leg.name().replace('_', " "), |run| {
+            let found = run.report.latencies.summary(leg);
+            found.map_or("-".to_owned(), |times| {
+                format!("{:.2} ({:.2})", times.p50, times.p99)
+            })
+        });
+    }
+    table = table.text("late frames", |run| {
+        format!("{} of {}", run.late_frames, run.frames)
+    });
+    let text = format!(
+        "scene {scene}, {size} × {size} pixels a wall, {threads} threads, {hz} Hz, budget {budget}, \
+         tracker {protocol} on a line; milliseconds at the median (and 99%)\n{table}"
+    );
+    let ahead = gains
+        .iter()
+        .map(|(rate, ahead)| format!("The late latch is ahead by {ahead:.2} ms at {rate} Hz."));
+    let lines: Vec<String> = [text]
+        .into_iter()
+        .chain(ahead)
+        .chain(files.clone())
+        .collect();
+    let gains = gains
+        .iter()
+        .map(|(rate, ahead)| json!({ "tracker_hz": rate, "motion_to_wall_ms": ahead }));
+    let report = json!({
+        "scene": scene,
+        "mesh": prepared.mesh,
+        "size": size,
+        "threads": threads,
+        "simd": prepared.simd().name(),
+        "lod": arguments.live.lod.name(),
+        "hz": hz,
+        "budget": budget,
+        "protocol": protocol,
+        "seconds": arguments.seconds.as_secs_f64(),
+        "runs": runs,
+        "gains": gains.collect::<Vec<_>>(),
+        "files": files,
+    });
+    print(arguments.json, &report, &lines.join("\n"))
 }
 
 impl Arguments {
@@ -293,41 +296,5 @@ impl Audience for StopWatch<'_> {
         }
         let now = Instant::now();
         now < *self.end.get_or_insert(now + self.span) && !self.interrupt.came()
-    }
-}
-
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "scene {}, {} × {} pixels a wall, {} threads, {} Hz, budget {}, tracker {} on a line; \
-             milliseconds at the median (and 99%)",
-            self.scene, self.size, self.size, self.threads, self.hz, self.budget, self.protocol
-        )?;
-        let mut table =
-            Table::new(&self.runs).text("", |run| format!("{} Hz {}", run.tracker_hz, run.latch));
-        for leg in Leg::ALL {
-            table = table.text(leg.name().replace('_', " "), |run| {
-                let found = run.report.latencies.summary(leg);
-                found.map_or("-".to_owned(), |times| {
-                    format!("{:.2} ({:.2})", times.p50, times.p99)
-                })
-            });
-        }
-        table = table.text("late frames", |run| {
-            format!("{} of {}", run.late_frames, run.frames)
-        });
-        write!(f, "{table}")?;
-        for gain in &self.gains {
-            write!(
-                f,
-                "\nThe late latch is ahead by {:.2} ms at {} Hz.",
-                gain.motion_to_wall_ms, gain.tracker_hz
-            )?;
-        }
-        for path in &self.files {
-            write!(f, "\n{path}")?;
-        }
-        Ok(())
     }
 }

@@ -1,21 +1,20 @@
 //! `shisen-evidence bench rays`: how fast rays are traced.
 
+use super::print;
 use clap::Args;
 use glam::Vec3;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde_json::{Value, json};
 use shisen::bake::{Baked, Layout, lone_mesh};
 use shisen::cli::arguments::source::load_mesh;
 use shisen::cli::arguments::{LayoutChoice, SimdChoice, threads, whole};
 use shisen::cli::output::failure::{Failure, Fault};
-use shisen::cli::output::print;
 use shisen::files::write_atomically;
 use shisen::live::quantiles::median;
 use shisen::scene::mesh::TriangleMesh;
 use shisen_core::shape::Ray;
 use shisen_core::trace::{MeshTracer, TraversalStack};
 use shisen_core::{Runs, Simd};
-use std::fmt;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -23,7 +22,6 @@ use std::time::Instant;
 /// Rays that a thread takes at a time: some milliseconds of work.
 const CHUNK: usize = 1 << 14;
 
-/// Bytes of a ray in a file.
 const RAY_BYTES: usize = 24;
 
 /// Traces a file of rays against one mesh
@@ -67,28 +65,6 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-#[derive(Debug, Serialize)]
-struct Report {
-    mrays_per_second: Rate,
-    rays: usize,
-    hits: usize,
-    steps_per_ray: f64,
-    build_seconds: f64,
-    simd: &'static str,
-    threads: usize,
-    repeat: u32,
-    layout: &'static str,
-}
-
-/// Millions of rays a second.
-#[derive(Debug, Clone, Copy, Serialize)]
-struct Rate {
-    median: f64,
-    min: f64,
-    max: f64,
-}
-
-/// A ray's triangle and distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct RayHit {
     triangle: u32,
@@ -102,11 +78,10 @@ impl RayHit {
     };
 }
 
-/// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let rays = read_rays(&arguments.rays)?;
     let mesh = load_mesh(&arguments.mesh)?;
-    let (report, hits) = match arguments.layout.0 {
+    let (report, text, hits) = match arguments.layout.0 {
         Layout::Fast => measure::<8>(arguments, mesh, &rays)?,
         Layout::Compact => measure::<4>(arguments, mesh, &rays)?,
     };
@@ -119,7 +94,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         })
         .map_err(Fault::write(path))?;
     }
-    print(&report, arguments.json)
+    print(arguments.json, &report, &text)
 }
 
 /// The rays of a file; `None` for those that cannot be traced.
@@ -154,7 +129,7 @@ fn measure<const W: usize>(
     arguments: &Arguments,
     mesh: TriangleMesh,
     rays: &[Option<Ray>],
-) -> Result<(Report, Vec<RayHit>), Failure>
+) -> Result<(Value, String, Vec<RayHit>), Failure>
 where
     Simd: Runs<W>,
 {
@@ -180,22 +155,32 @@ where
         }
     }
     rates.sort_by(f64::total_cmp);
-    let report = Report {
-        mrays_per_second: Rate {
-            min: rates.first().copied().unwrap_or_default(),
-            max: rates.last().copied().unwrap_or_default(),
-            median: median(rates),
-        },
-        rays: rays.len(),
-        hits: hits.iter().filter(|hit| **hit != RayHit::MISS).count(),
-        steps_per_ray: steps as f64 / rays.len() as f64,
-        build_seconds,
-        simd: arguments.layout.0.simd(simd).name(),
-        threads,
-        repeat: arguments.repeat,
-        layout: arguments.layout.0.name(),
-    };
-    Ok((report, hits))
+    let end = |rate: Option<&f64>| rate.copied().unwrap_or_default();
+    let (min, max) = (end(rates.first()), end(rates.last()));
+    let median = median(rates);
+    let (simd, layout) = (
+        arguments.layout.0.simd(simd).name(),
+        arguments.layout.0.name(),
+    );
+    let hit = hits.iter().filter(|hit| **hit != RayHit::MISS).count();
+    let (rays, steps) = (rays.len(), steps as f64 / rays.len() as f64);
+    let text = format!(
+        "{median:.2} million rays a second ({min:.2} to {max:.2}) on {threads} threads, {simd}, \
+         {layout} layout\n{rays} rays, {hit} hits, {steps:.1} steps a ray; built in \
+         {build_seconds:.2} s"
+    );
+    let report = json!({
+        "mrays_per_second": { "median": median, "min": min, "max": max },
+        "rays": rays,
+        "hits": hit,
+        "steps_per_ray": steps,
+        "build_seconds": build_seconds,
+        "simd": simd,
+        "threads": threads,
+        "repeat": arguments.repeat,
+        "layout": layout,
+    });
+    Ok((report, text, hits))
 }
 
 /// Traces all rays and returns the steps it took.
@@ -224,19 +209,4 @@ where
             },
         )
         .sum()
-}
-
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Rate { median, min, max } = self.mrays_per_second;
-        let (threads, simd, layout) = (self.threads, self.simd, self.layout);
-        let (rays, hits, steps) = (self.rays, self.hits, self.steps_per_ray);
-        writeln!(
-            f,
-            "{median:.2} million rays a second ({min:.2} to {max:.2}) on {threads} threads, {simd}, \
-             {layout} layout"
-        )?;
-        write!(f, "{rays} rays, {hits} hits, {steps:.1} steps a ray; ")?;
-        write!(f, "built in {:.2} s", self.build_seconds)
-    }
 }

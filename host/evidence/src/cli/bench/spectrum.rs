@@ -1,22 +1,22 @@
 //! `shisen-evidence bench spectrum`: Kishioka's experiment, with numbers.
 
+use super::{list, numbers, print, text};
 use crate::measure::{Timed, in_turns};
 use crate::quartz::{Quartz, Truth, Window, mean, picture, share};
 use crate::table::Table;
 use clap::Args;
-use serde::Serialize;
+use serde_json::{Value, json};
 use shisen::cave::Wall;
 use shisen::cli::arguments::{threads, whole};
+use shisen::cli::output::counted;
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::picture_files::{make_writable, metadata};
-use shisen::cli::output::{counted, print};
 use shisen::picture::{Picture, PictureError};
 use shisen::render::Options;
 use shisen::render::spectrum::{Dispersion, Method};
 use shisen_core::frame::MAX_SAMPLES;
 use shisen_core::spectrum::Wavelengths;
 use std::collections::BTreeSet;
-use std::fmt;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -77,7 +77,6 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-/// The methods whose pictures are compared.
 const METHODS: [Method; 3] = [Method::Paper, Method::Fixed, Method::Comb];
 
 /// Wavelengths into which each sample of the reference is split.
@@ -92,7 +91,6 @@ const COST_ROUNDS: u32 = 5;
 /// Rays a pixel of these frames.
 const COST_SAMPLES: u16 = 16;
 
-/// Rounds of the frames of equal error.
 const ERROR_ROUNDS: u32 = 3;
 
 /// All balls, filling the picture.
@@ -103,73 +101,6 @@ const WIDE: Window = Window([-0.83, -1.02], 1.58);
 
 /// The largest ball, from edge to edge.
 const CLOSE: Window = Window([-0.414, -0.370], 0.404);
-
-#[derive(Debug, Serialize)]
-struct Report {
-    threads: usize,
-    size: u32,
-    samples: u16,
-    repeat: u32,
-    glass_share: f64,
-    reference_seconds: f64,
-    rows: Vec<Row>,
-    same_error: Option<SameError>,
-    cost: Cost,
-    splits: Splits,
-    images: Vec<String>,
-}
-
-/// A number of wavelengths by a method.
-#[derive(Debug, Serialize)]
-struct Row {
-    wavelengths: u32,
-    method: &'static str,
-    seconds: f64,
-    time_ratio: Option<f64>,
-    rays: u64,
-    rays_ratio: Option<f64>,
-    mean_difference: f64,
-    max_difference: f64,
-    mean_of_all: f64,
-}
-
-/// The comb that is as close to the reference as the paper's method.
-#[derive(Debug, Serialize)]
-struct SameError {
-    wavelengths: u32,
-    each: u32,
-    samples: u16,
-    seconds: f64,
-    paper_seconds: f64,
-    mean_difference: f64,
-    speedup: f64,
-}
-
-/// The cost of a comb where little glass is seen.
-#[derive(Debug, Serialize)]
-struct Cost {
-    glass_share: f64,
-    samples: u16,
-    wavelengths: u32,
-    comb_seconds: f64,
-    plain_seconds: f64,
-    ratio: f64,
-}
-
-/// The cost of splitting where glass fills the picture.
-#[derive(Debug, Serialize)]
-struct Splits {
-    glass_share: f64,
-    plain_seconds: f64,
-    counts: Vec<Split>,
-}
-
-#[derive(Debug, Serialize)]
-struct Split {
-    wavelengths: u32,
-    seconds: f64,
-    ratio: f64,
-}
 
 /// The median seconds of each way, rendered in turns; a way has its rays a pixel.
 fn seconds(quartz: &Quartz, ways: &[(Dispersion, u16)], rounds: u32) -> Result<Vec<f64>, Failure> {
@@ -184,7 +115,6 @@ fn dispersion(method: Method, count: u32) -> Result<Dispersion, Failure> {
 }
 
 impl Arguments {
-    /// The scene behind a window.
     fn quartz(&self, window: &Window, size: u32) -> Result<Quartz, Failure> {
         let mut options = Options::default();
         if let Some(threads) = self.threads {
@@ -194,23 +124,23 @@ impl Arguments {
     }
 
     /// A view in which a tenth of the pixels meets glass.
-    fn cost(&self, size: u32, wavelengths: u32) -> Result<Cost, Failure> {
+    fn cost(&self, size: u32, wavelengths: u32) -> Result<Value, Failure> {
         let quartz = self.quartz(&WIDE, size)?;
         let ways = [dispersion(Method::Comb, wavelengths)?, Dispersion::Off];
         let ways = ways.map(|way| (way, COST_SAMPLES));
         let seconds = seconds(&quartz, &ways, self.repeat.max(COST_ROUNDS))?;
-        Ok(Cost {
-            glass_share: share(&quartz.glass()?),
-            samples: COST_SAMPLES,
-            wavelengths,
-            comb_seconds: seconds[0],
-            plain_seconds: seconds[1],
-            ratio: seconds[0] / seconds[1],
-        })
+        Ok(json!({
+            "glass_share": share(&quartz.glass()?),
+            "samples": COST_SAMPLES,
+            "wavelengths": wavelengths,
+            "comb_seconds": seconds[0],
+            "plain_seconds": seconds[1],
+            "ratio": seconds[0] / seconds[1],
+        }))
     }
 
     /// A view that a ball fills, each ray split.
-    fn splits(&self, size: u32) -> Result<Splits, Failure> {
+    fn splits(&self, size: u32) -> Result<Value, Failure> {
         let quartz = self.quartz(&CLOSE, size)?;
         let mut ways = vec![(Dispersion::Off, 1)];
         for count in SPLITS {
@@ -218,21 +148,21 @@ impl Arguments {
         }
         let seconds = seconds(&quartz, &ways, self.repeat.max(COST_ROUNDS))?;
         let plain_seconds = seconds[0];
-        let counts = SPLITS.iter().zip(&seconds[1..]);
-        let counts = counts.map(|(&wavelengths, &seconds)| Split {
-            wavelengths,
-            seconds,
-            ratio: seconds / plain_seconds,
-        });
-        Ok(Splits {
-            glass_share: share(&quartz.glass()?),
-            plain_seconds,
-            counts: counts.collect(),
-        })
+        let counts = SPLITS
+            .iter()
+            .zip(&seconds[1..])
+            .map(|(&wavelengths, &seconds)| {
+                let ratio = seconds / plain_seconds;
+                json!({ "wavelengths": wavelengths, "seconds": seconds, "ratio": ratio })
+            });
+        Ok(json!({
+            "glass_share": share(&quartz.glass()?),
+            "plain_seconds": plain_seconds,
+            "counts": counts.collect::<Vec<_>>(),
+        }))
     }
 }
 
-/// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(folder) = &arguments.out {
         make_writable(folder)?;
@@ -266,26 +196,33 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Ok::<_, Failure>((frame.seconds, frame))
     })?;
     let mut rows = Vec::new();
+    let mut paper = None;
+    let most = arguments.wavelengths.iter().copied().max().unwrap_or(1);
     for ((wavelengths, method, _), time) in ways.iter().zip(&timed) {
         let [all, own] = truth.differences(picture(&time.first));
         // The same method with one wavelength.
         let base = ways.iter().position(|way| (way.0, way.1) == (1, *method));
         let base = base.map(|place| &timed[place]);
         let (seconds, rays) = (time.median(), time.first.statistics.rays());
-        rows.push(Row {
-            wavelengths: *wavelengths,
-            method: method.name(),
-            seconds,
-            time_ratio: base.map(|base| seconds / base.median()),
-            rays,
-            rays_ratio: base.map(|base| rays as f64 / base.first.statistics.rays() as f64),
-            mean_difference: mean(&own),
-            max_difference: own.iter().copied().fold(0.0, f64::max),
-            mean_of_all: mean(&all),
-        });
+        if (*wavelengths, *method) == (most, Method::Paper) {
+            paper.get_or_insert((seconds, mean(&own)));
+        }
+        rows.push(json!({
+            "wavelengths": wavelengths,
+            "method": method.name(),
+            "seconds": seconds,
+            "time_ratio": base.map(|base| seconds / base.median()),
+            "rays": rays,
+            "rays_ratio": base.map(|base| rays as f64 / base.first.statistics.rays() as f64),
+            "mean_difference": mean(&own),
+            "max_difference": own.iter().copied().fold(0.0, f64::max),
+            "mean_of_all": mean(&all),
+        }));
     }
-    let most = arguments.wavelengths.iter().copied().max().unwrap_or(1);
-    let same_error = same_error(&quartz, &truth, &rows, most, samples)?;
+    let same_error = match paper {
+        Some(paper) => same_error(&quartz, &truth, paper, most, samples)?,
+        None => Value::Null,
+    };
     let pictures = ways.iter().zip(&timed);
     let pictures: Vec<(u32, &str, &Picture)> = pictures
         .map(|((count, method, _), time)| (*count, method.name(), picture(&time.first)))
@@ -294,38 +231,83 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(folder) => write(folder, &pictures, &truth.picture)?,
         None => Vec::new(),
     };
-    let report = Report {
-        threads: quartz.options.threads,
-        size,
-        samples,
-        repeat: arguments.repeat,
-        glass_share: share(&truth.glass),
-        reference_seconds: reference.seconds,
-        rows,
-        same_error,
-        cost: arguments.cost(size, most)?,
-        splits: arguments.splits(size)?,
-        images,
-    };
-    print(&report, arguments.json)
+    let report = json!({
+        "threads": quartz.options.threads,
+        "size": size,
+        "samples": samples,
+        "repeat": arguments.repeat,
+        "glass_share": share(&truth.glass),
+        "reference_seconds": reference.seconds,
+        "rows": rows,
+        "same_error": same_error,
+        "cost": arguments.cost(size, most)?,
+        "splits": arguments.splits(size)?,
+        "images": images,
+    });
+    print(arguments.json, &report, &described(&report))
 }
 
-/// The fastest comb that is as close to the truth as the paper's pictures of most wavelengths;
-/// `None` where these are faster.
+fn described(report: &Value) -> String {
+    let table = Table::new(list(report, "rows")).text("method", |row| text(row, "method"));
+    let table = numbers(
+        table,
+        &[
+            ("wavelengths", "/wavelengths", 1.0, 0),
+            ("seconds", "/seconds", 1.0, 3),
+            ("to one", "/time_ratio", 1.0, 3),
+            ("rays", "/rays_ratio", 1.0, 3),
+            ("ΔE2000 mean", "/mean_difference", 1.0, 2),
+            ("max", "/max_difference", 1.0, 1),
+        ],
+    );
+    let of = |object: &Value, key: &str| object[key].as_f64().unwrap_or(f64::NAN);
+    let (same_error, cost, splits) = (&report["same_error"], &report["cost"], &report["splits"]);
+    let same = if same_error.is_null() {
+        "No comb is as close as paper in the same time.".to_owned()
+    } else {
+        format!(
+            "A comb with {} of {} wavelengths a ray is as close as paper with {} rays a pixel (ΔE \
+             {:.2}), {:.2} times as fast.",
+            same_error["each"],
+            same_error["wavelengths"],
+            same_error["samples"],
+            of(same_error, "mean_difference"),
+            of(same_error, "speedup")
+        )
+    };
+    let split = |one: &Value| format!("×{:.2} for {}", of(one, "ratio"), one["wavelengths"]);
+    let each = list(splits, "counts").iter().map(split);
+    format!(
+        "spheres, {0} × {0} pixels, {1} rays a pixel, {2}; {3:.0} % of the pixels meet glass\n\
+         {table:#}\n{same}\nWhere {4:.0} % of the pixels meet glass, {5} rays a pixel: {6} \
+         wavelengths take {7:.3} of the time without dispersion.\nWhere {8:.0} % do, every ray \
+         split: {9}",
+        report["size"],
+        report["samples"],
+        counted(report["threads"].as_u64().unwrap_or(0), "thread"),
+        1e2 * of(report, "glass_share"),
+        1e2 * of(cost, "glass_share"),
+        cost["samples"],
+        cost["wavelengths"],
+        of(cost, "ratio"),
+        1e2 * of(splits, "glass_share"),
+        each.collect::<Vec<_>>().join(", ")
+    )
+}
+
+/// The fastest comb that is as close to the truth as the paper's pictures of most wavelengths,
+/// of which `paper` are the seconds and the mean difference; null where these are faster.
 fn same_error(
     quartz: &Quartz,
     truth: &Truth,
-    rows: &[Row],
+    paper: (f64, f64),
     most: u32,
     samples: u16,
-) -> Result<Option<SameError>, Failure> {
-    let is_paper = |row: &&Row| row.wavelengths == most && row.method == Method::Paper.name();
-    let (Some(paper), Dispersion::Comb(wavelengths, _)) =
-        (rows.iter().find(is_paper), dispersion(Method::Comb, most)?)
-    else {
-        return Ok(None);
+) -> Result<Value, Failure> {
+    let Dispersion::Comb(wavelengths, _) = dispersion(Method::Comb, most)? else {
+        return Ok(Value::Null);
     };
-    let mut fastest = paper.seconds;
+    let (mut fastest, difference) = paper;
     let mut best = None;
     for each in BTreeSet::from([1, most.div_ceil(4), most.div_ceil(2), most]) {
         let way = Dispersion::Comb(wavelengths, each as u8);
@@ -335,7 +317,7 @@ fn same_error(
                 break;
             }
             let [_, glass] = truth.differences(picture(&frame));
-            if mean(&glass) <= paper.mean_difference {
+            if mean(&glass) <= difference {
                 fastest = frame.seconds;
                 best = Some((way, each, own, mean(&glass)));
                 break;
@@ -343,22 +325,21 @@ fn same_error(
         }
     }
     let Some((way, each, own, mean_difference)) = best else {
-        return Ok(None);
+        return Ok(Value::Null);
     };
     let ways = [(dispersion(Method::Paper, most)?, samples), (way, own)];
     let seconds = seconds(quartz, &ways, ERROR_ROUNDS)?;
-    Ok(Some(SameError {
-        wavelengths: most,
-        each,
-        samples: own,
-        seconds: seconds[1],
-        paper_seconds: seconds[0],
-        mean_difference,
-        speedup: seconds[0] / seconds[1],
+    Ok(json!({
+        "wavelengths": most,
+        "each": each,
+        "samples": own,
+        "seconds": seconds[1],
+        "paper_seconds": seconds[0],
+        "mean_difference": mean_difference,
+        "speedup": seconds[0] / seconds[1],
     }))
 }
 
-/// 1, 2, 3, 4, 6, 8, 12 and so on.
 fn sample_counts(most: u16) -> impl Iterator<Item = u16> {
     let powers = (1..15).map(|power| 1u16 << power);
     let all = powers.flat_map(|power| [power, power + power / 2]);
@@ -367,7 +348,6 @@ fn sample_counts(most: u16) -> impl Iterator<Item = u16> {
         .take_while(move |&number| number <= most)
 }
 
-/// Writes the pictures and the strip.
 fn write(
     folder: &Path,
     pictures: &[(u32, &str, &Picture)],
@@ -408,7 +388,6 @@ const DETAIL: ([f64; 2], f64) = ([0.52, 0.83], 0.16);
 /// Pixels a side of a detail in a strip, at least.
 const DETAIL_PIXELS: u32 = 256;
 
-/// Pixels between details.
 const GAP: u32 = 4;
 
 /// Rows of pictures' details, enlarged by whole pixels, on white.
@@ -438,54 +417,4 @@ fn strip(rows: &[Vec<&Picture>]) -> Result<Picture, PictureError> {
         }
     }
     Ok(strip)
-}
-
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "spheres, {size} × {size} pixels, {} rays a pixel, {}; {:.0} % of the pixels meet \
-             glass",
-            self.samples,
-            counted(self.threads as u64, "thread"),
-            1e2 * self.glass_share,
-            size = self.size,
-        )?;
-        let table = Table::new(&self.rows)
-            .text("method", |row| row.method.to_owned())
-            .count("wavelengths", |row| row.wavelengths.into())
-            .number("seconds", 3, |row| Some(row.seconds))
-            .number("to one", 3, |row| row.time_ratio)
-            .number("rays", 3, |row| row.rays_ratio)
-            .number("ΔE2000 mean", 2, |row| Some(row.mean_difference))
-            .number("max", 1, |row| Some(row.max_difference));
-        writeln!(f, "{table:#}")?;
-        if let Some(one) = &self.same_error {
-            writeln!(
-                f,
-                "A comb with {} of {} wavelengths a ray is as close as paper with {} rays a pixel \
-                 (ΔE {:.2}), {:.2} times as fast.",
-                one.each, one.wavelengths, one.samples, one.mean_difference, one.speedup,
-            )?;
-        } else {
-            writeln!(f, "No comb is as close as paper in the same time.")?;
-        }
-        writeln!(
-            f,
-            "Where {:.0} % of the pixels meet glass, {} rays a pixel: {} wavelengths take {:.3} of \
-             the time without dispersion.",
-            1e2 * self.cost.glass_share,
-            self.cost.samples,
-            self.cost.wavelengths,
-            self.cost.ratio,
-        )?;
-        let splits = self.splits.counts.iter();
-        let splits = splits.map(|one| format!("×{:.2} for {}", one.ratio, one.wavelengths));
-        write!(
-            f,
-            "Where {:.0} % do, every ray split: {}",
-            1e2 * self.splits.glass_share,
-            splits.collect::<Vec<_>>().join(", ")
-        )
-    }
 }

@@ -1,18 +1,17 @@
 //! `shisen-evidence bench sweep`: whether a gaze can make level of detail dearer.
 
-use super::frames::{FrameArguments, Frames, Look, Title, Way};
+use super::frames::{FrameArguments, Frames, Look, Way};
+use super::{numbers, text};
 use crate::table::Table;
 use clap::Args;
 use glam::DVec3;
-use serde::Serialize;
+use serde_json::{Value, json};
 use shisen::cave::look::ViewDirection;
 use shisen::cli::arguments::whole;
 use shisen::cli::output::failure::Failure;
-use shisen::cli::output::print;
 use shisen::live::quantiles::median;
 use shisen::render::Filling;
 use shisen::scene::builtin::PaperScene;
-use std::fmt;
 
 /// Level of detail against plain tracing for gazes all around
 ///
@@ -32,33 +31,6 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 200,
           value_parser = whole::<u32>(1..=100_000))]
     directions: u32,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
-}
-
-#[derive(Debug, Serialize)]
-struct Report {
-    #[serde(flatten)]
-    title: Title,
-    directions: u32,
-    scenes: Vec<SceneRatios>,
-}
-
-#[derive(Debug, Serialize)]
-struct SceneRatios {
-    scene: &'static str,
-    worst_steps: Worst,
-    worst_time: Worst,
-    mean_steps: f64,
-    mean_time: f64,
-}
-
-/// The greatest ratio, and its line of sight.
-#[derive(Debug, Clone, Copy, Serialize)]
-struct Worst {
-    ratio: f64,
-    look: [f64; 3],
 }
 
 /// How many times as many pairs the worst gaze is measured with.
@@ -74,7 +46,6 @@ struct Gaze {
 }
 
 impl Gaze {
-    /// Adds pairs of frames; each way comes first in every other pair.
     fn measure(&mut self, frames: &Frames, pairs: u32) -> Result<(), Failure> {
         let up = ViewDirection::new(self.look).map_or(DVec3::Y, |look| look.basis().up);
         let look = Look {
@@ -111,7 +82,6 @@ fn worst(gazes: &mut [Gaze], ratio: impl Fn(&Gaze) -> f64) -> &mut Gaze {
     &mut gazes[at]
 }
 
-/// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (frames, directions) = (&arguments.frames, arguments.directions);
     let mut scenes = Vec::new();
@@ -139,25 +109,38 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let (mean_steps, mean_time) = (mean(|gaze| gaze.steps), mean(Gaze::time));
         let mut worst = |ratio: fn(&Gaze) -> f64| {
             let gaze = worst(&mut gazes, ratio);
-            Worst {
-                ratio: ratio(gaze),
-                look: gaze.look.to_array(),
-            }
+            json!({ "ratio": ratio(gaze), "look": gaze.look.to_array() })
         };
-        scenes.push(SceneRatios {
-            scene: scene.name(),
-            worst_steps: worst(|gaze| gaze.steps),
-            worst_time: worst(Gaze::time),
-            mean_steps,
-            mean_time,
-        });
+        scenes.push(json!({
+            "scene": scene.name(),
+            "worst_steps": worst(|gaze| gaze.steps),
+            "worst_time": worst(Gaze::time),
+            "mean_steps": mean_steps,
+            "mean_time": mean_time,
+        }));
     }
-    let report = Report {
-        title: frames.title(),
-        directions,
-        scenes,
+    let look = |key: &'static str| {
+        move |scene: &Value| {
+            let look = scene[key]["look"].as_array().into_iter().flatten();
+            let look = look.map(|x| format!("{:.2}", x.as_f64().unwrap_or(f64::NAN)));
+            look.collect::<Vec<_>>().join(", ")
+        }
     };
-    print(&report, arguments.json)
+    let table = Table::new(&scenes).text("scene", |one| text(one, "scene"));
+    let table = numbers(table, &[("steps at worst", "/worst_steps/ratio", 1.0, 3)])
+        .text("looking along", look("worst_steps"));
+    let fields = [
+        ("mean", "/mean_steps", 1.0, 3),
+        ("time at worst", "/worst_time/ratio", 1.0, 3),
+    ];
+    let table = numbers(table, &fields).text("looking along", look("worst_time"));
+    let table = numbers(table, &[("mean", "/mean_time", 1.0, 3)]);
+    let report = json!({ "directions": directions, "scenes": scenes });
+    let compared = "level of detail against plain tracing";
+    frames.print(
+        report,
+        &format!(", {directions} directions; {compared}\n{table:#}"),
+    )
 }
 
 /// A point of a Fibonacci spiral of `count` points, evenly spread over the sphere.
@@ -166,26 +149,4 @@ fn direction(number: u32, count: u32) -> DVec3 {
     let turn = f64::from(number) * std::f64::consts::PI * (3.0 - 5.0f64.sqrt());
     let radius = (1.0 - height * height).sqrt();
     DVec3::new(radius * turn.cos(), height, radius * turn.sin())
-}
-
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let look = |worst: &Worst| {
-            let [x, y, z] = worst.look;
-            format!("{x:.2}, {y:.2}, {z:.2}")
-        };
-        let table = Table::new(&self.scenes)
-            .text("scene", |one| one.scene.to_owned())
-            .number("steps at worst", 3, |one| Some(one.worst_steps.ratio))
-            .text("looking along", |one| look(&one.worst_steps))
-            .number("mean", 3, |one| Some(one.mean_steps))
-            .number("time at worst", 3, |one| Some(one.worst_time.ratio))
-            .text("looking along", |one| look(&one.worst_time))
-            .number("mean", 3, |one| Some(one.mean_time));
-        write!(
-            f,
-            "{}, {} directions; level of detail against plain tracing\n{table:#}",
-            self.title, self.directions
-        )
-    }
 }

@@ -1,17 +1,16 @@
 //! `shisen-evidence bench table2`: the paper's measurement, here and now.
 
-use super::frames::{FrameArguments, Frames, Look, Title, Way};
+use super::frames::{FrameArguments, Frames, Look, Way, name};
+use super::numbers;
 use crate::measure::in_turns;
 use crate::table::Table;
 use clap::{Arg, Args};
-use serde::Serialize;
+use serde_json::{Value, json};
 use shisen::cli::output::failure::Failure;
-use shisen::cli::output::print;
 use shisen::cli::output::ray_counts::RayCounts;
 use shisen::live::Table2;
 use shisen::render::Filling;
 use shisen::scene::builtin::PaperScene;
-use std::fmt;
 
 /// The paper's Table 2: frames with and without level of detail
 ///
@@ -34,9 +33,6 @@ use std::fmt;
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     frames: FrameArguments,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
 /// The argument `--repeat`: ratios of a few frames differ by hundredths from run to run.
@@ -54,46 +50,42 @@ const SAME_WORK: f64 = 0.98;
 /// The ways to render a frame, in the order of their turns.
 const WAYS: [Way; 4] = [Way::Plain, Way::Lod, Way::Cut, Way::Levels];
 
-#[derive(Debug, Serialize)]
-struct Report {
-    #[serde(flatten)]
-    title: Title,
-    repeat: u32,
-    cells: Vec<Cell>,
-}
-
-/// A scene and a state.
-#[derive(Debug, Serialize)]
-struct Cell {
-    scene: &'static str,
-    state: usize,
-    lod_seconds: f64,
-    plain_seconds: f64,
-    paper_lod_seconds: f64,
-    paper_plain_seconds: f64,
-    ratio: f64,
-    paper_ratio: f64,
-    bound_ratio: f64,
-    lod_rays: RayCounts,
-    plain_rays: RayCounts,
-    lod_steps: u64,
-    plain_steps: u64,
-    steps_ratio: f64,
-    cut_seconds: f64,
-    bookkeeping: Option<f64>,
-}
-
-/// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = &arguments.frames;
     let rounds = frames.repeat as usize;
-    let report = Report {
-        title: frames.title(),
-        repeat: frames.repeat,
-        cells: frames
-            .cells(|frames, scene, state, look| cell(frames, scene, (state, look), rounds))?,
-    };
-    print(&report, arguments.json)
+    let cells =
+        frames.cells(|frames, scene, state, look| cell(frames, scene, (state, look), rounds))?;
+    let table = numbers(
+        Table::new(&cells).text("", name),
+        &[
+            ("level of detail", "/lod_seconds", 1e3, 2),
+            ("its rays in full", "/cut_seconds", 1e3, 2),
+            ("plain", "/plain_seconds", 1e3, 2),
+            ("paper, detail", "/paper_lod_seconds", 1e3, 0),
+            ("paper, plain", "/paper_plain_seconds", 1e3, 0),
+            ("ratio", "/ratio", 1.0, 3),
+            ("ratio in the paper", "/paper_ratio", 1.0, 3),
+            ("bound, misses free", "/bound_ratio", 1.0, 2),
+            ("ratio of steps", "/steps_ratio", 1.0, 3),
+            ("bookkeeping, %", "/bookkeeping", 1e2, 1),
+            ("primary rays", "/lod_rays/primary", 1.0, 0),
+        ],
+    )
+    .count("secondary rays", |cell| secondary(&cell["lod_rays"]));
+    let fields = [
+        ("shadow rays", "/lod_rays/shadow", 1.0, 0),
+        ("primary, plain", "/plain_rays/primary", 1.0, 0),
+    ];
+    let table =
+        numbers(table, &fields).count("secondary, plain", |cell| secondary(&cell["plain_rays"]));
+    let table = numbers(table, &[("shadow, plain", "/plain_rays/shadow", 1.0, 0)]);
+    let report = json!({ "repeat": frames.repeat, "cells": cells });
+    frames.print(report, &format!("; milliseconds a frame\n{table}"))
+}
+
+fn secondary(rays: &Value) -> u64 {
+    let kinds = ["reflected", "refracted"].into_iter();
+    kinds.filter_map(|kind| rays[kind].as_u64()).sum()
 }
 
 fn cell(
@@ -101,7 +93,7 @@ fn cell(
     scene: PaperScene,
     (state, look): (usize, Look),
     rounds: usize,
-) -> Result<Cell, Failure> {
+) -> Result<Value, Failure> {
     let timed = in_turns(&WAYS, rounds, |&way| {
         let frame = frames.frame(way, look, Filling::Background)?;
         Ok::<_, Failure>((frame.seconds, frame.statistics))
@@ -117,46 +109,22 @@ fn cell(
         unreachable!("the paper's table has all scenes")
     };
     let paper_lod = paper.lod[state - 1];
-    Ok(Cell {
-        scene: scene.name(),
-        state,
-        lod_seconds: lod.median(),
-        plain_seconds: plain.median(),
-        paper_lod_seconds: paper_lod,
-        paper_plain_seconds: paper.plain,
-        ratio: lod.ratio_to(plain),
-        paper_ratio: paper_lod / paper.plain,
-        bound_ratio: bound[state - 1],
-        lod_rays: lod.first.into(),
-        plain_rays: plain.first.into(),
-        lod_steps: lod.first.steps,
-        plain_steps: plain.first.steps,
-        steps_ratio: steps_ratio(lod.first.steps),
-        cut_seconds: cut.median(),
-        bookkeeping: (same > SAME_WORK).then(|| levels.ratio_to(plain) / same - 1.0),
-    })
-}
-
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let table = Table::new(&self.cells)
-            .text("", |c| format!("{}{}", c.scene, c.state))
-            .number("level of detail", 2, |c| Some(1e3 * c.lod_seconds))
-            .number("its rays in full", 2, |c| Some(1e3 * c.cut_seconds))
-            .number("plain", 2, |c| Some(1e3 * c.plain_seconds))
-            .number("paper, detail", 0, |c| Some(1e3 * c.paper_lod_seconds))
-            .number("paper, plain", 0, |c| Some(1e3 * c.paper_plain_seconds))
-            .number("ratio", 3, |c| Some(c.ratio))
-            .number("ratio in the paper", 3, |c| Some(c.paper_ratio))
-            .number("bound, misses free", 2, |c| Some(c.bound_ratio))
-            .number("ratio of steps", 3, |c| Some(c.steps_ratio))
-            .number("bookkeeping, %", 1, |c| Some(1e2 * c.bookkeeping?))
-            .count("primary rays", |c| c.lod_rays.primary)
-            .count("secondary rays", |c| c.lod_rays.secondary())
-            .count("shadow rays", |c| c.lod_rays.shadow)
-            .count("primary, plain", |c| c.plain_rays.primary)
-            .count("secondary, plain", |c| c.plain_rays.secondary())
-            .count("shadow, plain", |c| c.plain_rays.shadow);
-        write!(f, "{}; milliseconds a frame\n{table}", self.title)
-    }
+    Ok(json!({
+        "scene": scene.name(),
+        "state": state,
+        "lod_seconds": lod.median(),
+        "plain_seconds": plain.median(),
+        "paper_lod_seconds": paper_lod,
+        "paper_plain_seconds": paper.plain,
+        "ratio": lod.ratio_to(plain),
+        "paper_ratio": paper_lod / paper.plain,
+        "bound_ratio": bound[state - 1],
+        "lod_rays": RayCounts::from(lod.first),
+        "plain_rays": RayCounts::from(plain.first),
+        "lod_steps": lod.first.steps,
+        "plain_steps": plain.first.steps,
+        "steps_ratio": steps_ratio(lod.first.steps),
+        "cut_seconds": cut.median(),
+        "bookkeeping": (same > SAME_WORK).then(|| levels.ratio_to(plain) / same - 1.0),
+    }))
 }

@@ -11,7 +11,6 @@ use shisen::live::quantiles::quantile_of;
 use shisen::picture::{Picture, colour_differences};
 use shisen_core::frame::View;
 
-/// Directions in which pictures are compared, and their true colours.
 pub(super) struct Places {
     pub(super) truth: Optics,
     view: View,

@@ -8,7 +8,6 @@ use shisen_tracker::estimate::{EstimatorConfig, GazeEstimator, GazePrediction, S
 use shisen_tracker::mock::{Kind, Tracker, TrackerConfig, Viewer, ViewerConfig};
 use shisen_tracker::time::Micros;
 
-/// Samples a second.
 pub(super) const RATE: u32 = 500;
 
 /// Samples during a frame: 62.5 frames a second.
@@ -27,7 +26,6 @@ pub(super) struct GazeError {
     classes: [Vec<f64>; 4],
     /// The largest error of each frame while it is shown, by [`VIEWERS`].
     frames: [Vec<f64>; 2],
-    /// The time of a sample and its estimate.
     seconds: f64,
 }
 
@@ -65,7 +63,6 @@ impl GazeError {
     }
 }
 
-/// A moment of display.
 struct Moment {
     truth: DVec3,
     /// The estimate of an open eye by fresh data.
@@ -194,26 +191,5 @@ mod tests {
             (found[0] - 0.7).abs() < 1.0e-9 && (found[1] - 1.0).abs() < 1.0e-9,
             "{found:?}"
         );
-    }
-
-    #[test]
-    fn there_are_errors_however_late_the_light_is() {
-        let mut last = 0.0;
-        for late in [10, 50, 100, 150] {
-            let found = gaze(late, 0, 5).unwrap();
-            let [all, median] = [0, 1].map(|place| found.errors()[place].unwrap_or(0.0));
-            assert!(all > last && median > 0.0, "{late} ms: {all}°, {median}°");
-            assert!(found.widening(0.95) > all, "{late} ms");
-            last = all;
-        }
-    }
-
-    #[test]
-    fn frames_need_wider_fields_than_moments() {
-        let found = gaze(20, 60, 5).unwrap();
-        assert!(found.widening(0.95) > found.all(0.95));
-        assert!(found.widening(0.99) >= found.widening(0.95));
-        let held = found.held(found.widening(0.95));
-        assert!((80.0..100.0).contains(&held), "{held}");
     }
 }

@@ -32,7 +32,6 @@ pub(super) fn similarities(one: &[f64], other: &[f64], width: usize) -> Vec<f64>
         .collect()
 }
 
-/// The window's mean around each pixel.
 fn blurred(pixels: &[f64], width: usize) -> Vec<f64> {
     let height = pixels.len() / width.max(1);
     let tap = |off: usize| {

@@ -2,20 +2,17 @@
 
 use super::{Stage, compare, ways};
 use crate::selftest::Inputs;
-use crate::tradeoff::{Bench, Cause, Comparison, Limit};
+use crate::tradeoff::{Bench, Cause, Comparison, limit};
 use glam::{DMat3, DVec3, Vec3};
 use shisen::render::spectrum::CIE_1931;
 use shisen_core::spectrum::{Matching, rgb_from_xyz};
 
-/// Wavelengths of a spectrum.
 pub(super) const WAVELENGTHS: usize = 40;
 
 /// The distance of neighbouring wavelengths, nanometres.
 const STEP: f32 = 10.0;
 
-/// A spectrum of light.
 struct Light {
-    /// The first wavelength: nanometres.
     first: f32,
     power: [f32; WAVELENGTHS],
 }
@@ -118,12 +115,9 @@ pub(super) fn colour(
                 precision takes the same table and the matrix of the primaries and the white; the \
                 textbook's way is Wyman's fit of the table and the matrix of four digits that \
                 most pages print.",
-        labels: ["largest error of a channel", "95 % are below", "mean"],
+        largest: "largest error of a channel",
         parts: &[],
-        limit: Limit {
-            error: 1.0e-5,
-            because: "a thirtieth of the least step of 8 bits near black",
-        },
+        limit: limit(1.0e-5, "a thirtieth of the least step of 8 bits near black"),
         steps: None,
     };
     compare(bench, stage, ways, share)

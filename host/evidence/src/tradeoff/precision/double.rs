@@ -4,11 +4,9 @@ use crate::textbook::exact_refraction;
 use glam::{DVec3, Vec3};
 use shisen_core::shape::Ray;
 
-/// The hit of a triangle.
 pub(super) struct Hit {
     /// Distance in units of the ray's direction.
     pub(super) t: f64,
-    /// The weights of the three corners, sum 1.
     pub(super) weights: [f64; 3],
 }
 

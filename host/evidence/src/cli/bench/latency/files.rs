@@ -8,7 +8,6 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
-/// Writes all files into a folder, and returns their paths.
 pub(super) fn write(folder: &Path, runs: &[Run]) -> io::Result<Vec<String>> {
     let mut paths = Vec::new();
     for (name, text) in [("frames.csv", frames(runs)), ("latency.csv", classes(runs))] {
