@@ -37,8 +37,7 @@ const BLOCKS: usize = 16;
 const BLOCK: u64 = 1_000_000;
 /// Blocks from which a rate is taken.
 const LEAST_BLOCKS: usize = 4;
-/// For how long samples have to be late before the clock is said to have
-/// stood still meanwhile; a burst after a pause of the line is over by then.
+/// How long samples are late before the clock counts as stopped; a burst is over by then.
 const SLIP: u64 = 1_000_000;
 
 /// What is known of a device's clock.
@@ -51,8 +50,7 @@ pub struct ClockConfig {
     pub jump: Micros,
     /// A clock that stands still for longer is frozen; 10 ms to 60 s.
     pub frozen_after: Micros,
-    /// The most that the clock can run fast or slow, parts per million; 1 to
-    /// 10,000.
+    /// The most that the clock runs fast or slow, parts per million; 1 to 10,000.
     pub most_drift: u32,
 }
 
@@ -110,8 +108,7 @@ pub enum StampSource {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ClockEvent {
-    /// It jumped and stays there: the device was restarted. What was known of
-    /// the clock is forgotten.
+    /// It jumped and stays there: the device was restarted. The clock is learned anew.
     Restarted {
         /// How far, microseconds; below zero is back.
         jump: i64,
@@ -133,8 +130,7 @@ pub enum ClockEvent {
     },
 }
 
-/// A sample's device time, unwrapped and counted from the first, and what it
-/// lacks to the caller's clock. Microseconds.
+/// An unwrapped device time since the first, and what it lacks to the caller's clock: µs.
 #[derive(Debug, Clone, Copy, Default)]
 struct Point {
     device: i64,
@@ -345,8 +341,7 @@ impl ClockEstimator {
         }
     }
 
-    /// The step from the last device time, or how far it is from any that a
-    /// running clock could make: it may be late, never early.
+    /// The step from the last device time, or how far it is off: it may be late, never early.
     fn fits(&self, last: Last, raw: DeviceTime, arrival: Micros) -> Result<i64, i64> {
         let elapsed = arrival.since(last.arrival);
         let jump = signed(self.config.jump);
@@ -464,8 +459,7 @@ fn step(from: DeviceTime, to: DeviceTime, elapsed: Micros) -> Option<i64> {
     Some(forward.saturating_add(wraps.saturating_mul(wrap)))
 }
 
-/// The ends of the lower hull's edge above the middle of the points, which
-/// are in ascending order.
+/// The ends of the lower hull's edge above the middle of ascending points.
 fn middle_edge(points: &[Point]) -> Option<(Point, Point)> {
     let mut hull = [Point::default(); BLOCKS];
     let mut length = 0usize;

@@ -43,7 +43,7 @@ pub use config::{
     EstimatorConfig, EstimatorConfigError, Eyes, Filter, GazePrediction, RoomFromTracker, Screen,
     Sensors,
 };
-pub use event::{Event, HeadPart, Rejection};
+pub use event::{Event, HeadPart, HeardSensors, Rejection};
 pub use fallback::{FallbackConfig, State};
 pub use gaze::Measured;
 pub use head::HeadConfig;
@@ -72,11 +72,9 @@ use unchanged::{Fingerprint, Unchanged};
 /// Where the viewer looks at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// For what time: the one that was asked for, or that of the newest data
-    /// where these are newer. Of a time before them there is no estimate.
+    /// The time that was asked for, or that of the newest data where these are newer.
     pub for_time: Micros,
-    /// Where the viewer looks: the head's direction where the
-    /// [`state`](Self::state) says so or worse.
+    /// Where the viewer looks: the head's direction from [`State::HeadDirection`] on.
     pub line_of_sight: LineOfSight,
     /// Where the head is.
     pub head: HeadPose,
@@ -91,16 +89,13 @@ pub struct Estimate {
     pub movement: Movement,
     /// Where a saccade under way will land.
     pub landing: Option<Landing>,
-    /// When the newest gaze that was used was measured; of one that is stuck,
-    /// when it last changed.
+    /// When the newest gaze was measured; of one that is stuck, when it last changed.
     pub gaze_time: Option<Micros>,
-    /// When the newest head pose that was used was measured, its older part;
-    /// of a part that is stuck, when it last changed.
+    /// When the head's pose was measured, its older part; if stuck, when it last changed.
     pub head_time: Option<Micros>,
     /// How old the gaze is at [`for_time`](Self::for_time).
     pub gaze_age: Option<Micros>,
-    /// How late the filter makes a steady movement, seconds; prediction makes
-    /// up for it.
+    /// How late the filter makes a steady movement, seconds; prediction makes up for it.
     pub group_delay: f32,
 }
 
@@ -118,10 +113,7 @@ struct Lost {
 /// What samples and messages have said beside poses and gazes.
 #[derive(Debug, Clone, Copy, Default)]
 struct Heard {
-    /// The sensor that counts, once it has said something.
-    sensor: Option<u8>,
-    /// It was reported that another sensor does not count.
-    other_said: bool,
+    sensors: HeardSensors,
     lost: Option<Lost>,
     /// By the device's own word.
     hidden: Hidden,
@@ -222,7 +214,11 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
     // Not inlined: keeps its code out of the decoders whose events it takes.
     #[inline(never)]
     pub fn push(&mut self, sample: &Sample, time: Micros, sink: &mut dyn FnMut(Event)) {
-        if !self.counts(sample.sensor, sink) {
+        if !self
+            .heard
+            .sensors
+            .counts(self.config.sensors, sample.sensor, sink)
+        {
             return;
         }
         if self.config.head_tracked {
@@ -270,26 +266,6 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         }
     }
 
-    /// Whether a sensor is the viewer's.
-    fn counts(&mut self, sensor: u8, sink: &mut dyn FnMut(Event)) -> bool {
-        let taken = match self.config.sensors {
-            Sensors::All => return true,
-            Sensors::First => *self.heard.sensor.get_or_insert(sensor),
-            Sensors::Only(taken) => taken,
-        };
-        if taken == sensor {
-            self.heard.sensor = Some(sensor);
-        } else if !self.heard.other_said {
-            self.heard.other_said = true;
-            sink(Event::OtherSensor {
-                taken,
-                heard: self.heard.sensor.is_some(),
-                ignored: sensor,
-            });
-        }
-        taken == sensor
-    }
-
     fn push_head(&mut self, head: &Head, time: Micros, sink: &mut dyn FnMut(Event)) {
         let [position, orientation] = self.head_stuck(head, time, sink);
         let mut reject = |reason| sink(Event::Rejected { at: time, reason });
@@ -314,9 +290,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         }
     }
 
-    /// Whether the position and the orientation have been the same for too long
-    /// after they were seen to change. Without that their source may have no
-    /// noise, or not measure them, and they may be still.
+    /// Whether position and orientation are the same for too long after a change was seen.
     fn head_stuck(&mut self, head: &Head, time: Micros, sink: &mut dyn FnMut(Event)) -> [bool; 2] {
         let Some(most) = self.config.head_stuck_after else {
             return [false; 2];
@@ -376,8 +350,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         self.heard.same_gaze.measured(newest)
     }
 
-    /// When what is known of the head's pose was measured: the older of what
-    /// the tracker gives. `None` while it has given nothing.
+    /// When the head's pose was measured, its older part; `None` before any.
     fn head_time(&self) -> Option<Micros> {
         let [position, orientation] = &self.heard.same_head;
         let position = position.measured(self.head.position_time());
@@ -448,8 +421,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         };
     }
 
-    /// Forgets all samples, as after a change of viewers. The state is decided
-    /// by the next estimate.
+    /// Forgets all samples, as after a change of viewers; the next estimate decides the state.
     pub fn reset(&mut self) {
         self.heard = Heard::default();
         self.head = HeadTrack::new(self.config.head, self.config.resting_head);

@@ -112,8 +112,6 @@ pub mod sample;
 pub mod serial;
 mod stream;
 #[cfg(test)]
-mod strength;
-#[cfg(test)]
 mod testing;
 pub mod time;
 #[cfg(any(feature = "uart", test))]

@@ -8,7 +8,7 @@
 //!   [`Reader`](crate::protocol::Reader) decodes;
 //! - [`Device`] hears what a host says to the device, and [`Line`] is both: the
 //!   device's end of a line, which `uart::DeviceEnd` puts on a port;
-//! - [`Faults`] stands between any source and its reader: delay, jitter,
+//! - [`Faults`] stands between a source of bytes and its reader: delay, jitter,
 //!   drop, duplicate, reorder, corrupt, stuck, disconnect.
 //!
 //! All of it is decided by a seed: the same seed gives the same bytes, on any
@@ -25,9 +25,7 @@ mod tracker;
 mod wire;
 
 pub use device::Device;
-pub use faults::{
-    Chunk, Faults, FaultsConfig, FaultsConfigError, Faulty, MOST_CHUNK_BYTES, Source,
-};
+pub use faults::{Chunk, Faults, FaultsConfig, FaultsConfigError, MOST_CHUNK_BYTES, Source};
 pub use line::Line;
 pub use movement::{Kind, ScriptedTarget, Truth, Viewer, ViewerConfig};
 pub use random::Random;

@@ -65,8 +65,7 @@ pub enum Protocol {
 /// What a device is asked for beside its protocol's settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Asked {
-    /// Samples per second, where the protocol has words for that; `None`: as many as is
-    /// usual.
+    /// Samples per second, where the protocol can ask for them; `None`: as usual.
     pub rate: Option<u16>,
     /// The address of the first of a Flock's birds, from 1.
     pub first_bird: u8,
@@ -135,14 +134,12 @@ impl Protocol {
         }
     }
 
-    /// Whether it goes over a serial line; the others are reports of human
-    /// interface devices.
+    /// Whether it goes over a serial line; the others are HID reports.
     pub const fn is_serial(&self) -> bool {
         !matches!(self, Self::OsvrHdk | Self::EyeTracker(..))
     }
 
-    /// Whether its devices can have several sensors, of which one is the viewer's
-    /// head.
+    /// Whether its devices can have several sensors, one of them the viewer's head.
     pub const fn has_sensors(&self) -> bool {
         matches!(
             self,
@@ -163,8 +160,7 @@ impl Protocol {
         )
     }
 
-    /// What makes its device send; a reset is a part of it only where `reset`
-    /// says so. Nothing where devices send of themselves.
+    /// What makes its device send, after a reset where `reset` says so; it may be nothing.
     pub fn start(&self, asked: &Asked, reset: bool) -> Script {
         match self {
             Self::Link => link::start(asked.rate),
@@ -196,8 +192,7 @@ impl Protocol {
         }
     }
 
-    /// What changes the line's speed at both ends, bits per second; `None`
-    /// where devices have no command for that, or not this speed.
+    /// What changes the line's speed, bits per second; `None` where no command does.
     pub fn change_speed(&self, baud: u32) -> Option<Script> {
         match self {
             Self::Fastrak(_) => fastrak::change_speed(baud),
@@ -216,8 +211,7 @@ impl Protocol {
         }
     }
 
-    /// Where the line's RTS has to be, where it means anything to its devices: a
-    /// Flock's is in reset while it is high.
+    /// The level that the line's RTS needs; a Flock is in reset while it is high.
     pub const fn rts(&self) -> Option<bool> {
         match self {
             Self::Flock(_) => Some(false),
@@ -229,7 +223,6 @@ impl Protocol {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::head::polhemus::{Family, Format, ItemList};
 
     #[test]
     fn each_name_is_that_of_what_it_names() {
@@ -237,14 +230,5 @@ mod tests {
             assert_eq!(Protocol::named(name).unwrap().name(), name);
         }
         assert_eq!(Protocol::named("vrpn"), None);
-    }
-
-    #[test]
-    fn the_usual_lists_of_items_are_lists() {
-        let of = |family, items| ItemList::new(family, Format::Binary, items).unwrap();
-        let fastrak = of(Family::Fastrak, &[2, 11, 0]);
-        assert_eq!(fastrak::Config::default(), fastrak::Config::new(fastrak));
-        let liberty = of(Family::Liberty, &[2, 7, 8, 0]);
-        assert_eq!(liberty::Config::default(), liberty::Config::new(liberty));
     }
 }

@@ -62,8 +62,7 @@ pub(crate) fn angle(a: Vec3, b: Vec3) -> f32 {
     libm::atan2f(sqrt(cross.dot(cross)), a.dot(b))
 }
 
-/// The way from a unit vector to another along the great circle, as a tangent
-/// at the first whose length is the angle.
+/// The way along the great circle: a tangent at `from` whose length is the angle.
 pub(crate) fn arc(from: Vec3, to: Vec3) -> Vec3 {
     let aside = to - from * from.dot(to);
     let sin = sqrt(aside.dot(aside));

@@ -17,8 +17,7 @@ use glam::{Quat, Vec2, Vec3};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reading<T> {
-    /// The value; always finite, and a unit vector or unit quaternion where
-    /// it stands for a direction or a rotation.
+    /// The value; finite, and of length 1 as a direction or a rotation.
     pub value: T,
     /// False where the device held or extrapolated the value.
     pub tracked: bool,
@@ -110,11 +109,9 @@ pub enum GazeFrame {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum GazePoint {
-    /// Metres from the upper left corner of the calibrated area, x to the
-    /// right and y **down**.
+    /// Metres from the calibrated area's upper left corner, x to the right and y **down**.
     Plane(#[cfg_attr(feature = "defmt", defmt(Debug2Format))] Vec2),
-    /// From (0, 0), the upper left corner of a picture, to (1, 1), the lower
-    /// right.
+    /// From (0, 0), the upper left corner of a picture, to (1, 1), the lower right.
     Normalized(#[cfg_attr(feature = "defmt", defmt(Debug2Format))] Vec2),
     /// The device's own units; only a calibration makes a direction of them.
     Raw(#[cfg_attr(feature = "defmt", defmt(Debug2Format))] Vec2),
@@ -133,15 +130,13 @@ impl GazePoint {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sample {
-    /// When it was measured, by the device's clock; `None` where the
-    /// protocol has no time.
+    /// When it was measured, by the device's clock; `None` in a protocol without times.
     pub device_time: Option<DeviceTime>,
     /// When its last byte came in, by the caller's clock.
     pub arrival: Micros,
     /// Which of the device's sensors: 0 is the first.
     pub sensor: u8,
-    /// The device's own count of its reports; it wraps at the width that the
-    /// protocol gives it.
+    /// The device's own count of its reports; it wraps at the protocol's width.
     pub sequence: Option<u32>,
     /// The head, or whatever else the sensor is fixed to.
     pub head: Head,

@@ -19,8 +19,7 @@ const READ_WAIT: Duration = Duration::from_millis(2);
 /// A serial port: 8 bits, no parity, one stop bit, no handshake.
 pub struct Serial {
     port: Box<dyn SerialPort>,
-    /// The same port, to read from: what `serialport` makes of a wait in vain takes memory,
-    /// each time.
+    /// The same port to read from: a wait in vain in `serialport` allocates.
     #[cfg(unix)]
     input: std::fs::File,
 }

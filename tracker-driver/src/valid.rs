@@ -22,8 +22,7 @@ pub const FARTHEST_POSITION: f32 = 100.0;
 /// Shorter is no direction: what the device would need is not in its digits.
 const SHORTEST: f32 = 1.0e-3;
 
-/// Longer than this, squares leave the range of `f32`, and no device means
-/// it.
+/// Longer than this, squares leave the range of `f32`, and no device means it.
 const LONGEST: f32 = 1.0e9;
 
 /// A finite number, no further from zero than `limit`.
@@ -57,8 +56,7 @@ pub(crate) fn direction(value: Vec3) -> Result<Vec3, DropReason> {
     Ok(value / norm)
 }
 
-/// A quaternion whose norm is 1 within `tolerance`, normalised; what is too long for
-/// squares is out of range.
+/// A normalised quaternion whose norm was 1 within `tolerance` and squares are finite.
 pub(crate) fn rotation(value: Quat, tolerance: f32) -> Result<Quat, DropReason> {
     for part in value.to_array() {
         within(part, LONGEST)?;

@@ -37,8 +37,7 @@ struct Levels {
 }
 
 impl Levels {
-    /// What the mock sends in some seconds: with pauses between its records, or
-    /// without.
+    /// What the mock sends in some seconds, with or without pauses between its records.
     fn of(protocol: &Protocol, seconds: u64, pauses: bool) -> Self {
         let baud = 115_200;
         let mut wire = Wire::new(tracker_at(125, 6), protocol.clone());
@@ -116,8 +115,7 @@ fn listen(protocol: &Protocol, bytes: &[(Micros, u8)], until: Micros) -> (Option
     (watch.trouble(until), samples)
 }
 
-/// How many bytes there are at least for each false sample, by the table of a module
-/// whose protocol checks too little to let none through.
+/// The bytes for each false sample by the table of a protocol that checks too little.
 fn stated(name: &str) -> Option<f64> {
     let tables = [include_str!("head/flock.rs"), include_str!("eye/asl.rs")].concat();
     let begin = std::format!("//! | `{name}` at another speed | ");
@@ -127,8 +125,7 @@ fn stated(name: &str) -> Option<f64> {
     row.map(|row| row.trim_end_matches(" |").replace(',', "").parse().unwrap())
 }
 
-/// Nothing else is said of it than that there are no records or, where some false
-/// ones come through, that much belongs to none.
+/// The watch says that there are no records or, with false ones, that most belongs to none.
 #[test]
 fn a_wrong_speed_is_told_as_such() {
     let seconds = if cfg!(miri) { 1 } else { 5 };

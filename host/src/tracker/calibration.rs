@@ -430,8 +430,7 @@ impl CalibrationFile {
     }
 }
 
-/// The name of a device in calibration files: its protocol, or its USB vendor and product.
-/// `None` for a recording.
+/// A device's name in calibration files: protocol or USB id; `None` for a recording.
 pub fn device_name(spec: &Spec) -> Option<String> {
     match spec {
         Spec::Mock(mock) => {

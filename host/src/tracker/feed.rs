@@ -24,8 +24,7 @@ pub struct FeedClock {
 }
 
 impl FeedClock {
-    /// Converts a time of the system's clock; times before the feed was opened become its
-    /// opening.
+    /// Converts a time of the system's clock; earlier ones become the feed's opening.
     pub fn at(&self, instant: Instant) -> Micros {
         let since = instant.saturating_duration_since(self.start);
         self.begin.after(Micros(since.as_micros() as u64))
@@ -175,8 +174,7 @@ impl Feed {
         self.clock.at(Instant::now())
     }
 
-    /// Whether the feed is a device, which only polls the present; the others can be polled
-    /// for any time.
+    /// Whether it is a device, which polls only the present; others poll any time.
     pub const fn is_live(&self) -> bool {
         matches!(self.kind, Kind::Live(_))
     }

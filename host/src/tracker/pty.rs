@@ -80,8 +80,7 @@ impl Pty {
         self.line = None;
     }
 
-    /// Opens the other end again, unless its reader excludes others: the line stays when the
-    /// reader goes.
+    /// Opens the other end again where its reader allows: the line outlives that.
     pub fn hold(&mut self) {
         if self.line.is_none() {
             self.line = other_end(&self.name).ok();

@@ -38,12 +38,10 @@ pub enum LineState {
     Sending,
 }
 
-/// How long the device waits for a silent reader, which may still be opening the port or
-/// waiting for the device to restart.
+/// The wait for a silent reader, which may wait for the device to restart.
 pub const SILENT: Duration = Duration::from_secs(3);
 
-/// The silence after which a reader is done with set-up: longer than any pause between two
-/// commands, shorter than any wait for an answer to the last.
+/// The silence that ends a set-up: longer than between commands, shorter than for answers.
 pub const SETTLED: Duration = Duration::from_millis(400);
 
 /// Records asked for one by one that show that the host polls; a set-up asks for at most two.

@@ -45,8 +45,7 @@ impl Spec {
         }
     }
 
-    /// How to read the tracker's clock, by the delay that the mock has or the specification
-    /// gives.
+    /// How to read the tracker's clock, by the mock's delay or the specification's.
     pub fn clock(&self) -> ClockConfig {
         match self {
             Self::Mock(spec) => spec.times.clock(spec.delay()),

@@ -7,8 +7,7 @@ use shisen_tracker::clock::ClockConfig;
 use shisen_tracker::estimate::{EstimatorConfig, FallbackConfig};
 use shisen_tracker::time::Micros;
 
-/// Times of an [`EstimatorConfig`] and its [`FallbackConfig`], by the names of their fields,
-/// and the least delay of a [`ClockConfig`].
+/// Times of an [`EstimatorConfig`], and the least delay of a [`ClockConfig`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Times {
     /// By key; `None` where it was not given.

@@ -2,8 +2,7 @@ use super::*;
 use crate::testing::Random;
 use std::vec::Vec;
 
-/// A device whose clock runs `ppm` fast and whose samples take 2 ms and up to
-/// `jitter` µs more.
+/// A device whose clock runs `ppm` fast; samples take 2 ms and up to `jitter` µs more.
 struct Device {
     ppm: i64,
     jitter: u64,
@@ -49,8 +48,7 @@ fn clock() -> ClockEstimator {
     .unwrap()
 }
 
-/// Feeds `times` and returns the errors of the stamps, with the time, and the
-/// events.
+/// Feeds `times`; returns the time and error of each stamp, and the events.
 fn follow(
     clock: &mut ClockEstimator,
     device: &mut Device,
@@ -76,19 +74,6 @@ fn seconds(from: u64, to: u64) -> impl Iterator<Item = u64> {
 
 fn worst(errors: &[(u64, i64)]) -> i64 {
     errors.iter().map(|(_, error)| error.abs()).max().unwrap()
-}
-
-#[test]
-fn without_jitter_the_stamps_are_exact() {
-    for ppm in [-100, 0, 100] {
-        let mut clock = clock();
-        let (errors, events) = follow(&mut clock, &mut device(ppm, 0), seconds(1, 40));
-        assert!(events.is_empty(), "{events:?}");
-        let late: Vec<_> = errors.iter().copied().filter(|e| e.0 > 6_000_000).collect();
-        assert!(worst(&late) <= 3, "{ppm}: {}", worst(&late));
-        let rate = clock.rate().unwrap();
-        assert!((rate + ppm * 1_000).abs() < 1_000, "{ppm}: {rate}");
-    }
 }
 
 /// The bound of the module's documentation, with the e that came up.

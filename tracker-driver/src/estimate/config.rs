@@ -34,8 +34,7 @@ impl RoomFromTracker {
 /// Which eye's line of sight is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Eyes {
-    /// The device's combined eye; where there is none, the mean of both
-    /// directions, or the one eye that is seen.
+    /// The device's combined eye; without one, the mean of both, or the one that is seen.
     #[default]
     Combined,
     /// The left one alone.
@@ -95,8 +94,7 @@ impl Default for GazePrediction {
     }
 }
 
-/// Which of a tracker's sensors are the viewer's, by
-/// [`Sample::sensor`](crate::sample::Sample::sensor).
+/// Which sensors are the viewer's, by [`Sample::sensor`](crate::sample::Sample::sensor).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sensors {
     /// All of them.
@@ -108,19 +106,16 @@ pub enum Sensors {
     Only(u8),
 }
 
-/// The configuration of a gaze estimator. The ranges stand at the fields and at their types;
-/// [`EstimatorConfig::check`] checks them.
+/// The configuration of a gaze estimator; [`EstimatorConfig::check`] checks the ranges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EstimatorConfig {
     /// Where the tracker is.
     pub room_from_tracker: RoomFromTracker,
     /// Where the head is as far as no tracker says.
     pub resting_head: HeadPose,
-    /// Whether there is a head tracker. Without one the head is always at
-    /// rest, and never stale.
+    /// Whether there is a head tracker. Without one the head rests and is never stale.
     pub head_tracked: bool,
-    /// Which of the tracker's sensors count: what a tracker with several
-    /// stations says of the others is no word of the viewer.
+    /// Which of a tracker's several stations count.
     pub sensors: Sensors,
     /// Which eyes count.
     pub eyes: Eyes,
@@ -134,8 +129,7 @@ pub struct EstimatorConfig {
     pub combined: Option<Calibration>,
     /// Where gaze points lie that are not raw.
     pub screen: Option<Screen>,
-    /// Eyes turn no farther from straight ahead: above 0, up to 90°; radians.
-    /// What is beyond is refused.
+    /// The farthest that eyes turn from straight ahead, radians: above 0, up to 90°.
     pub most_eccentricity: f32,
     /// An eye that is less open counts as shut; 0 to 1.
     pub least_openness: f32,
@@ -202,8 +196,7 @@ impl RoomFromTracker {
         self.position + rotation::rotate(self.orientation, position)
     }
 
-    /// `room_from_head` of the tracker's `tracker_from_head`; `None` where it
-    /// is no rotation.
+    /// `room_from_head` of the tracker's `tracker_from_head`; `None` where it is no rotation.
     pub fn orientation(&self, tracker_from_head: Quat) -> Option<Quat> {
         rotation::unit(rotation::compose(self.orientation, tracker_from_head))
     }

@@ -1,5 +1,6 @@
 //! What an estimator has to say beside its estimates.
 
+use super::config::Sensors;
 use super::fallback::State;
 use super::movement::Saccade;
 use crate::time::Micros;
@@ -42,8 +43,7 @@ pub enum Event {
         /// What it was like.
         saccade: Saccade,
     },
-    /// A sensor that does not count says something; it is said of the first
-    /// such sample only.
+    /// A sensor that does not count says something; reported once.
     OtherSensor {
         /// The sensor that counts.
         taken: u8,
@@ -78,8 +78,7 @@ pub enum Rejection {
     /// It is older than what is known. What has the time of the newest takes
     /// its place: records that came in one read have one time of arrival.
     NotNewer,
-    /// The gaze is farther from straight ahead than eyes turn, or behind the
-    /// head.
+    /// The gaze is farther from straight ahead than eyes turn, or behind the head.
     Eccentric {
         /// How far, radians.
         angle: f32,
@@ -95,8 +94,7 @@ pub enum Rejection {
         /// For how long.
         since: Micros,
     },
-    /// A part of the head's pose, which had changed before, has not by a bit for
-    /// too long.
+    /// A part of the head's pose that had changed before has not by a bit for too long.
     HeadStuck {
         /// Which.
         part: HeadPart,
@@ -113,4 +111,32 @@ pub enum HeadPart {
     Position,
     /// How it is turned, and how fast.
     Orientation,
+}
+
+/// The sensors that have said something, of which one may count.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct HeardSensors {
+    taken: Option<u8>,
+    other_reported: bool,
+}
+
+impl HeardSensors {
+    /// Whether a sensor counts by `sensors`; the first that does not is reported to `sink`.
+    pub fn counts(&mut self, sensors: Sensors, heard: u8, sink: &mut dyn FnMut(Event)) -> bool {
+        let taken = match sensors {
+            Sensors::All => return true,
+            Sensors::First => *self.taken.get_or_insert(heard),
+            Sensors::Only(taken) => taken,
+        };
+        if taken == heard {
+            self.taken = Some(heard);
+        } else if !core::mem::replace(&mut self.other_reported, true) {
+            sink(Event::OtherSensor {
+                taken,
+                heard: self.taken.is_some(),
+                ignored: heard,
+            });
+        }
+        taken == heard
+    }
 }

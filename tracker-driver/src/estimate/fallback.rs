@@ -11,8 +11,7 @@ pub enum State {
     Fresh,
     /// The last gaze is held: a blink, a reflection, a few lost samples.
     Hold,
-    /// The gaze is where it was, more or less: the field of full detail
-    /// widens.
+    /// The gaze is about where it was: the field of full detail widens.
     Widened,
     /// Where the eyes look is not known; the head faces the line of sight.
     HeadDirection,
@@ -54,8 +53,7 @@ pub struct FallbackConfig {
     pub head_after: Micros,
     /// Gaze: [`State::FullQuality`].
     pub full_after: Micros,
-    /// How far the field is widened at `head_after`, and beyond, radians; 0
-    /// to π. It grows evenly from `widen_after` on.
+    /// The widening from `head_after` on, radians, 0 to π; it grows from `widen_after` on.
     pub widen_by: f32,
     /// Head: [`State::Hold`], or worse.
     pub head_hold_after: Micros,
@@ -96,8 +94,7 @@ pub(super) enum Age {
     Of(Micros),
 }
 
-/// The rung for the ages, and how far the field of full detail is widened,
-/// radians.
+/// The rung for the ages, and how far the field of full detail is widened, radians.
 pub(super) fn rung(config: &FallbackConfig, gaze: Age, head: Age, blink: bool) -> (State, f32) {
     let (of_gaze, gaze_widens) = match gaze {
         // There is only the head's direction.

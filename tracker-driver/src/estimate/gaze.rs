@@ -96,8 +96,7 @@ fn both_shut(config: &EstimatorConfig, sample: &Sample, [left, right]: [bool; 2]
     left && right || shut(config, &sample.combined)
 }
 
-/// The direction of an eye that is open and tracked: a unit vector in the
-/// head's axes.
+/// The direction of an eye that is open and tracked: a unit vector in the head's axes.
 fn direction_of(
     config: &EstimatorConfig,
     sample: &Sample,
@@ -117,8 +116,7 @@ fn direction_of(
     })
 }
 
-/// The gaze of a sample, with the head at `head` when it was measured and the left and
-/// the right eye hidden or not.
+/// The gaze of a sample, the head then at `head`, the left and the right eye hidden or not.
 pub(super) fn of_sample(
     config: &EstimatorConfig,
     sample: &Sample,

@@ -41,8 +41,7 @@ impl Hidden {
         }
     }
 
-    /// Looks at a sample: eyes that it has directions of longer than `most` after
-    /// they were hidden are seen, and the word of it went astray.
+    /// Shows eyes again whose directions come longer than `most` after they were hidden.
     pub(super) fn look(&mut self, sample: &Sample, time: Micros, most: Micros) {
         if self.bits == 0 || time.since(self.since) <= most {
             return;
@@ -77,8 +76,6 @@ impl Hidden {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample::Reading;
-    use glam::Vec3;
 
     fn event(kind: EyeEventKind, eye: Option<Side>) -> EyeEvent {
         EyeEvent {
@@ -115,26 +112,5 @@ mod tests {
             assert_eq!(hidden.hides(Eyes::Combined), expected == [true; 2]);
             assert!(!hidden.hides(Eyes::HeadOnly));
         }
-    }
-
-    #[test]
-    fn an_eye_that_is_measured_for_long_is_not_hidden() {
-        let most = Micros(900_000);
-        let mut hidden = Hidden::default();
-        hidden.hear(&event(EyeEventKind::Closed, None), Micros(1_000));
-        let mut sample = Sample::arrived(Micros(0));
-        sample.left.direction = Some(Reading::tracked(Vec3::NEG_Z));
-        sample.right.direction = Some(Reading::held(Vec3::NEG_Z));
-        hidden.look(&sample, Micros(901_000), most);
-        assert_eq!(hidden.eyes(), [true, true]);
-        hidden.look(&sample, Micros(901_001), most);
-        assert_eq!(hidden.eyes(), [false, true]);
-        // The device's word for both is none for an eye that it says it lacks.
-        sample.combined.direction = sample.left.direction;
-        hidden.look(&sample, Micros(901_002), most);
-        assert_eq!(hidden.eyes(), [false, true]);
-        sample.right.direction = None;
-        hidden.look(&sample, Micros(901_003), most);
-        assert_eq!(hidden.eyes(), [false, false]);
     }
 }

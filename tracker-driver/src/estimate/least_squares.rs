@@ -11,8 +11,7 @@ pub(super) struct LeastSquares<const N: usize> {
 }
 
 impl<const N: usize> LeastSquares<N> {
-    /// A diagonal element this much smaller than the largest, which the
-    /// rounding of the rows alone can make, is taken for zero.
+    /// A diagonal element this much smaller than the largest may be rounding: taken for zero.
     const SINGULAR: f32 = 1.0e-4;
 
     pub(super) fn new() -> Self {
@@ -44,16 +43,14 @@ impl<const N: usize> LeastSquares<N> {
         }
     }
 
-    /// Whether the rows, whose elements are within ±1, tell all unknowns apart by
-    /// this much of the one that they tell best.
+    /// Whether rows within ±1 tell all unknowns apart by this much of the best one.
     pub(super) fn is_determined(&self, least: f32) -> bool {
         let diagonal = |i: usize| self.triangle[i][i].abs();
         let largest = (0..N).fold(0f32, |most, i| most.max(diagonal(i)));
         (0..N).all(|i| diagonal(i) > largest * least)
     }
 
-    /// The unknowns, for each right-hand side; `None` where the equations do
-    /// not determine them.
+    /// The unknowns of each right-hand side; `None` where they are not determined.
     pub(super) fn solve(&self) -> Option<[[f32; N]; 2]> {
         let largest = (0..N).fold(0f32, |most, i| most.max(self.triangle[i][i].abs()));
         let mut unknowns = [[0.0; N]; 2];
@@ -72,37 +69,5 @@ impl<const N: usize> LeastSquares<N> {
         }
         let finite = unknowns.iter().flatten().all(|u| u.is_finite());
         finite.then_some(unknowns)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A line through points of which no line goes through all.
-    #[test]
-    fn a_line_is_the_best() {
-        let mut line = LeastSquares::<2>::new();
-        for (x, y) in [(0.0, 1.0), (1.0, 2.0), (2.0, 2.0), (3.0, 5.0)] {
-            line.add([1.0, x], [y, 2.0 * y]);
-        }
-        let [first, second] = line.solve().unwrap();
-        // By hand: slope 1.2, intercept 0.7.
-        for (found, by_hand) in first.iter().zip([0.7, 1.2]) {
-            assert!((found - by_hand).abs() < 1e-6, "{first:?}");
-        }
-        assert!((second[1] - 2.4).abs() < 1e-6);
-    }
-
-    #[test]
-    fn what_is_not_determined_is_not_made_up() {
-        let mut line = LeastSquares::<2>::new();
-        assert_eq!(line.solve(), None);
-        line.add([1.0, 3.0], [1.0, 1.0]);
-        assert_eq!(line.solve(), None);
-        line.add([2.0, 6.0], [2.0, 2.0]);
-        assert_eq!(line.solve(), None);
-        line.add([0.0, 1.0], [f32::NAN, 0.0]);
-        assert_eq!(line.solve(), None);
     }
 }

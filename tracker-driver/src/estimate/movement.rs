@@ -111,8 +111,7 @@ struct Flight {
     /// The way it takes: a unit tangent at `base`.
     axis: Vec3,
     course: Course,
-    /// What was followed before, which is no part of the saccade: radians per
-    /// second in the room.
+    /// What was followed before and is no part of the saccade: radians per second, in the room.
     followed: Vec3,
     /// It is larger than noise, and was reported.
     told: bool,
@@ -134,8 +133,7 @@ pub(super) struct EyeTrack<const N: usize> {
 /// The fewest samples that tell a velocity from noise.
 const LEAST_FOLLOWED: usize = 5;
 
-/// The part of a velocity that is not relied on, for each second between samples: what is
-/// followed can stop, and only a sample after that shows it.
+/// The part of a velocity not relied on, per second between samples: its end shows late.
 const DOUBT: f32 = 30.0;
 /// The least part of a velocity that is relied on.
 const LEAST_RELIANCE: f32 = 0.5;
@@ -189,8 +187,7 @@ impl<const N: usize> EyeTrack<N> {
         self.flight.is_some_and(|flight| flight.told)
     }
 
-    /// Takes a unit vector measured at `time`, which is not before the
-    /// last one; at the same time it takes its place.
+    /// Takes a unit vector at `time`, not before the last one; at the same time it replaces it.
     pub(super) fn push(&mut self, time: Micros, direction: Vec3) -> Option<Change> {
         if let Some((last, _)) = self.samples.newest()
             && time.since(last) > self.config.most_gap
@@ -351,8 +348,7 @@ impl<const N: usize> EyeTrack<N> {
         Some(along(flight.base, flight.axis * progress))
     }
 
-    /// How fast it follows something, as far as that is relied on: a tangent at
-    /// the newest sample, radians per second; zero unless it follows steadily.
+    /// The velocity that is followed and relied on: a tangent, radians per second; zero if none.
     pub(super) fn followed(&self) -> Vec3 {
         self.followed
     }
@@ -407,8 +403,7 @@ impl<const N: usize> EyeTrack<N> {
     }
 }
 
-/// A minimum-jerk course, of an amplitude and an onset; its duration is the
-/// main sequence's.
+/// A minimum-jerk course of an amplitude and an onset, as long as by the main sequence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Course {
     /// The logarithm of the amplitude in radians.
@@ -427,13 +422,11 @@ struct Course {
 /// and 10°), the onset, and the duration's logarithm.
 type Prior = [(f32, f32); 3];
 
-/// The error of a sample against the course, radians: 0.15°, the tracker's
-/// noise and what eyes do otherwise than the course.
+/// The error of a sample against the course: 0.15°, radians.
 const COURSE_ERROR: f32 = 0.0026;
 
 impl Course {
-    /// What is expected of a saccade that was just found in samples at an
-    /// `interval`.
+    /// What is expected of a saccade that was just found in samples at an `interval`.
     fn new(interval: f32) -> Self {
         let [amplitude, onset, stretch] = Self::prior(interval);
         Self {
@@ -445,8 +438,7 @@ impl Course {
         }
     }
 
-    /// A saccade is found some 8 ms after its onset, and half an interval
-    /// later where samples are far apart.
+    /// A saccade is found some 8 ms and half an interval after its onset.
     fn prior(interval: f32) -> Prior {
         let spread = sqrt(3.6e-5 + interval * interval / 12.0);
         let onset = -0.008 - 0.5 * interval;
@@ -466,8 +458,7 @@ impl Course {
         amplitude * part
     }
 
-    /// The most probable course, by Gauss's and Newton's method from this one
-    /// on.
+    /// The most probable course, by Gauss's and Newton's method from this one on.
     fn fit(
         self,
         config: &SaccadeConfig,

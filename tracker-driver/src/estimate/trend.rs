@@ -4,14 +4,10 @@ use crate::time::Micros;
 use glam::Vec3;
 use heapless::Deque;
 
-/// The newest `N` places and their times; a new one takes the oldest's place.
-///
-/// What has not come yet is not written to: a history is made in no time, and
-/// where it is to stay.
+/// The newest `N` places and their times. Making one writes to none of them.
 #[derive(Debug, Clone)]
 pub(super) struct History<T, const N: usize> {
-    /// With the low half of their times, the oldest first: what is 71 minutes
-    /// older than the newest is forgotten.
+    /// The low half of each time and its place, oldest first; none is 71 minutes older.
     entries: Deque<(u32, T), N>,
     newest: Micros,
 }
@@ -24,8 +20,7 @@ impl<T: Copy, const N: usize> History<T, N> {
         }
     }
 
-    /// Times ascend: the caller sees to it. Of several at one time the last is
-    /// kept.
+    /// Times ascend: the caller sees to it. The last of several at one time is kept.
     pub(super) fn push(&mut self, time: Micros, value: T) {
         if let Some(newest) = self.entries.back_mut().filter(|_| self.newest == time) {
             newest.1 = value;
@@ -88,8 +83,7 @@ impl<const N: usize> History<Vec3, N> {
     }
 }
 
-/// The newest places of a history of any length, so that the code that looks at them is
-/// compiled once.
+/// The newest places of a history of any length: code that reads them is compiled once.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Places<'h> {
     /// Before all of `newer`.
@@ -102,8 +96,7 @@ pub(super) struct Places<'h> {
 }
 
 impl Places<'_> {
-    /// Seconds after the newest, which are not above zero, and where; from the
-    /// newest to the oldest.
+    /// Seconds after the newest, at most zero, and places; from the newest to the oldest.
     fn newest_first(&self) -> impl Iterator<Item = (f32, Vec3)> + '_ {
         let newest_first = self.newer.iter().rev().chain(self.older.iter().rev());
         newest_first.take(self.count).map(|&(low, place)| {
@@ -168,8 +161,7 @@ impl Line {
     }
 }
 
-/// The slope of the least squares line through places at their times, in
-/// seconds; `None` of places at one time.
+/// The slope of the least squares line through places; `None` of places at one time.
 pub(super) fn slope(places: &Places<'_>) -> Option<Vec3> {
     Line::through(places, f32::NEG_INFINITY, 0.0).map(|line| line.slope)
 }
@@ -186,8 +178,7 @@ pub(super) fn slope(places: &Places<'_>) -> Option<Vec3> {
 /// `least` per second it is zero.
 #[inline(never)]
 pub(super) fn steady_velocity(places: &Places<'_>, least: f32) -> Vec3 {
-    /// Pure noise gives the mean's square a quarter of the difference's; this
-    /// is four times as much.
+    /// Pure noise gives the mean's square a quarter of the difference's; this is four times that.
     const CAUTION: f32 = 1.0;
     let Some((oldest, _)) = places.newest_first().last() else {
         return Vec3::ZERO;
@@ -225,20 +216,6 @@ pub(super) fn steady_velocity(places: &Places<'_>, least: f32) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_history_keeps_the_newest() {
-        let mut history = History::<u8, 3>::new();
-        assert_eq!(history.newest(), None);
-        for i in 1..=5 {
-            history.push(Micros(i.into()), i);
-        }
-        assert!(history.newest_first().map(|(_, v)| v).eq([5, 4, 3]));
-        history.clear();
-        assert_eq!(history.newest_first().count(), 0);
-        history.push(Micros(9), 9);
-        assert!(history.newest_first().eq([(Micros(9), 9)]));
-    }
 
     #[test]
     fn times_are_whole_across_a_wrap_of_their_low_half() {

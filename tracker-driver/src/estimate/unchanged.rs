@@ -3,8 +3,7 @@
 
 use crate::time::Micros;
 
-/// A number of all bits of some others. Of two lists that differ in one number
-/// it always differs, and of others but for one in 2⁶⁴.
+/// A hash of numbers' bits; lists that differ in one number never share it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Fingerprint(u64);
 
@@ -70,8 +69,7 @@ impl Unchanged {
         }
     }
 
-    /// Nothing was read: what is read next is new, whatever it is, unless it is
-    /// what it was stuck at.
+    /// Nothing was read: the next reading is new unless it is what this was stuck at.
     pub(super) fn interrupt(&mut self) {
         self.0 = self.0.filter(|since| since.stuck);
     }
@@ -80,48 +78,5 @@ impl Unchanged {
     pub(super) fn measured(&self, newest: Option<Micros>) -> Option<Micros> {
         let stuck = self.0.filter(|since| since.stuck);
         stuck.map_or(newest, |since| newest.min(Some(since.time)))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_reading_is_as_old_as_its_last_change_once_it_is_stuck() {
-        let [one, other] = [[1.0, 2.0], [1.0, 3.0]].map(|n| Fingerprint::of(&n));
-        let mut unchanged = Unchanged::default();
-        assert_eq!(unchanged.push(one, Micros(10)), Micros(0));
-        assert_eq!(unchanged.push(one, Micros(30)), Micros(20));
-        assert!(!unchanged.has_changed());
-        assert_eq!(unchanged.push(other, Micros(40)), Micros(0));
-        assert_eq!(unchanged.push(other, Micros(45)), Micros(5));
-        assert!(unchanged.has_changed());
-        let newest = Some(Micros(45));
-        assert_eq!(unchanged.measured(newest), newest);
-        unchanged.set_stuck();
-        assert_eq!(unchanged.measured(newest), Some(Micros(40)));
-        assert_eq!(unchanged.measured(None), None);
-        unchanged.push(one, Micros(50));
-        assert_eq!(unchanged.measured(Some(Micros(50))), Some(Micros(50)));
-    }
-
-    #[test]
-    fn lists_differ_by_their_numbers_and_their_lengths() {
-        let all = [
-            Fingerprint::of(&[]),
-            Fingerprint::of(&[0.0]),
-            Fingerprint::of(&[-0.0]),
-            Fingerprint::of(&[0.0, 0.0]),
-            Fingerprint::of(&[0.0]).and(&[0.0]),
-            Fingerprint::of(&[]).and(&[0.0, 0.0]),
-            Fingerprint::of(&[0.0, 1.0]),
-            Fingerprint::of(&[1.0, 0.0]),
-        ];
-        for (i, a) in all.iter().enumerate() {
-            for b in &all[..i] {
-                assert_ne!(a, b);
-            }
-        }
     }
 }

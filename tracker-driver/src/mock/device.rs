@@ -94,14 +94,6 @@ impl<T: Copy> Zero<T> {
     }
 }
 
-/// The result of reading a command.
-enum Heard {
-    /// The command is not complete.
-    More,
-    /// This many bytes were read.
-    Took(usize),
-}
-
 impl Device {
     /// A device that streams records of this protocol.
     pub fn new(protocol: &Protocol) -> Self {
@@ -141,8 +133,7 @@ impl Device {
         self.asked
     }
 
-    /// Whether a record is due of what it measures at `now`: it streams, or one was asked
-    /// for, and it does not restart.
+    /// Whether a record is due at `now`: it streams or was asked, and does not restart.
     pub fn is_to_send(&self, now: Micros) -> bool {
         (self.streams || self.asked > 0) && !self.restarts(now)
     }
@@ -157,8 +148,7 @@ impl Device {
         self.rate
     }
 
-    /// The sample to send of one that was measured; `None` while it is stopped or restarts,
-    /// and for samples above the rate.
+    /// The sample to send; `None` while it is stopped or restarts, and above the rate.
     pub fn measure(&mut self, sample: &Sample) -> Option<Sample> {
         let now = sample.arrival;
         if self.restarts(now) {
@@ -222,7 +212,7 @@ impl Device {
                 continue;
             }
             while !self.heard.is_empty() {
-                let Heard::Took(count) = self.step(now, answer) else {
+                let Some(count) = self.step(now, answer) else {
                     break;
                 };
                 let count = count.min(self.heard.len());
@@ -232,13 +222,12 @@ impl Device {
         }
     }
 
-    fn step(&mut self, now: Micros, answer: &mut dyn FnMut(&[u8])) -> Heard {
-        let Some(&first) = self.heard.first() else {
-            return Heard::More;
-        };
+    /// Obeys the first command; returns its bytes, `None` while it is not complete.
+    fn step(&mut self, now: Micros, answer: &mut dyn FnMut(&[u8])) -> Option<usize> {
+        let &first = self.heard.first()?;
         match self.protocol {
             Protocol::Link | Protocol::OsvrHdk | Protocol::Asl(_) | Protocol::EyeTracker(..) => {
-                Heard::Took(1)
+                Some(1)
             }
             Protocol::Fastrak(_) => self.fastrak(first, now, answer),
             Protocol::Liberty(_) => self.liberty(now, answer),
@@ -246,14 +235,13 @@ impl Device {
             Protocol::Hatire(_) => self.hatire(first, now, answer),
             Protocol::Iscan(_) => {
                 self.set(first, iscan::START[0], iscan::STOP[0]);
-                Heard::Took(1)
+                Some(1)
             }
             Protocol::AdHawk => self.adhawk(first, answer),
         }
     }
 
-    /// Whether it says that this happened to the eyes: our own link does, an `AdHawk` where
-    /// the host asked for it.
+    /// Whether it reports this event: our own link does, an `AdHawk` where the host asked.
     pub(super) fn tells(&self, kind: EyeEventKind, now: Micros) -> bool {
         let has_it = match self.protocol {
             Protocol::Link => true,
@@ -275,13 +263,13 @@ impl Device {
     }
 
     /// Restarts as it was saved, and is away for nine tenths of the usual time.
-    fn restart(&mut self, now: Micros, usual: Micros) -> Heard {
+    fn restart(&mut self, now: Micros, usual: Micros) -> Option<usize> {
         self.protocol = self.saved.protocol.clone();
         self.streams = self.saved.streams;
         (self.asked, self.rate, self.next) = (0, None, Micros(0));
         (self.clock, self.front) = (Zero::None, Zero::None);
         self.away_until = Some(now.after(Micros(usual.0 / 10 * 9)));
-        Heard::Took(self.heard.len())
+        Some(self.heard.len())
     }
 }
 

@@ -1,8 +1,8 @@
 //! What goes wrong between a tracker and its reader.
 
 use super::random::Random;
-use crate::sample::Sample;
 use crate::time::Micros;
+use heapless::Vec;
 
 /// Something that items come from, in the order of their arrival.
 pub trait Source {
@@ -11,25 +11,6 @@ pub trait Source {
 
     /// The next item that arrives at `until` or before; `None` where none does.
     fn poll(&mut self, until: Micros) -> Option<Self::Item>;
-}
-
-/// Something that faults can be done to.
-pub trait Faulty: Copy {
-    /// When it arrives.
-    fn arrival(&self) -> Micros;
-
-    /// Makes it arrive at another time.
-    fn arrive_at(&mut self, time: Micros);
-
-    /// Damages it.
-    fn corrupt(&mut self, random: &mut Random);
-
-    /// Gives it the contents of an earlier one, but not its arrival.
-    fn repeat(&mut self, earlier: &Self) {
-        let arrival = self.arrival();
-        *self = *earlier;
-        self.arrive_at(arrival);
-    }
 }
 
 /// Most bytes of a [`Chunk`].
@@ -67,19 +48,9 @@ impl Chunk {
             .get(..usize::from(self.length))
             .unwrap_or_default()
     }
-}
-
-impl Faulty for Chunk {
-    fn arrival(&self) -> Micros {
-        self.arrival
-    }
-
-    fn arrive_at(&mut self, time: Micros) {
-        self.arrival = time;
-    }
 
     /// One bit flips, or one byte is lost or doubled.
-    fn corrupt(&mut self, random: &mut Random) {
+    pub(super) fn corrupt(&mut self, random: &mut Random) {
         let length = usize::from(self.length);
         if length == 0 {
             return;
@@ -104,43 +75,6 @@ impl Faulty for Chunk {
     }
 }
 
-impl Faulty for Sample {
-    fn arrival(&self) -> Micros {
-        self.arrival
-    }
-
-    fn arrive_at(&mut self, time: Micros) {
-        self.arrival = time;
-    }
-
-    /// One field becomes what a damaged record could make of it: a direction
-    /// or a place that is elsewhere, not finite, or behind the head.
-    fn corrupt(&mut self, random: &mut Random) {
-        let wrong = match random.bits() % 3 {
-            0 => glam::Vec3::splat(f32::NAN),
-            1 => glam::Vec3::Z,
-            _ => glam::Vec3::ZERO,
-        };
-        match random.bits() % 3 {
-            0 => {
-                if let Some(position) = &mut self.head.position {
-                    position.value = wrong;
-                }
-            }
-            1 => {
-                if let Some(direction) = &mut self.left.direction {
-                    direction.value = wrong;
-                }
-            }
-            _ => {
-                if let Some(time) = &mut self.device_time {
-                    time.microseconds = u64::from(random.bits());
-                }
-            }
-        }
-    }
-}
-
 /// Which faults. Probabilities are from 0 to 1, of each item.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FaultsConfig {
@@ -156,13 +90,11 @@ pub struct FaultsConfig {
     pub reorder: f32,
     /// It is damaged.
     pub corrupt: f32,
-    /// From it on, the same item comes again and again, for
-    /// [`stuck_for`](Self::stuck_for).
+    /// From it on, the same item comes for [`stuck_for`](Self::stuck_for).
     pub stuck: f32,
     /// How long; up to 60 s.
     pub stuck_for: Micros,
-    /// From it on nothing comes, for
-    /// [`disconnected_for`](Self::disconnected_for).
+    /// From it on, nothing comes for [`disconnected_for`](Self::disconnected_for).
     pub disconnect: f32,
     /// How long; up to 60 s.
     pub disconnected_for: Micros,
@@ -183,21 +115,19 @@ pub struct FaultsConfigError {
     pub most: f32,
 }
 
-/// Items at most that jitter keeps under way; further ones wait in the source
-/// and come after those.
+/// Most items that jitter keeps under way; further ones wait in the source.
 const UNDER_WAY: usize = 64;
 /// What one item of the source can become: itself, a copy, and one it passes.
 const MOST_OF_ONE: usize = 3;
 
-/// A source that faults happen to.
+/// A source of bytes that faults happen to.
 #[derive(Debug, Clone)]
-pub struct Faults<S: Source> {
+pub struct Faults<S> {
     source: S,
     config: FaultsConfig,
     random: Random,
-    /// In the order of their arrival; the first `length` are there.
-    under_way: [Option<S::Item>; UNDER_WAY],
-    length: usize,
+    /// In the order of their arrival.
+    under_way: Vec<Chunk, UNDER_WAY>,
     /// The arrival of the newest item of the source.
     reached: Option<Micros>,
     /// The arrival of the newest item that was handed over.
@@ -205,12 +135,12 @@ pub struct Faults<S: Source> {
     /// The latest arrival so far, for a source that keeps its order.
     latest: Micros,
     /// An item that lets the next one pass.
-    aside: Option<S::Item>,
-    stuck: Option<(S::Item, Micros)>,
+    aside: Option<Chunk>,
+    stuck: Option<(Chunk, Micros)>,
     disconnected_until: Option<Micros>,
 }
 
-impl<S: Source<Item: Faulty>> Faults<S> {
+impl<S: Source<Item = Chunk>> Faults<S> {
     /// Around a source.
     ///
     /// # Errors
@@ -237,8 +167,7 @@ impl<S: Source<Item: Faulty>> Faults<S> {
             source,
             config,
             random: Random::new(seed, 21),
-            under_way: [None; UNDER_WAY],
-            length: 0,
+            under_way: Vec::new(),
             reached: None,
             handed: Micros(0),
             latest: Micros(0),
@@ -254,8 +183,8 @@ impl<S: Source<Item: Faulty>> Faults<S> {
     }
 
     /// What becomes of an item.
-    fn take(&mut self, mut item: S::Item) {
-        let now = item.arrival();
+    fn take(&mut self, mut item: Chunk) {
+        let now = item.arrival;
         self.reached = Some(now);
         let config = self.config;
         // All are drawn for each item: one setting does not move the others.
@@ -282,7 +211,12 @@ impl<S: Source<Item: Faulty>> Faults<S> {
             self.stuck = Some((item, now.after(config.stuck_for)));
         }
         match self.stuck {
-            Some((same, until)) if now < until => item.repeat(&same),
+            Some((same, until)) if now < until => {
+                item = Chunk {
+                    arrival: now,
+                    ..same
+                }
+            }
             _ => self.stuck = None,
         }
         if drop {
@@ -297,7 +231,7 @@ impl<S: Source<Item: Faulty>> Faults<S> {
             due = due.max(self.latest);
             self.latest = due;
         }
-        item.arrive_at(due);
+        item.arrival = due;
         if reorder && self.aside.is_none() {
             self.aside = Some(item);
             return;
@@ -307,67 +241,45 @@ impl<S: Source<Item: Faulty>> Faults<S> {
             self.send(item);
         }
         if let Some(mut passed) = self.aside.take() {
-            passed.arrive_at(due.max(passed.arrival()));
+            passed.arrival = due.max(passed.arrival);
             self.send(passed);
         }
     }
 
     /// Puts an item behind all that arrive no later.
-    fn send(&mut self, item: S::Item) {
-        let due = item.arrival();
-        let behind = self
-            .under_way
-            .iter()
-            .take(self.length)
-            .take_while(|other| other.is_some_and(|other| other.arrival() <= due))
-            .count();
-        self.length += 1;
-        if let Some(tail) = self.under_way.get_mut(behind..self.length) {
-            tail.rotate_right(1);
-            if let Some(place) = tail.first_mut() {
-                *place = Some(item);
-            }
-        }
-    }
-
-    fn first(&mut self) -> Option<S::Item> {
-        let mut item = self.under_way.first().copied().flatten()?;
-        self.under_way.rotate_left(1);
-        self.length = self.length.saturating_sub(1);
-        if let Some(last) = self.under_way.last_mut() {
-            *last = None;
-        }
-        self.handed = self.handed.max(item.arrival());
-        item.arrive_at(self.handed);
-        Some(item)
+    fn send(&mut self, item: Chunk) {
+        let earlier = |other: &&Chunk| other.arrival <= item.arrival;
+        let behind = self.under_way.iter().take_while(earlier).count();
+        // There is room: `poll` sees to it.
+        let _ = self.under_way.insert(behind, item);
     }
 }
 
-impl<S: Source<Item: Faulty>> Source for Faults<S> {
-    type Item = S::Item;
+impl<S: Source<Item = Chunk>> Source for Faults<S> {
+    type Item = Chunk;
 
-    fn poll(&mut self, until: Micros) -> Option<S::Item> {
+    fn poll(&mut self, until: Micros) -> Option<Chunk> {
         // What is only delayed stays in the source.
         let delay = self.config.delay;
         let sent = until.0.checked_sub(delay.0).map(Micros)?;
         loop {
-            let next = self.under_way.first().copied().flatten();
-            let next = next.map(|item| item.arrival());
+            let next = self.under_way.first().map(|item| item.arrival);
             // Nothing that is still to come can be earlier.
             let settled = next
                 .zip(self.reached)
                 .is_some_and(|(next, reached)| next <= reached.after(delay));
             if !settled
-                && self.length <= UNDER_WAY - MOST_OF_ONE
+                && self.under_way.len() <= UNDER_WAY - MOST_OF_ONE
                 && let Some(item) = self.source.poll(sent)
             {
                 self.take(item);
                 continue;
             }
-            return match next {
-                Some(due) if due <= until => self.first(),
-                _ => None,
-            };
+            next.filter(|due| *due <= until)?;
+            let mut item = self.under_way.remove(0);
+            self.handed = self.handed.max(item.arrival);
+            item.arrival = self.handed;
+            return Some(item);
         }
     }
 }

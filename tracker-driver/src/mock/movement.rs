@@ -15,9 +15,7 @@ use shisen_core::numeric::{basis_around, max, min, normalize, sin_cos, sqrt};
 /// are moved to the nearest that is in it, NaN to the least.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViewerConfig {
-    /// Where the head is on average, and where it faces; one that is no pose, or
-    /// farther out than 10⁶ m, is taken for
-    /// [`HeadPose::IDENTITY`](shisen_core::gaze::HeadPose::IDENTITY).
+    /// The head's mean pose; what is no pose or beyond 10⁶ m becomes the identity.
     pub resting_head: HeadPose,
     /// How far the head strays, metres; 0 to 10.
     pub head_sway: f32,
@@ -31,19 +29,15 @@ pub struct ViewerConfig {
     pub fixation_deviation: f32,
     /// The mean amplitude of saccades; 0.001 to 1.5.
     pub amplitude: f32,
-    /// How long a saccade of no amplitude would take, seconds: the main sequence's
-    /// intercept (Carpenter 1988: 21 ms); 0.005 to 0.1.
+    /// The main sequence's intercept, seconds (Carpenter 1988: 21 ms); 0.005 to 0.1.
     pub base_duration: f32,
-    /// What a saccade takes more for its amplitude, seconds per radian: the main
-    /// sequence's slope (2.2 ms a degree); 0 to 1.
+    /// The main sequence's slope, seconds per radian (2.2 ms a degree); 0 to 1.
     pub duration_per_amplitude: f32,
-    /// The standard deviation of the logarithm of a saccade's duration against
-    /// the main sequence's; 0 to 2.
+    /// The standard deviation of the logarithm of a saccade's duration; 0 to 2.
     pub duration_deviation: f32,
     /// The share of fixations after which something is followed; 0 to 1.
     pub pursuit: f32,
-    /// How fast things that are followed move at most, radians per second; 0 to
-    /// 10.
+    /// The fastest pursuit, radians per second; 0 to 10.
     pub pursuit_speed: f32,
     /// Microsaccades per second of fixation; 0 to 20.
     pub microsaccades: f32,
@@ -53,8 +47,7 @@ pub struct ViewerConfig {
     pub blink: f32,
     /// The standard deviation of its logarithm; 0 to 2.
     pub blink_deviation: f32,
-    /// The jitter of a fixation, root mean square of each of two directions; 0
-    /// to 0.1.
+    /// The jitter of a fixation, root mean square of each of two directions; 0 to 0.1.
     pub jitter: f32,
 }
 
@@ -208,8 +201,7 @@ const KEPT: usize = 8;
 #[derive(Debug, Clone)]
 pub(super) struct Episodes {
     random: Random,
-    /// Mean microseconds from one's end to the next one's start; 0 where there
-    /// are none.
+    /// Mean microseconds from one's end to the next one's start; 0: there are none.
     pause: f32,
     median: f32,
     deviation: f32,
@@ -272,8 +264,7 @@ impl<'a> Viewer<'a> {
         Self::with_script(config, seed, &[])
     }
 
-    /// A viewer who looks at one target after another, and, where there are
-    /// none, around.
+    /// A viewer who looks at one target after another; around where there are none.
     pub fn with_script(config: ViewerConfig, seed: u64, script: &'a [ScriptedTarget]) -> Self {
         let config = config.in_range();
         let forward = rotate(config.resting_head.orientation, Vec3::NEG_Z);
@@ -303,8 +294,7 @@ impl<'a> Viewer<'a> {
         viewer
     }
 
-    /// What is really the case at `time`; `None` where that is too long before
-    /// the latest time asked for.
+    /// What is the case at `time`; `None` too long before the latest time asked for.
     pub fn truth(&mut self, time: Micros) -> Option<Truth> {
         // Each part lasts 10 ms at least.
         while self.last().end <= time.0 {

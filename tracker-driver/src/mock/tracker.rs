@@ -14,15 +14,13 @@ use shisen_core::numeric::{basis_around, normalize};
 pub struct TrackerConfig {
     /// Samples per second: 60 to 10,000. Trackers send 1,000 at most; more is a flood.
     pub rate: u32,
-    /// The eyes' white noise, root mean square of each of two directions; 0 to
-    /// 0.2.
+    /// The eyes' white noise, root mean square of each of two directions; 0 to 0.2.
     pub eye_noise: f32,
     /// The head's, of each of three turns; 0 to 0.2.
     pub turn_noise: f32,
     /// The head's, metres in each of three directions; 0 to 0.1.
     pub place_noise: f32,
-    /// Times a minute that the eyes are lost for other reasons than blinks,
-    /// such as spectacles; 0 to 600.
+    /// Losses of the eyes a minute for other reasons than blinks; 0 to 600.
     pub losses: f32,
     /// Whether it measures the head.
     pub head: bool,
@@ -39,8 +37,7 @@ pub struct TrackerConfig {
 }
 
 impl Default for TrackerConfig {
-    /// Head and eyes, 500 Hz, 0.1° and 0.02° and 0.1 mm of noise, six losses
-    /// a minute, 8 ms late.
+    /// Head and eyes, 500 Hz, 0.1°, 0.02° and 0.1 mm of noise, six losses a minute, 8 ms late.
     fn default() -> Self {
         Self {
             rate: 500,

@@ -15,8 +15,7 @@ use crate::time::Micros;
 use glam::{Vec2, Vec3};
 use shisen_core::numeric::normalize;
 
-/// What raw units say of straight ahead, for trackers whose units mean
-/// nothing without a calibration.
+/// Raw units of straight ahead, for trackers that need a calibration.
 pub const RAW_CENTRE: Vec2 = Vec2::new(850.0, 850.0);
 /// Raw units for each metre on the plane one metre ahead; y counts down.
 pub const RAW_PER_METRE: f32 = 600.0;
@@ -24,8 +23,7 @@ pub const RAW_PER_METRE: f32 = 600.0;
 const RAW_PUPIL: f32 = 400.0;
 
 impl Protocol {
-    /// Whether a sample has what this protocol's devices measure: the pose that
-    /// their records hold, or where the eyes look.
+    /// Whether a sample has the pose or the gaze that this protocol's records hold.
     pub fn carries(&self, sample: &Sample) -> bool {
         let head = &sample.head;
         let pose = |position: bool, orientation: bool| {
@@ -47,8 +45,7 @@ impl Protocol {
         }
     }
 
-    /// Whether its records can say that what they hold is not tracked; where
-    /// not, a device has nothing to send of a sample that lacks it.
+    /// Whether its records can say that a value is not tracked; otherwise none is sent.
     pub const fn says_untracked(&self) -> bool {
         !matches!(self, Self::Flock(_) | Self::Hatire(_) | Self::OsvrHdk)
     }
@@ -87,8 +84,7 @@ impl<S: Source<Item = Sample>> Wire<S> {
         self.protocol = protocol;
     }
 
-    /// The bytes of a sample: one record, packet or report. `None` where the
-    /// protocol has nothing to say of it.
+    /// The bytes of a sample: a record, packet or report. `None`: the protocol has none for it.
     pub fn encode(&mut self, sample: &Sample) -> Option<Chunk> {
         if !self.protocol.says_untracked() && !self.protocol.carries(sample) {
             return None;
@@ -119,8 +115,7 @@ impl<S: Source<Item = Sample>> Wire<S> {
 }
 
 impl<S> Wire<S> {
-    /// The bytes of something that the device says beside its samples, at `now`; `None`
-    /// where the protocol has none for it.
+    /// The bytes of a message at `now`; `None` where the protocol has none for it.
     pub(super) fn encode_message(&mut self, message: &Message, now: Micros) -> Option<Chunk> {
         match (&self.protocol, message) {
             (Protocol::Link, message) => Some(Chunk::new(now, &self.link.message(message))),
@@ -167,8 +162,7 @@ fn raw(sample: &Sample) -> Sample {
     raw
 }
 
-/// The sample of a tracker that stands under a screen: places in its own frame
-/// and a point on the screen, in place of directions.
+/// The sample of a tracker under a screen: eyes in its own frame, and a point on the screen.
 fn on_screen(sample: &Sample, screen: &Screen) -> Sample {
     let mut seen = *sample;
     let head = sample.head.position.zip(sample.head.orientation);

@@ -7,8 +7,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::time::Duration;
 
-/// The port at `path`, to be read without waiting; [`io::ErrorKind::InvalidInput`] where
-/// something else is there.
+/// The port, to be read without waiting; [`io::ErrorKind::InvalidInput`] if it is none.
 pub(super) fn open(path: &str) -> io::Result<File> {
     let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
     let port = File::from(rustix::fs::open(path, flags, Mode::empty())?);
@@ -19,8 +18,7 @@ pub(super) fn open(path: &str) -> io::Result<File> {
     Ok(port)
 }
 
-/// What has come in, after a wait for some; [`io::ErrorKind::TimedOut`] where nothing
-/// has. Neither takes memory.
+/// What came in after a wait; [`io::ErrorKind::TimedOut`] if nothing. Takes no memory.
 pub(super) fn read(port: &mut File, buffer: &mut [u8], wait: Duration) -> io::Result<usize> {
     let wait = Timespec {
         tv_sec: wait.as_secs() as i64,

@@ -4,12 +4,11 @@ use super::{EYES, SeenTarget, TimedTarget, measured};
 use crate::files::Fault;
 use glam::{Vec2, Vec3};
 use shisen_core::gaze::HeadPose;
-use shisen_tracker::estimate::{EstimatorConfig, Event, Sensors};
+use shisen_tracker::estimate::{EstimatorConfig, Event, HeardSensors};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 
-/// How long eyes take to rest on a target: a saccade begins 200 ms after its cue and lasts up
-/// to 100 ms.
+/// How long eyes take to rest on a target: a saccade starts after 200 ms, lasts 100 ms.
 pub const SETTLE: Micros = Micros::from_millis(400);
 
 /// The least number of samples for a mean.
@@ -32,23 +31,18 @@ pub struct Gatherer {
     config: EstimatorConfig,
     targets: Vec<TimedTarget>,
     looks: Vec<Vec<Look>>,
-    /// The sensor that counts, once one is seen.
-    sensor: Option<u8>,
-    /// Whether another sensor was reported.
-    other_reported: bool,
+    sensors: HeardSensors,
 }
 
 impl Gatherer {
-    /// For targets at times on the clock of the samples' arrival. The head is where the
-    /// samples say, or else where `config` does.
+    /// For targets by the samples' arrival; samples without a head have that of `config`.
     pub fn new(config: EstimatorConfig, targets: Vec<TimedTarget>) -> Self {
         let looks = vec![Vec::new(); targets.len()];
         Self {
             config,
             targets,
             looks,
-            sensor: None,
-            other_reported: false,
+            sensors: HeardSensors::default(),
         }
     }
 
@@ -57,10 +51,12 @@ impl Gatherer {
         &self.targets
     }
 
-    /// Takes a sample if a target is looked at and the sensor is the viewer's head by
-    /// `config`. `sink` gets one [`Event::OtherSensor`] for other sensors.
+    /// Takes a sample while a target is looked at, of a sensor that counts by `config`.
     pub fn push(&mut self, sample: &Sample, sink: &mut dyn FnMut(Event)) {
-        if !self.counts(sample.sensor, sink) {
+        if !self
+            .sensors
+            .counts(self.config.sensors, sample.sensor, sink)
+        {
             return;
         }
         let head = self.head(sample);
@@ -79,25 +75,6 @@ impl Gatherer {
                 measured,
             });
         }
-    }
-
-    /// Whether a sensor is the viewer's head, by the estimator's rule.
-    fn counts(&mut self, sensor: u8, sink: &mut dyn FnMut(Event)) -> bool {
-        let taken = match self.config.sensors {
-            Sensors::All => return true,
-            Sensors::First => *self.sensor.get_or_insert(sensor),
-            Sensors::Only(taken) => taken,
-        };
-        if taken == sensor {
-            self.sensor = Some(sensor);
-        } else if !std::mem::replace(&mut self.other_reported, true) {
-            sink(Event::OtherSensor {
-                taken,
-                heard: self.sensor.is_some(),
-                ignored: sensor,
-            });
-        }
-        taken == sensor
     }
 
     /// Where the head is, in the room.

@@ -43,8 +43,7 @@ fn point(sample: &Sample) -> Option<glam::Vec2> {
     }
 }
 
-/// Settings of each protocol. Those with a `!` show in the bytes: a decoder with the usual
-/// settings drops them.
+/// Settings by protocol; a decoder with the usual ones drops the bytes of those with `!`.
 const SETTINGS: [(&str, &str); 7] = [
     (
         "fastrak",

@@ -93,8 +93,7 @@ fn a_sensor_is_chosen_where_there_are_several() {
     }
 }
 
-/// Each specification is refused, with this in the message and that in the help. A leading
-/// `?` stands for a serial port.
+/// A specification, its message and its help; a leading `?` is a serial port's.
 #[test]
 fn faults_say_what_is_allowed() {
     for (spec, message, help) in [

@@ -11,8 +11,7 @@ use std::vec::Vec;
 
 const LATENCY: Micros = Micros(20_000);
 
-/// Errors in degrees: in fixation, pursuit, on the way of a saccade, and in
-/// the first 20 ms after its landing.
+/// Degrees: in fixation, pursuit, on a saccade's way, and 20 ms after its landing.
 type Errors = [Vec<f32>; 4];
 
 const NAMES: [&str; 4] = ["fixation", "pursuit", "saccade", "landing"];
@@ -60,8 +59,7 @@ fn quantile(sorted: &[f32], part: f32) -> f32 {
     sorted[(part * (sorted.len() - 1) as f32) as usize]
 }
 
-/// Few samples a second say little: of 60 Hz there are ten minutes, of 250 Hz and more
-/// three.
+/// Ten minutes of 60 Hz, three of 250 Hz and more.
 fn seeds(rate: u32) -> u64 {
     u64::from(600 / rate).max(3)
 }

@@ -1,6 +1,6 @@
 //! How an `AdHawk` obeys commands.
 
-use super::{Device, Heard, MOST_HEARD};
+use super::{Device, MOST_HEARD};
 use crate::decoder::EyeEventKind;
 use crate::eye::adhawk::{
     EYE_TRACKING, GET_TRACKER_STATUS, PROPERTY_EVENTS, PROPERTY_FIELDS, PROPERTY_RATE,
@@ -41,20 +41,16 @@ impl Default for Properties {
 type Answer = (u8, Option<[u8; 4]>);
 
 impl Device {
-    pub(super) fn adhawk(&mut self, first: u8, answer: &mut dyn FnMut(&[u8])) -> Heard {
+    pub(super) fn adhawk(&mut self, first: u8, answer: &mut dyn FnMut(&[u8])) -> Option<usize> {
         if first != START_OF_PACKET {
-            return Heard::Took(1);
+            return Some(1);
         }
-        let Some(&[_, low, high]) = self.heard.first_chunk::<3>() else {
-            return Heard::More;
-        };
+        let &[_, low, high] = self.heard.first_chunk::<3>()?;
         let length = usize::from(u16::from_le_bytes([low, high]));
         if length > MOST_HEARD - 3 {
-            return Heard::Took(1);
+            return Some(1);
         }
-        let Some(payload) = self.heard.get(3..3 + length) else {
-            return Heard::More;
-        };
+        let payload = self.heard.get(3..3 + length)?;
         if let &[low, high, kind, ref arguments @ ..] = payload {
             let number = u16::from_le_bytes([low, high]);
             let (streams, properties) = (&mut self.streams, &mut self.adhawk);
@@ -82,13 +78,12 @@ impl Device {
                 data.as_ref().map_or(&[], |data| data),
             ));
         }
-        Heard::Took(3 + length)
+        Some(3 + length)
     }
 }
 
 impl Properties {
-    /// The value as [`SET_PROPERTY`] takes it: what the device's own looks like
-    /// the sources do not say.
+    /// The value as [`SET_PROPERTY`] takes it; the sources do not say how the device sends it.
     fn get(&self, property: u8) -> Answer {
         match property {
             PROPERTY_RATE => (DONE, Some(self.hertz.to_le_bytes())),

@@ -1,14 +1,13 @@
 //! How a FASTRAK obeys commands.
 
-use super::{Device, Heard, MOST_ANSWER, line, relist};
+use super::{Device, MOST_ANSWER, line, relist};
 use crate::head::fastrak::{BAUD_RATES, Config, RESET};
 use crate::head::polhemus::{Family, Format, ItemListError, MOST_ITEMS, Units};
 use crate::protocol::Protocol;
 use crate::time::Micros;
 use heapless::Vec;
 
-/// What follows the flags in the status: no error, the constant `F3`, the first
-/// sensor of four, and the version and name of a device that there is not.
+/// What follows the flags: no error, `F3`, the first of four sensors, version and name.
 const STATUS: &[u8] = b"    F31  00.00 SHISEN MOCK                     \r\n";
 /// A status of the first station, and those of its ten flags that are always set.
 const BEFORE_FLAGS: &[u8] = b"21S3F";
@@ -34,10 +33,10 @@ impl Device {
         first: u8,
         now: Micros,
         answer: &mut dyn FnMut(&[u8]),
-    ) -> Heard {
+    ) -> Option<usize> {
         let streams = self.streams;
         let Protocol::Fastrak(config) = &mut self.protocol else {
-            return Heard::Took(1);
+            return Some(1);
         };
         let format = |config: &mut Config, format| {
             // A list with items that ASCII does not have stays binary.
@@ -75,17 +74,15 @@ impl Device {
             // Lists of items, the line's speed, filters, stations, and frames.
             b'O' | b'o' | b'x' | b'v' | b'H' | b'e' | b'l' | b'A' | b'G' | b'N' | b'V' | b'Q'
             | b'r' => {
-                let Some(line) = line(&self.heard) else {
-                    return Heard::More;
-                };
+                let line = line(&self.heard)?;
                 if let Err(code) = take_line(config, &line) {
                     answer(&error(&line, code));
                 }
-                return Heard::Took(line.len() + 1);
+                return Some(line.len() + 1);
             }
             _ => answer(&error(&[first], Code::Unknown)),
         }
-        Heard::Took(1)
+        Some(1)
     }
 
     /// Says that a command was longer than any.

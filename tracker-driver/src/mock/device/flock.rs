@@ -1,6 +1,6 @@
 //! How a Flock of Birds obeys commands.
 
-use super::{Device, Heard};
+use super::Device;
 use crate::head::flock::command::{
     ALL_UNITS, CRYSTAL, ERROR, EXPANDED_ERROR, GROUP_MODE, STATUS, TO_BIRD, UNITS, command_bytes,
 };
@@ -76,15 +76,13 @@ impl Device {
         (n < birds).then_some(measured)
     }
 
-    pub(super) fn flock(&mut self, first: u8, answer: &mut dyn FnMut(&[u8])) -> Heard {
+    pub(super) fn flock(&mut self, first: u8, answer: &mut dyn FnMut(&[u8])) -> Option<usize> {
         let streams = self.streams;
         let Protocol::Flock(config) = &mut self.protocol else {
-            return Heard::Took(1);
+            return Some(1);
         };
         let length = command_bytes(first);
-        let Some(command) = self.heard.get(..length) else {
-            return Heard::More;
-        };
+        let command = self.heard.get(..length)?;
         let mode = if config.letter == Some(first) {
             Some(config.mode)
         } else {
@@ -127,7 +125,7 @@ impl Device {
                 None => state.error = NO_COMMAND,
             },
         }
-        Heard::Took(length)
+        Some(length)
     }
 }
 

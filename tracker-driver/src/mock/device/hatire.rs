@@ -1,6 +1,6 @@
 //! How a Hatire obeys commands.
 
-use super::{Device, Heard, Zero};
+use super::{Device, Zero};
 use crate::head::hatire::{Config, RESET_TIME, TEXT_BYTES};
 use crate::protocol::Protocol;
 use crate::time::Micros;
@@ -15,9 +15,9 @@ impl Device {
         first: u8,
         now: Micros,
         answer: &mut dyn FnMut(&[u8]),
-    ) -> Heard {
+    ) -> Option<usize> {
         let Protocol::Hatire(config) = self.protocol else {
-            return Heard::Took(1);
+            return Some(1);
         };
         match first {
             b'R' => {
@@ -30,7 +30,7 @@ impl Device {
             b'I' => say(&config, INFO, b"STOPPED\n", answer),
             _ => self.set(first, b'S', b's'),
         }
-        Heard::Took(1)
+        Some(1)
     }
 }
 

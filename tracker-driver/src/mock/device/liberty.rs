@@ -1,6 +1,6 @@
 //! How a Liberty or a Patriot obeys commands.
 
-use super::{Device, Heard, Zero, line, relist};
+use super::{Device, Zero, line, relist};
 use crate::head::liberty::{RESET, RESET_TIME};
 use crate::head::polhemus::{Family, MOST_ITEMS, Units};
 use crate::protocol::Protocol;
@@ -13,18 +13,16 @@ const WHO_ARE_YOU: u8 = 0x16;
 const NAME: &[u8] = b"0 SHISEN MOCK\r\n";
 
 impl Device {
-    pub(super) fn liberty(&mut self, now: Micros, answer: &mut dyn FnMut(&[u8])) -> Heard {
+    pub(super) fn liberty(&mut self, now: Micros, answer: &mut dyn FnMut(&[u8])) -> Option<usize> {
         if self.heard.first() == Some(&b'P') {
             // It ends a stream, too; an end of line behind it passes.
             self.streams = false;
             self.ask();
-            return Heard::Took(1);
+            return Some(1);
         }
-        let Some(line) = line(&self.heard) else {
-            return Heard::More;
-        };
+        let line = line(&self.heard)?;
         let Protocol::Liberty(config) = &mut self.protocol else {
-            return Heard::Took(line.len() + 1);
+            return Some(line.len() + 1);
         };
         match line.as_slice() {
             [b'C', ..] => self.streams = true,
@@ -41,7 +39,7 @@ impl Device {
                 }
             }
         }
-        Heard::Took(line.len() + 1)
+        Some(line.len() + 1)
     }
 }
 

@@ -5,7 +5,7 @@ use crate::eye::adhawk;
 use crate::head::flock::Mode;
 use crate::head::polhemus::Units;
 use crate::head::{fastrak, flock, liberty};
-use crate::mock::{Line, Source, Tracker, TrackerConfig, Wire};
+use crate::mock::{Line, Source, Tracker, TrackerConfig};
 use crate::protocol::{Asked, Reader};
 use crate::testing::{tracker, tracker_at};
 
@@ -98,8 +98,7 @@ fn noise_is_passed_over() {
 
 /// A device, the samples that it measures and the bytes that it sends.
 struct Bench {
-    device: Device,
-    wire: Wire<Tracker<'static>>,
+    end: Line<Tracker<'static>>,
     now: Micros,
     line: std::vec::Vec<u8>,
 }
@@ -117,10 +116,8 @@ impl Bench {
             latency: Micros(0),
             ..TrackerConfig::default()
         };
-        let tracker = tracker(config, 5);
         Self {
-            device: Device::new(&protocol),
-            wire: Wire::new(tracker, protocol),
+            end: Line::new(tracker(config, 5), &protocol),
             now: Micros(0),
             line: std::vec::Vec::new(),
         }
@@ -128,19 +125,14 @@ impl Bench {
 
     fn tell(&mut self, bytes: &[u8]) {
         let line = &mut self.line;
-        self.device
-            .feed(bytes, self.now, &mut |bytes| line.extend_from_slice(bytes));
-        self.wire.set_protocol(self.device.protocol().clone());
+        self.end
+            .hear(bytes, self.now, &mut |bytes| line.extend_from_slice(bytes));
     }
 
     fn run(&mut self, steps: u64) {
         for _ in 0..steps {
-            while let Some(sample) = self.wire.source().poll(self.now) {
-                if let Some(sent) = self.device.measure(&sample)
-                    && let Some(chunk) = self.wire.encode(&sent)
-                {
-                    self.line.extend_from_slice(chunk.bytes());
-                }
+            while let Some(chunk) = self.end.poll(self.now) {
+                self.line.extend_from_slice(chunk.bytes());
             }
             self.now = self.now.after(STEP);
         }
@@ -148,7 +140,7 @@ impl Bench {
 
     /// What a decoder for the present protocol makes of what was sent since.
     fn heard(&mut self) -> std::vec::Vec<Event> {
-        let mut reader = Reader::new(self.device.protocol()).unwrap();
+        let mut reader = Reader::new(self.end.device().protocol()).unwrap();
         let mut events = std::vec::Vec::new();
         let line = core::mem::take(&mut self.line);
         reader.feed(&line, self.now, &mut |event| events.push(event));
@@ -172,8 +164,7 @@ impl Bench {
     }
 }
 
-/// One record a command, also of a device that was stopped; a Liberty and a
-/// Flock are stopped by it.
+/// One record a command, also of a stopped device; it stops a Liberty and a Flock.
 #[test]
 fn a_record_is_sent_on_demand() {
     for (name, stop, demand, still_streams) in [
@@ -241,7 +232,7 @@ fn a_fastrak_refuses_what_it_does_not_know() {
         bench.line.clear();
     }
     let usual = Protocol::named("fastrak");
-    assert_eq!(Some(bench.device.protocol()), usual.as_ref());
+    assert_eq!(Some(bench.end.device().protocol()), usual.as_ref());
     // What is right gets no answer.
     for command in [
         &b"x0.2,0.2,0.8,0.8\r"[..],
@@ -296,7 +287,7 @@ fn a_reset_is_silence_and_then_as_before() {
             "liberty" => bench.tell(b"U1\rO1,2,7,0\r"),
             _ => {}
         }
-        let same = Some(bench.device.protocol()) == Protocol::named(name).as_ref();
+        let same = Some(bench.end.device().protocol()) == Protocol::named(name).as_ref();
         assert_eq!(same, name == "hatire");
         bench.tell(stop);
         bench.run(2);
@@ -310,15 +301,17 @@ fn a_reset_is_silence_and_then_as_before() {
         bench.run(20);
         assert_eq!(bench.line, b"", "{name}");
         bench.run(100 * seconds);
-        assert_eq!(Some(bench.device.protocol().clone()), Protocol::named(name));
+        assert_eq!(
+            Some(bench.end.device().protocol().clone()),
+            Protocol::named(name)
+        );
         let sent = bench.samples() as u64;
         let most = 100 * seconds / 10 + 40;
         assert!(sent > 0 && sent <= most, "{name}: {sent}");
     }
 }
 
-/// `^K` keeps the set-up over a reset; `W` is the factory's: inches, ASCII,
-/// position and angles.
+/// `^K` keeps the set-up over a reset; `W` is the factory's: inches, ASCII, items 2, 4, 1.
 #[test]
 fn a_fastrak_is_saved_and_forgets() {
     let mut bench = Bench::new("fastrak", |protocol| {
@@ -328,12 +321,12 @@ fn a_fastrak_is_saved_and_forgets() {
         config.reset_time = Micros::from_millis(100);
     });
     bench.tell(b"cuO1,2,4,0\r\x0B");
-    let saved = bench.device.protocol().clone();
+    let saved = bench.end.device().protocol().clone();
     bench.tell(b"UO1,2,11,0\r\x19");
     bench.run(20);
     assert_eq!(bench.line, b"");
-    assert!(!bench.device.streams());
-    assert_eq!(bench.device.protocol(), &saved);
+    assert!(!bench.end.device().streams());
+    assert_eq!(bench.end.device().protocol(), &saved);
     bench.tell(b"WP");
     bench.run(2);
     assert_eq!(bench.line.len(), 47);
@@ -464,13 +457,10 @@ fn an_adhawk_answers_each_request() {
     let set = [&[13], &hertz[..]].concat();
     assert_eq!(ask(&mut bench, 0x9B, &set), [0]);
     assert_eq!(ask(&mut bench, 0x9A, &[13]), [&[0], &hertz[..]].concat());
-    assert_eq!(bench.device.rate(), Some(50));
+    assert_eq!(bench.end.device().rate(), Some(50));
     let set = [&[2, 2, 0, 0, 0], &25_f32.to_le_bytes()[..]].concat();
     assert_eq!(ask(&mut bench, 0x9B, &set), [0]);
-    assert_eq!(bench.device.rate(), Some(25));
-    // Blinks.
-    assert_eq!(ask(&mut bench, 0x9B, &[5, 1, 0, 0, 0, 1]), [0]);
-    assert_eq!(ask(&mut bench, 0x9A, &[5]), [0, 1, 0, 0, 0]);
+    assert_eq!(bench.end.device().rate(), Some(25));
     // Not the pupils.
     assert_eq!(ask(&mut bench, 0x9B, &[14, 32, 0, 0, 0, 0]), [0]);
     bench.run(100);
@@ -482,6 +472,9 @@ fn an_adhawk_answers_each_request() {
         };
         assert!(sample.left.pupil.is_none() && sample.left.origin.is_some());
     }
+    // Blinks.
+    assert_eq!(ask(&mut bench, 0x9B, &[5, 1, 0, 0, 0, 1]), [0]);
+    assert_eq!(ask(&mut bench, 0x9A, &[5]), [0, 1, 0, 0, 0]);
     for (kind, arguments, result) in [
         (0x9C, &[1, 2][..], 2),
         (0x9A, &[], 2),
@@ -546,11 +539,11 @@ fn every_bird_of_a_group_sends() {
     assert_eq!(units[..5], [0xC0, 0xE0, 0xE0, 0xE0, 0]);
 }
 
-/// As the mock's samples have it: the link of our own always, an `AdHawk` as far as the host
-/// asked.
+/// Our own link reports all events, an `AdHawk` those that the host asked for.
 #[test]
 fn a_device_tells_what_the_eyes_do() {
     use crate::decoder::EyeEventKind::{self, Blink, Closed, Found, Lost, Opened};
+    use crate::decoder::Side;
     let heard = |protocol: &Protocol, mask: u32| {
         let tracker = tracker(TrackerConfig::default(), 5);
         let mut line = Line::new(tracker, protocol);
@@ -575,6 +568,18 @@ fn a_device_tells_what_the_eyes_do() {
         kinds
     };
     let all = heard(&Protocol::AdHawk, u32::MAX);
+    // Each eye closes before it opens, and is lost before it is found.
+    for eye in [Side::Left, Side::Right] {
+        for pair in [[Closed, Opened], [Lost, Found]] {
+            let mut expected = pair.into_iter().cycle();
+            for (kind, _) in all
+                .iter()
+                .filter(|(kind, of)| pair.contains(kind) && *of == Some(eye))
+            {
+                assert_eq!(Some(*kind), expected.next(), "{all:?}");
+            }
+        }
+    }
     assert_eq!(heard(&Protocol::Link, 0), all);
     let of = |kinds: &[EyeEventKind]| {
         let mut some = all.clone();
