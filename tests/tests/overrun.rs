@@ -132,7 +132,7 @@ where
         for view in views() {
             let (whole, none) = finish(renderer, &view, (u64::MAX, 0));
             assert_eq!(none, 0);
-            for budget in [(1, 0), (1, 40), (300, 17), (5_000, 300), (40_000, 0)] {
+            for budget in [(1, 40), (300, 17), (40_000, 0)] {
                 let (pixels, broken) = finish(renderer, &view, budget);
                 assert!(pixels == whole, "{number}, {view:?}, {budget:?}");
                 broken_off += broken;

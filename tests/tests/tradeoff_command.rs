@@ -144,6 +144,7 @@ fn the_gaze_has_its_price() {
 }
 
 #[test]
+#[ignore = "takes half a minute: tests/run --all runs it"]
 fn mirrors_have_their_price() {
     let found = measured("capture");
     let comparisons = &found.section()["comparisons"];
@@ -188,6 +189,7 @@ fn wavelengths_have_their_price() {
 /// Two sections stand for all, of which the whole report takes minutes; `tests/page/run` has
 /// each in small.
 #[test]
+#[ignore = "takes half a minute: tests/run --all runs it"]
 fn steps_and_single_precision_have_their_price() {
     let found = measured_with("--quick --only precision,budget");
     let sections = &found.report["sections"];

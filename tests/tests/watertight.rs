@@ -134,7 +134,7 @@ fn grid_lines_of_a_cube() {
     // Powers of two put the grid lines on exact numbers, 40 and 100 do not.
     for cells in [16, 40, 64, 100] {
         let paths = Paths::new(&lone_mesh(gridded_cube(cells)));
-        let count = cases("rays along the grid lines of a cube", 2_000, 10_000);
+        let count = cases("rays along the grid lines of a cube", 1_000, 10_000);
         let line = |random: &mut Random| {
             let i = 1 + random.below(cells as usize - 1);
             (2.0 * i as f64 / f64::from(cells) - 1.0) as f32

@@ -279,7 +279,10 @@ fn without_a_window_system_there_is_a_way_out() {
         (Some("nonsense"), "DISPLAY is nonsense"),
         (Some(":47111"), "cannot be reached"),
     ] {
-        let mut command = line(folder.path(), "run --view window --size 8 --frames 2");
+        let mut command = line(
+            folder.path(),
+            "run --view window --size 8 --lod off --frames 2",
+        );
         command.env_remove("DISPLAY");
         command.envs(display.map(|display| ("DISPLAY", display)));
         let said = refusal(&mut command, 1);

@@ -81,7 +81,7 @@ impl Deviation {
 
 #[test]
 fn faces_are_those_of_equation_10_to_five_hundredths() {
-    let stride = cases("every nth block of large views", 59, 7);
+    let stride = cases("every nth block of large views", 149, 7);
     let with_many = ("torus", torus(60, 30), &[33, 64][..]);
     let with_default = meshes()
         .into_iter()
@@ -143,7 +143,7 @@ fn looks(which: PaperScene, stride: usize) -> Vec<Vec3> {
 
 #[test]
 fn no_gaze_is_dearer_than_plain_tracing() {
-    let stride = cases("every nth of 200 lines of sight", 23, 5);
+    let stride = cases("every nth of 200 lines of sight", 41, 5);
     let mut dearer = Vec::new();
     for ((name, mesh), which) in meshes()
         .into_iter()
