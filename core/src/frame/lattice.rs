@@ -16,7 +16,6 @@ use crate::simd::{Runs, Simd};
 use crate::trace::{Budget, Hit, Pixel, RayDetail, Workspace};
 use batch::{Batch, TOGETHER};
 pub(super) use cell::Cell;
-use cell::render_cells;
 use grid::Grid;
 pub(super) use piece::Piece;
 
@@ -120,7 +119,7 @@ impl Lattice {
         }
         let mut grid = Grid::new(piece);
         if !begun.cell.is_none() {
-            return render_cells(&seeing, &grid, begun, budget, workspace, target);
+            return seeing.render_cells(&grid, begun, budget, workspace, target);
         }
         let (steps, mut step) = (grid.steps(), grid.coarsest());
         let mut blocks = [0u16; STEPS];
@@ -132,7 +131,7 @@ impl Lattice {
         if let (Kind::Screen(screen), Some(_)) = (view.kind(), renderer.together)
             && !piece.may_hit(renderer, screen, budget, workspace)
         {
-            workspace.statistics.primary += grid.rays(&seeing);
+            workspace.statistics.primary += seeing.rays(&mut grid);
             return true;
         }
         let mut lattice = Self {
@@ -147,7 +146,7 @@ impl Lattice {
                 }
                 begun.cell = Cell::first(&lattice.grid);
                 return !budget.is_exhausted()
-                    && render_cells(&seeing, &lattice.grid, begun, budget, workspace, target);
+                    && seeing.render_cells(&lattice.grid, begun, budget, workspace, target);
             }
             let half = step / 2;
             let mut parts = [0u16; STEPS];
@@ -210,7 +209,7 @@ impl Lattice {
                 }
             }
             if next.is_none() || batch.count == TOGETHER {
-                if !batch.trace(seeing, budget, workspace) {
+                if !seeing.trace(&mut batch, budget, workspace) {
                     return false;
                 }
                 self.take(&mut batch);
@@ -426,6 +425,16 @@ where
                 block.at(x % BLOCK, y % BLOCK)
             }
         }
+    }
+
+    /// Number of rays that the requested samples take.
+    fn rays(&self, grid: &mut Grid) -> u64 {
+        let (mut rays, mut from) = (0, 0);
+        while let Some((column, row)) = grid.next(&mut from) {
+            let detail = self.detail(grid.place(column, row));
+            rays += u64::from(detail.is_some());
+        }
+        rays * u64::from(self.renderer.settings.samples)
     }
 
     /// Which pixels of a square are traced.

@@ -43,53 +43,52 @@ impl Batch {
         self.seen[at] = Node::SKIPPED;
         self.count = at + 1;
     }
+}
 
+impl<const W: usize> Seeing<'_, '_, W>
+where
+    Simd: Runs<W>,
+{
     /// Traces all samples. False where the budget ends before.
-    pub(super) fn trace<const W: usize>(
-        &mut self,
-        seeing: &Seeing<'_, '_, W>,
+    pub(super) fn trace(
+        &self,
+        batch: &mut Batch,
         budget: &mut Budget,
         workspace: &mut Workspace,
-    ) -> bool
-    where
-        Simd: Runs<W>,
-    {
-        match (seeing.view.kind(), seeing.renderer.together) {
-            _ if self.count == 0 => true,
-            _ if seeing.ends(budget) => false,
+    ) -> bool {
+        match (self.view.kind(), self.renderer.together) {
+            _ if batch.count == 0 => true,
+            _ if self.ends(budget) => false,
             (Kind::Screen(screen), Some(_)) => {
-                self.trace_together(seeing, screen, budget, workspace)
+                self.trace_together(batch, screen, budget, workspace)
             }
-            _ => self.trace_singly(seeing, budget, workspace),
+            _ => self.trace_singly(batch, budget, workspace),
         }
     }
 
-    fn trace_singly<const W: usize>(
-        &mut self,
-        seeing: &Seeing<'_, '_, W>,
+    fn trace_singly(
+        &self,
+        batch: &mut Batch,
         budget: &mut Budget,
         workspace: &mut Workspace,
-    ) -> bool
-    where
-        Simd: Runs<W>,
-    {
-        let samples = seeing.renderer.settings.samples;
-        for at in 0..self.count.min(TOGETHER) {
+    ) -> bool {
+        let samples = self.renderer.settings.samples;
+        for at in 0..batch.count.min(TOGETHER) {
             let mut sum = Sum::NONE;
             for sample in 0..samples {
-                if seeing.ends(budget) {
+                if self.ends(budget) {
                     return false;
                 }
-                let (place, detail) = (self.places[at], self.details[at]);
-                let Some(seen) = see(seeing, place, detail, sample, budget, workspace) else {
+                let (place, detail) = (batch.places[at], batch.details[at]);
+                let Some(seen) = self.see(place, detail, sample, budget, workspace) else {
                     continue;
                 };
                 if sample == 0 {
-                    self.seen[at].class = seen.class;
+                    batch.seen[at].class = seen.class;
                 }
                 sum.add(seen.pixel, workspace);
             }
-            self.seen[at].pixel = sum.mean(samples);
+            batch.seen[at].pixel = sum.mean(samples);
         }
         !budget.is_exhausted()
     }
@@ -97,38 +96,35 @@ impl Batch {
     /// Its rays go through the scene together.
     // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
-    fn trace_together<const W: usize>(
-        &mut self,
-        seeing: &Seeing<'_, '_, W>,
+    fn trace_together(
+        &self,
+        batch: &mut Batch,
         screen: &Screen,
         budget: &mut Budget,
         workspace: &mut Workspace,
-    ) -> bool
-    where
-        Simd: Runs<W>,
-    {
-        let tracer = &seeing.renderer.tracer;
-        let samples = seeing.renderer.settings.samples;
-        let count = self.count.min(TOGETHER);
+    ) -> bool {
+        let tracer = &self.renderer.tracer;
+        let samples = self.renderer.settings.samples;
+        let count = batch.count.min(TOGETHER);
         let mut rungs = [[NOT_TRACED; BLOCK as usize]; BLOCK as usize];
         for (rung, detail) in rungs
             .as_flattened_mut()
             .iter_mut()
-            .zip(&self.details)
+            .zip(&batch.details)
             .take(count)
         {
             *rung = detail.rung;
         }
         let mut sums = [Sum::NONE; TOGETHER];
         for sample in 0..samples {
-            if seeing.ends(budget) {
+            if self.ends(budget) {
                 return false;
             }
             let (dx, dy) = offset(sample, samples);
             let rays = TileRays::new(screen.eye, |column, row| {
                 // Unused places repeat the first ray.
                 let at = BLOCK as usize * row + column;
-                let (x, y) = self.places[if at < count { at } else { 0 }];
+                let (x, y) = batch.places[if at < count { at } else { 0 }];
                 screen.direction(x as f32 + dx, y as f32 + dy)
             });
             let rays = rays.on_rungs(&rungs);
@@ -137,7 +133,7 @@ impl Batch {
                 return false;
             }
             for (at, sum) in sums.iter_mut().enumerate().take(count) {
-                if at > 0 && seeing.ends(budget) {
+                if at > 0 && self.ends(budget) {
                     return false;
                 }
                 let (column, row) = (at % BLOCK as usize, at / BLOCK as usize);
@@ -146,44 +142,41 @@ impl Batch {
                     continue;
                 };
                 if sample == 0 {
-                    self.seen[at].class = Node::class_of(hit.as_ref());
+                    batch.seen[at].class = Node::class_of(hit.as_ref());
                 }
-                let (x, y) = self.places[at];
+                let (x, y) = batch.places[at];
                 let of = Sample::new(x, y, sample, samples);
-                let detail = self.details[at];
+                let detail = batch.details[at];
                 let seen = tracer.radiance_from(&ray, hit, detail, of, budget, workspace);
                 sum.add(seen, workspace);
             }
         }
-        for (seen, sum) in self.seen.iter_mut().zip(sums).take(count) {
+        for (seen, sum) in batch.seen.iter_mut().zip(sums).take(count) {
             seen.pixel = sum.mean(samples);
         }
         !budget.is_exhausted()
     }
-}
 
-/// What one sample of a pixel sees; `None` outside a dome master's rim.
-pub(super) fn see<const W: usize>(
-    seeing: &Seeing<'_, '_, W>,
-    (x, y): (u32, u32),
-    detail: RayDetail,
-    sample: u16,
-    budget: &mut Budget,
-    workspace: &mut Workspace,
-) -> Option<Node>
-where
-    Simd: Runs<W>,
-{
-    let tracer = &seeing.renderer.tracer;
-    let samples = seeing.renderer.settings.samples;
-    let (dx, dy) = offset(sample, samples);
-    let ray = seeing.view.ray(x as f32 + dx, y as f32 + dy)?;
-    let hit = tracer
-        .searcher
-        .nearest_on(detail.rung, &ray, budget, workspace);
-    let of = Sample::new(x, y, sample, samples);
-    Some(Node {
-        class: Node::class_of(hit.as_ref()),
-        pixel: tracer.radiance_from(&ray, hit, detail, of, budget, workspace),
-    })
+    /// What one sample of a pixel sees; `None` outside a dome master's rim.
+    pub(super) fn see(
+        &self,
+        (x, y): (u32, u32),
+        detail: RayDetail,
+        sample: u16,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Option<Node> {
+        let tracer = &self.renderer.tracer;
+        let samples = self.renderer.settings.samples;
+        let (dx, dy) = offset(sample, samples);
+        let ray = self.view.ray(x as f32 + dx, y as f32 + dy)?;
+        let hit = tracer
+            .searcher
+            .nearest_on(detail.rung, &ray, budget, workspace);
+        let of = Sample::new(x, y, sample, samples);
+        Some(Node {
+            class: Node::class_of(hit.as_ref()),
+            pixel: tracer.radiance_from(&ray, hit, detail, of, budget, workspace),
+        })
+    }
 }

@@ -1,6 +1,5 @@
 //! The rest of an interrupted square, cell by cell: a cell lies between four samples.
 
-use super::batch::see;
 use super::{Node, Seeing, differs, fill};
 use crate::frame::begun::Begun;
 use crate::frame::lattice::grid::Grid;
@@ -101,83 +100,82 @@ impl Cell {
     }
 }
 
-/// Renders the cells of a square from the one begun on. False where the budget ends before.
-pub(super) fn render_cells<const W: usize>(
-    seeing: &Seeing<'_, '_, W>,
-    grid: &Grid,
-    begun: &mut Begun,
-    budget: &mut Budget,
-    workspace: &mut Workspace,
-    target: &mut Target<'_>,
-) -> bool
+impl<const W: usize> Seeing<'_, '_, W>
 where
     Simd: Runs<W>,
 {
-    let field = seeing.field(&grid.piece);
-    loop {
-        let Cell {
-            column, row, step, ..
-        } = begun.cell;
-        let (at, side) = ((column.into(), row.into()), step.into());
-        if grid.meets(at, side) {
-            if !trace_corners(seeing, grid, begun, budget, workspace) {
-                return false;
+    /// Renders the cells of a square from the one begun on. False where the budget ends before.
+    pub(super) fn render_cells(
+        &self,
+        grid: &Grid,
+        begun: &mut Begun,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+        target: &mut Target<'_>,
+    ) -> bool {
+        let field = self.field(&grid.piece);
+        loop {
+            let Cell {
+                column, row, step, ..
+            } = begun.cell;
+            let (at, side) = ((column.into(), row.into()), step.into());
+            if grid.meets(at, side) {
+                if !self.trace_corners(grid, begun, budget, workspace) {
+                    return false;
+                }
+                let corners = begun.cell.corners.each_ref();
+                if step > 1 && differs(&corners) {
+                    begun.cell = begun.cell.with_shared(column, row, step / 2);
+                    continue;
+                }
+                fill(grid, &corners, at, side, &field, target);
             }
-            let corners = begun.cell.corners.each_ref();
-            if step > 1 && differs(&corners) {
-                begun.cell = begun.cell.with_shared(column, row, step / 2);
+            match begun.cell.next(grid) {
+                Some(next) => begun.cell = next,
+                None => return true,
+            }
+        }
+    }
+
+    /// Traces the missing corners; false where the budget ends before the last sample.
+    fn trace_corners(
+        &self,
+        grid: &Grid,
+        begun: &mut Begun,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> bool {
+        let samples = self.renderer.settings.samples;
+        for corner in 0..4 {
+            if begun.cell.has(corner) {
                 continue;
             }
-            fill(grid, &corners, at, side, &field, target);
-        }
-        match begun.cell.next(grid) {
-            Some(next) => begun.cell = next,
-            None => return true,
-        }
-    }
-}
-
-/// Traces the missing corners; false where the budget ends before the last sample.
-fn trace_corners<const W: usize>(
-    seeing: &Seeing<'_, '_, W>,
-    grid: &Grid,
-    begun: &mut Begun,
-    budget: &mut Budget,
-    workspace: &mut Workspace,
-) -> bool
-where
-    Simd: Runs<W>,
-{
-    let samples = seeing.renderer.settings.samples;
-    for corner in 0..4 {
-        if begun.cell.has(corner) {
-            continue;
-        }
-        let (column, row) = begun.cell.corner(corner);
-        let place = grid.place(column, row);
-        let mut node = begun.cell.corners[corner];
-        if let Some(detail) = seeing.detail(place) {
-            while begun.samples < samples {
-                if begun.is_interrupted(budget) {
-                    return false;
+            let (column, row) = begun.cell.corner(corner);
+            let place = grid.place(column, row);
+            let mut node = begun.cell.corners[corner];
+            if let Some(detail) = self.detail(place) {
+                while begun.samples < samples {
+                    if begun.is_interrupted(budget) {
+                        return false;
+                    }
+                    let seen = self.see(place, detail, begun.samples, budget, workspace);
+                    if budget.is_exhausted() {
+                        return false;
+                    }
+                    let seen = seen.unwrap_or(Node::SKIPPED);
+                    if begun.samples == 0 {
+                        node.class = seen.class;
+                        begun.cell.corners[corner] = node;
+                    }
+                    begun.add(seen.pixel, workspace);
                 }
-                let seen = see(seeing, place, detail, begun.samples, budget, workspace);
-                if budget.is_exhausted() {
-                    return false;
-                }
-                let seen = seen.unwrap_or(Node::SKIPPED);
-                if begun.samples == 0 {
-                    node.class = seen.class;
-                    begun.cell.corners[corner] = node;
-                }
-                begun.add(seen.pixel, workspace);
+                node.pixel = begun.take_pixel(samples);
             }
-            node.pixel = begun.take_pixel(samples);
+            begun.cell.set(corner, node);
+            if budget.is_spent() {
+                return false;
+            }
         }
-        begun.cell.set(corner, node);
-        if budget.is_spent() {
-            return false;
-        }
+        true
     }
-    true
 }

@@ -1,8 +1,7 @@
 //! Which samples of a square exist.
 
 use super::piece::Piece;
-use super::{HALVINGS, STEPS, Seeing};
-use crate::simd::{Runs, Simd};
+use super::{HALVINGS, STEPS};
 
 /// The places of a square's samples, and which of them exist.
 pub(super) struct Grid {
@@ -82,18 +81,5 @@ impl Grid {
             *row += 1;
         }
         None
-    }
-
-    /// Number of rays that the requested samples take.
-    pub(super) fn rays<const W: usize>(&mut self, seeing: &Seeing<'_, '_, W>) -> u64
-    where
-        Simd: Runs<W>,
-    {
-        let (mut rays, mut from) = (0, 0);
-        while let Some((column, row)) = self.next(&mut from) {
-            let detail = seeing.detail(self.place(column, row));
-            rays += u64::from(detail.is_some());
-        }
-        rays * u64::from(seeing.renderer.settings.samples)
     }
 }
