@@ -40,44 +40,35 @@ pub(super) fn positions(mesh: &TriangleMesh, triangle: [u32; 3]) -> [Vec3; 3] {
     triangle.map(|v| Vec3::from(mesh.positions[v as usize]))
 }
 
-fn vertices(mesh: &TriangleMesh) -> Vec<Target> {
-    let mut targets: Vec<Target> = mesh
-        .positions
-        .iter()
-        .map(|&p| Target {
-            at: Vec3::from(p).as_dvec3(),
-            triangles: Vec::new(),
-        })
-        .collect();
+/// The parts of a closed mesh, each by its vertices in order: `of` are those of a triangle.
+fn targets(mesh: &TriangleMesh, of: fn([u32; 3]) -> Vec<Vec<u32>>) -> Vec<Target> {
+    let mut parts: BTreeMap<Vec<u32>, Vec<[Vec3; 3]>> = BTreeMap::new();
     for &triangle in &mesh.triangles {
-        for v in triangle {
-            targets[v as usize]
-                .triangles
-                .push(positions(mesh, triangle));
+        for part in of(triangle) {
+            let triangles = parts.entry(part).or_default();
+            triangles.push(positions(mesh, triangle));
         }
     }
-    targets
+    let middle = |part: &[u32]| {
+        let places = part
+            .iter()
+            .map(|&v| Vec3::from(mesh.positions[v as usize]).as_dvec3());
+        places.sum::<DVec3>() / part.len() as f64
+    };
+    let targets = parts.into_iter().map(|(part, triangles)| Target {
+        at: middle(&part),
+        triangles,
+    });
+    targets.collect()
 }
 
-fn edges(mesh: &TriangleMesh) -> Vec<Target> {
-    let mut of: BTreeMap<[u32; 2], Vec<[Vec3; 3]>> = BTreeMap::new();
-    for &triangle in &mesh.triangles {
-        let [a, b, c] = triangle;
-        for [p, q] in [[a, b], [b, c], [c, a]] {
-            let edge = [p.min(q), p.max(q)];
-            of.entry(edge).or_default().push(positions(mesh, triangle));
-        }
-    }
-    let middle = |edge: [u32; 2]| {
-        let [p, q] = edge.map(|v| Vec3::from(mesh.positions[v as usize]).as_dvec3());
-        0.5 * (p + q)
-    };
-    of.into_iter()
-        .map(|(edge, triangles)| Target {
-            at: middle(edge),
-            triangles,
-        })
-        .collect()
+fn vertices(triangle: [u32; 3]) -> Vec<Vec<u32>> {
+    triangle.map(|v| vec![v]).to_vec()
+}
+
+fn edges([a, b, c]: [u32; 3]) -> Vec<Vec<u32>> {
+    let edges = [[a, b], [b, c], [c, a]];
+    edges.map(|[p, q]| vec![p.min(q), p.max(q)]).to_vec()
 }
 
 /// A turned ellipsoid of 5,120 triangles: an icosahedron, its faces cut in
@@ -134,13 +125,9 @@ pub(super) fn ellipsoid() -> TriangleMesh {
     }
 }
 
-fn lost_at(
-    seed: u64,
-    effort: Effort,
-    targets: impl Fn(&TriangleMesh) -> Vec<Target>,
-) -> Option<Errors> {
+fn lost_at(seed: u64, effort: Effort, of: fn([u32; 3]) -> Vec<Vec<u32>>) -> Option<Errors> {
     let mesh = ellipsoid();
-    let targets = targets(&mesh);
+    let targets = targets(&mesh, of);
     let baked = Baked::<8>::new(&lone_mesh(mesh)).ok()?;
     let scene = baked.scene();
     let tracer = MeshTracer::new(&scene, 0, Simd::detect())?;

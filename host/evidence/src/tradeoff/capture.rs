@@ -99,8 +99,9 @@ impl Optics {
 
     /// The largest error of surroundings that are far away, pixels of 4,096.
     fn far_error(&self) -> f64 {
-        let design = Design::of(self.mirror.mirror()).mapped(self.mapping);
-        design.error_px_4096
+        Design::of(self.mirror.mirror())
+            .mapped(self.mapping)
+            .error_px_4096
     }
 
     /// The largest error of surroundings at a distance in equatorial radii, pixels of 4,096.

@@ -3,7 +3,6 @@
 use super::frames::{Lod, RUNGS, Room, Way, pictures, scene, with_faces};
 use super::metrics::{LEAST_PIXELS_PER_DEGREE, MEASURES};
 use super::{Bench, Cause, Comparison, Effort, Figure, Limit, Point, Section, limit};
-use serde_json::Value;
 use shisen::bake::Baked;
 use shisen::cli::output::counted;
 use shisen::picture::Picture;
@@ -30,7 +29,7 @@ pub(super) const NOT_MISSED: Limit = limit(
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let size = bench.effort.pick(128, 256);
     let room = Room::new(bench, size)?;
-    let scenes = Scenes::new(bench)?;
+    let scenes = scenes(bench)?;
     let about = format!(
         "The paper's scene A (mirrors all round) on three walls of {size}² pixels, at least {:.1} \
          pixels a degree, for two eyes that look at the animal above the middle of the front wall. \
@@ -69,35 +68,22 @@ fn flip_at(pixels_per_degree: f32) -> String {
     }
 }
 
-struct Scenes {
-    /// The fewest and the most faces of a mesh and the levels between them, the
-    /// usual ones first.
-    all: Vec<(u32, u32, u32, Baked)>,
-}
+/// Scene A with polygon levels: the fewest and the most faces of a mesh, the levels between them,
+/// and the scene; first as `shisen cave` bakes it.
+type Scenes = [(u32, u32, u32, Baked)];
 
-impl Scenes {
-    fn new(bench: &Bench<'_>) -> Result<Self, Cause> {
-        let scene = scene(bench)?;
-        let all = u32::MAX;
-        let mut wanted = vec![(500, all, RUNGS), (2_000, all, RUNGS), (500, all, 4)];
-        wanted.extend([(500, 2_000, 2)]);
-        if bench.effort == Effort::Full {
-            wanted.extend([(100, all, RUNGS), (250, all, RUNGS), (1_000, all, RUNGS)]);
-            wanted.extend([(500, all, 2), (500, all, 8), (500, all, 40)]);
-            wanted.extend([(500, 1_000, 2), (500, 4_000, 2)]);
-        }
-        let bake = |(min, max, rungs)| {
-            let baked = with_faces(&scene, min, max, rungs)?;
-            Ok((min, max, rungs, baked))
-        };
-        let all: Result<_, Cause> = wanted.into_iter().map(bake).collect();
-        Ok(Self { all: all? })
+fn scenes(bench: &Bench<'_>) -> Result<Vec<(u32, u32, u32, Baked)>, Cause> {
+    let scene = scene(bench)?;
+    let all = u32::MAX;
+    let mut wanted = vec![(500, all, RUNGS), (2_000, all, RUNGS), (500, all, 4)];
+    wanted.extend([(500, 2_000, 2)]);
+    if bench.effort == Effort::Full {
+        wanted.extend([(100, all, RUNGS), (250, all, RUNGS), (1_000, all, RUNGS)]);
+        wanted.extend([(500, all, 2), (500, all, 8), (500, all, 40)]);
+        wanted.extend([(500, 1_000, 2), (500, 4_000, 2)]);
     }
-
-    /// The scene as `shisen cave` bakes it.
-    fn usual(&self) -> &Baked {
-        &self.all[0].3
-    }
+    let bake = |(min, max, rungs)| Ok((min, max, rungs, with_faces(&scene, min, max, rungs)?));
+    wanted.into_iter().map(bake).collect()
 }
 
 struct Setting<'a> {
@@ -123,12 +109,8 @@ impl<'a> Setting<'a> {
         let mut settings = self.way.settings();
         if let Some((min, max, rungs)) = self.faces {
             settings.push(("fewest_faces", min.into()));
-            let max = if max == u32::MAX {
-                Value::Null
-            } else {
-                max.into()
-            };
-            settings.push(("most_faces", max));
+            let most = (max != u32::MAX).then_some(max);
+            settings.push(("most_faces", most.into()));
             settings.push(("polygon_levels", rungs.into()));
         }
         Point::new(self.series, self.name.clone(), settings)
@@ -174,7 +156,7 @@ fn methods(
     room: &Room,
     scenes: &Scenes,
 ) -> Result<(Comparison, [Frame; 2]), Cause> {
-    let usual = scenes.usual();
+    let usual = &scenes[0].3;
     let with = |lod: Lod| Way {
         lod: Some(lod),
         ..Way::FULL
@@ -217,7 +199,7 @@ fn methods(
         let name = format!("border {sign}{}°", degrees.unsigned_abs());
         settings.push(new("cut-offs", &name, field(border(*degrees)?)));
     }
-    for &(min, max, rungs, ref scene) in &scenes.all[1..] {
+    for &(min, max, rungs, ref scene) in &scenes[1..] {
         let (series, name, way) = match max {
             u32::MAX if rungs == RUNGS => ("faces", format!("from {min} faces"), Way::PAPER),
             u32::MAX => ("faces", format!("{rungs} levels"), Way::PAPER),
@@ -308,7 +290,7 @@ fn border(degrees: i8) -> Result<VisualField, Cause> {
 
 fn depths(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison, Cause> {
     let deepest = 8;
-    let usual = scenes.usual();
+    let usual = &scenes[0].3;
     let way = |depth: u8, way: Way<'static>| Way { depth, ..way };
     let mut settings = Vec::new();
     for depth in 0..=5 {
@@ -330,7 +312,7 @@ fn depths(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison,
 
 fn samples(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison, Cause> {
     let finest = bench.effort.pick(32, 64);
-    let usual = scenes.usual();
+    let usual = &scenes[0].3;
     let way = |samples: u16, way: Way<'static>| Way { samples, ..way };
     let mut settings = Vec::new();
     for &samples in bench.effort.pick(&[1u16, 2, 4, 8][..], &[1, 2, 4, 8, 16]) {

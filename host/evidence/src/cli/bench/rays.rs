@@ -65,18 +65,10 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct RayHit {
-    triangle: u32,
-    t: f32,
-}
+/// A ray's triangle and distance.
+type RayHit = (u32, f32);
 
-impl RayHit {
-    const MISS: Self = Self {
-        triangle: u32::MAX,
-        t: f32::INFINITY,
-    };
-}
+const MISS: RayHit = (u32::MAX, f32::INFINITY);
 
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let rays = read_rays(&arguments.rays)?;
@@ -87,9 +79,9 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     if let Some(path) = &arguments.hits {
         write_atomically(path, |file| {
-            hits.iter().try_for_each(|hit| {
-                file.write_all(&hit.triangle.to_le_bytes())?;
-                file.write_all(&hit.t.to_le_bytes())
+            hits.iter().try_for_each(|(triangle, t)| {
+                file.write_all(&triangle.to_le_bytes())?;
+                file.write_all(&t.to_le_bytes())
             })
         })
         .map_err(Fault::write(path))?;
@@ -143,7 +135,7 @@ where
         .num_threads(threads)
         .build()
         .map_err(|reason| Fault::Threads { threads, reason })?;
-    let mut hits = vec![RayHit::MISS; rays.len()];
+    let mut hits = vec![MISS; rays.len()];
     let mut steps = 0;
     let mut rates = Vec::new();
     // A baked mesh has mesh number 0: without one there is nothing to trace.
@@ -162,7 +154,7 @@ where
         arguments.layout.0.simd(simd).name(),
         arguments.layout.0.name(),
     );
-    let hit = hits.iter().filter(|hit| **hit != RayHit::MISS).count();
+    let hit = hits.iter().filter(|hit| **hit != MISS).count();
     let (rays, steps) = (rays.len(), steps as f64 / rays.len() as f64);
     let text = format!(
         "{median:.2} million rays a second ({min:.2} to {max:.2}) on {threads} threads, {simd}, \
@@ -200,10 +192,7 @@ where
                 let mut hits = hits.iter_mut();
                 tracer.nearest_of_each(rays.iter().copied(), stack, |nearest| {
                     if let Some(hit) = hits.next() {
-                        *hit = nearest.map_or(RayHit::MISS, |nearest| RayHit {
-                            triangle: nearest.triangle,
-                            t: nearest.t,
-                        });
+                        *hit = nearest.map_or(MISS, |hit| (hit.triangle, hit.t));
                     }
                 })
             },

@@ -81,7 +81,7 @@ fn the_page_has_everything_and_needs_nothing_else() {
         "one &lt;series&gt;",
         "a&amp;b.obj",
         "1\u{2009}234\u{2009}567",
-        "<td>far &amp; away</td><td class=\"number\">0.500</td>",
+        "<td>origin a radius away</td><td class=\"number\">0.500</td>",
         "<td class=\"number\">wrong</td>",
         "profile release, opt-level 3; commit 1f; the processor has sse2, avx2.",
     ] {
