@@ -129,13 +129,10 @@ struct Heard {
 
 /// Turns samples into the line of sight. One for each viewer.
 ///
-/// It keeps the newest `HEAD` poses of the head and the newest `EYES` gazes.
-/// These should reach back as far as velocities are taken over, which is
-/// [`HeadConfig::window`] and [`PursuitConfig::window`]: the window times the
-/// tracker's rate, and one more. As they come they do at 1,000 Hz, and 24 and 64
-/// do at 500 Hz, in little more than half of the memory. Shorter ones are no error:
-/// what is not kept is not looked at, and what the eyes follow is not predicted
-/// where less than half of the window is kept.
+/// It keeps the newest `HEAD` poses of the head and `EYES` gazes: enough for the spans of
+/// [`HeadConfig::window`] and [`PursuitConfig::window`] at 1,000 Hz as they come, and at 500 Hz
+/// with 24 and 64, in little more than half of the memory. With shorter ones spans are shorter,
+/// and pursuit is not predicted with less than half of its window.
 #[derive(Debug, Clone)]
 pub struct GazeEstimator<const HEAD: usize = 64, const EYES: usize = 128> {
     config: EstimatorConfig,
@@ -176,10 +173,9 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         config.check()?;
         let (_, least_ahead) = sin_cos(config.most_eccentricity);
         let resting = config.resting_head;
-        let field = "the resting head";
         let sight = sight(&resting, forward(&resting));
         Ok(Self {
-            sight: sight.ok_or(EstimatorConfigError::NotFinite { field })?,
+            sight: sight.ok_or(EstimatorConfigError::NotFinite("the resting head"))?,
             config,
             least_ahead,
             heard: Heard::default(),
@@ -249,12 +245,10 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         }
     }
 
-    /// Takes what the device says between its samples: which eyes are shut, or lost.
-    /// Where none is left of those that count this is a blink, from the time of the
-    /// sample before it on, and later samples have no gaze, whatever they say, until the
-    /// device says that an eye is back. A sample that has the eye's direction more than
-    /// [`FallbackConfig::longest_blink`] later brings it back too: the word of it may
-    /// have been lost on the line. Other messages are nothing to it.
+    /// Takes which eyes the device says are shut or lost. Without any that count this is a
+    /// blink from the sample before on, and samples have no gaze until the device says that an
+    /// eye is back, or the eye is measured [`FallbackConfig::longest_blink`] later. Other
+    /// messages change nothing.
     #[inline(never)]
     pub fn on_message(&mut self, message: &Message, sink: &mut dyn FnMut(Event)) {
         let Message::Eyes(event) = message else {
@@ -431,9 +425,8 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         }
     }
 
-    /// Where the viewer looks at `time`, which is when the frame will be seen.
-    /// A time before the newest data counts as theirs, and
-    /// [`Estimate::for_time`] says so.
+    /// Where the viewer looks at `time`, when the frame will be seen; a time before the newest
+    /// data counts as theirs ([`Estimate::for_time`]).
     #[inline(never)]
     pub fn estimate(&mut self, time: Micros, sink: &mut dyn FnMut(Event)) -> Estimate {
         let (gaze_time, head_time) = (self.gaze_time(), self.head_time());

@@ -69,12 +69,10 @@ pub enum Filter {
 
 /// How the gaze is continued to the time of display.
 ///
-/// On the feature `mock`'s default viewer, 20 ms after the sample, the error of the line of
-/// sight is nowhere larger than without it: from 60 to 1,000 Hz, in fixations, pursuit, saccades
-/// and the first 20 ms after their landing, in median and 95th percentile. In pursuit the median
-/// is at most 0.9 of that without at 60 Hz, two thirds at 120 Hz and half from 250 Hz on; after a
-/// landing it is at most 0.7. At low rates it helps less in pursuit: what starts and what stops
-/// is noticed later, so less of the velocity is relied on.
+/// On the mock's default viewer, 20 ms after the sample, the error of the line of sight is
+/// nowhere larger than without it, in median and 95th percentile, from 60 to 1,000 Hz. In pursuit
+/// the median is at most 0.9 of that without at 60 Hz, two thirds at 120 Hz and half from 250 Hz
+/// on; in the first 20 ms after a landing at most 0.7.
 /// `cargo test -p shisen-tracker prediction -- --nocapture` prints all errors and asserts this.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GazePrediction {
@@ -133,18 +131,15 @@ pub struct EstimatorConfig {
     pub most_eccentricity: f32,
     /// An eye that is less open counts as shut; 0 to 1.
     pub least_openness: f32,
-    /// A gaze that is the same to the last bit for longer is stuck, and then as
-    /// old as its last change: from 50 ms on. What the tracker said is compared,
-    /// not what the head's turn makes of it; of two eyes, both. `None` believes
-    /// it: for a tracker so coarse that a fixation shows no noise.
+    /// A gaze that the tracker says to the same bits for longer is stuck, and as old as its
+    /// last change: from 50 ms on. `None` believes it, for a tracker so coarse that a fixation
+    /// shows no noise.
     pub stuck_after: Option<Micros>,
-    /// A position, or an orientation with its turn, that is the same to the last
-    /// bit for longer, though it has changed before, is stuck, and then as old as
-    /// its last change: from 50 ms on. What never changed is believed, since a
-    /// stand or a script has no noise, and some trackers turn but do not move; if
-    /// neither did, an [`Event::HeadStill`](super::Event::HeadStill) says so. A
-    /// head that somebody wears never rests so well; a script that moves it, and
-    /// then not, and adds no noise wants `None`, which believes everything.
+    /// A position, or an orientation with its turn, that has changed before and is the same to
+    /// the last bit for longer is stuck, and as old as its last change: from 50 ms on. What never
+    /// changed is believed, since a stand has no noise; if neither did,
+    /// [`Event::HeadStill`](super::Event::HeadStill) says so. `None` believes everything, for a
+    /// script that moves the head, and then not, without noise.
     pub head_stuck_after: Option<Micros>,
     /// What smooths the directions.
     pub filter: Filter,

@@ -104,8 +104,7 @@ pub(super) fn rung(config: &FallbackConfig, gaze: Age, head: Age, blink: bool) -
         Age::Of(age) if blink && age >= config.hold_after => (State::Hold, 0.0),
         Age::Of(age) if age >= config.head_after => (State::HeadDirection, config.widen_by),
         Age::Of(age) if age >= config.widen_after => {
-            let span = config.head_after.since(config.widen_after);
-            let part = share(age.since(config.widen_after), span);
+            let part = share(age, config.widen_after, config.head_after);
             (State::Widened, config.widen_by * part)
         }
         Age::Of(age) if age >= config.hold_after => (State::Hold, 0.0),
@@ -115,8 +114,7 @@ pub(super) fn rung(config: &FallbackConfig, gaze: Age, head: Age, blink: bool) -
         Age::Never => (State::FullQuality, 0.0),
         Age::Of(age) if age >= config.head_full_after => (State::FullQuality, 0.0),
         Age::Of(age) if age >= config.head_widen_after => {
-            let span = config.head_full_after.since(config.head_widen_after);
-            let part = share(age.since(config.head_widen_after), span);
+            let part = share(age, config.head_widen_after, config.head_full_after);
             (State::Widened, config.widen_by * part)
         }
         Age::Of(age) if age >= config.head_hold_after => (State::Hold, 0.0),
@@ -131,8 +129,9 @@ pub(super) fn rung(config: &FallbackConfig, gaze: Age, head: Age, blink: bool) -
     (state, widen)
 }
 
-fn share(part: Micros, whole: Micros) -> f32 {
-    (part.seconds() / whole.seconds().max(1.0e-6)).min(1.0)
+/// How far an age is from one to another, up to 1.
+fn share(age: Micros, from: Micros, to: Micros) -> f32 {
+    (age.since(from).seconds() / to.since(from).seconds().max(1.0e-6)).min(1.0)
 }
 
 #[cfg(test)]

@@ -179,12 +179,9 @@ pub(super) fn of_sample(
 
 /// A unit vector through its calibration.
 fn calibrated(direction: Vec3, calibration: Option<&Calibration>) -> Option<Vec3> {
-    match calibration {
+    match calibration.zip(plane_of(direction)) {
+        Some((calibration, place)) => calibration.direction(place),
         // What is behind the head stays so, and is refused for it.
-        Some(calibration) => match plane_of(direction) {
-            Some(place) => calibration.direction(place),
-            None => Some(direction),
-        },
         None => Some(direction),
     }
 }

@@ -44,8 +44,8 @@ const MOST_ANSWER: usize = 64;
 #[derive(Debug, Clone)]
 pub struct Device {
     protocol: Protocol,
-    /// What a reset leaves.
-    saved: Saved,
+    /// What a reset leaves: the protocol, and whether it streams.
+    saved: (Protocol, bool),
     heard: Vec<u8, MOST_HEARD>,
     /// The line up to its end was refused for its length.
     overlong: bool,
@@ -62,12 +62,6 @@ pub struct Device {
     front: Zero<Quat>,
     adhawk: adhawk::Properties,
     flock: flock::State,
-}
-
-#[derive(Debug, Clone)]
-struct Saved {
-    protocol: Protocol,
-    streams: bool,
 }
 
 /// Something that is measured from where it was at a command.
@@ -99,10 +93,7 @@ impl Device {
     pub fn new(protocol: &Protocol) -> Self {
         Self {
             protocol: protocol.clone(),
-            saved: Saved {
-                protocol: protocol.clone(),
-                streams: true,
-            },
+            saved: (protocol.clone(), true),
             heard: Vec::new(),
             overlong: false,
             link: link::Commands::new(),
@@ -232,7 +223,7 @@ impl Device {
             Protocol::Fastrak(_) => self.fastrak(first, now, answer),
             Protocol::Liberty(_) => self.liberty(now, answer),
             Protocol::Flock(_) => self.flock(first, answer),
-            Protocol::Hatire(_) => self.hatire(first, now, answer),
+            Protocol::Hatire(_) => Some(self.hatire(first, now, answer)),
             Protocol::Iscan(_) => {
                 self.set(first, iscan::START[0], iscan::STOP[0]);
                 Some(1)
@@ -263,13 +254,12 @@ impl Device {
     }
 
     /// Restarts as it was saved, and is away for nine tenths of the usual time.
-    fn restart(&mut self, now: Micros, usual: Micros) -> Option<usize> {
-        self.protocol = self.saved.protocol.clone();
-        self.streams = self.saved.streams;
+    fn restart(&mut self, now: Micros, usual: Micros) -> usize {
+        (self.protocol, self.streams) = self.saved.clone();
         (self.asked, self.rate, self.next) = (0, None, Micros(0));
         (self.clock, self.front) = (Zero::None, Zero::None);
         self.away_until = Some(now.after(Micros(usual.0 / 10 * 9)));
-        Some(self.heard.len())
+        self.heard.len()
     }
 }
 

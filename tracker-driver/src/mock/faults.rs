@@ -236,22 +236,22 @@ impl<S: Source<Item = Chunk>> Faults<S> {
             self.aside = Some(item);
             return;
         }
-        self.send(item);
+        self.send(&item);
         if duplicate {
-            self.send(item);
+            self.send(&item);
         }
         if let Some(mut passed) = self.aside.take() {
             passed.arrival = due.max(passed.arrival);
-            self.send(passed);
+            self.send(&passed);
         }
     }
 
     /// Puts an item behind all that arrive no later.
-    fn send(&mut self, item: Chunk) {
+    fn send(&mut self, item: &Chunk) {
         let earlier = |other: &&Chunk| other.arrival <= item.arrival;
         let behind = self.under_way.iter().take_while(earlier).count();
         // There is room: `poll` sees to it.
-        let _ = self.under_way.insert(behind, item);
+        let _ = self.under_way.insert(behind, *item);
     }
 }
 

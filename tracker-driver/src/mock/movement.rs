@@ -52,37 +52,37 @@ pub struct ViewerConfig {
 }
 
 impl ViewerConfig {
-    fn in_range(self) -> Self {
-        let within = |number: f32, least: f32, most: f32| min(max(number, least), most);
+    fn in_range(mut self) -> Self {
         let HeadPose {
             position,
             orientation,
         } = self.resting_head;
-        let is_pose = valid::place(position, 1.0e6).is_ok()
-            && valid::rotation(orientation, valid::UNIT_TOLERANCE).is_ok();
-        Self {
-            resting_head: if is_pose {
-                self.resting_head
-            } else {
-                HeadPose::IDENTITY
-            },
-            head_sway: within(self.head_sway, 0.0, 10.0),
-            head_turn: within(self.head_turn, 0.0, 1.0),
-            field: within(self.field, 0.01, 1.5),
-            fixation: within(self.fixation, 0.06, 3.0),
-            fixation_deviation: within(self.fixation_deviation, 0.0, 2.0),
-            amplitude: within(self.amplitude, 0.001, 1.5),
-            base_duration: within(self.base_duration, 0.005, 0.1),
-            duration_per_amplitude: within(self.duration_per_amplitude, 0.0, 1.0),
-            duration_deviation: within(self.duration_deviation, 0.0, 2.0),
-            pursuit: within(self.pursuit, 0.0, 1.0),
-            pursuit_speed: within(self.pursuit_speed, 0.0, 10.0),
-            microsaccades: within(self.microsaccades, 0.0, 20.0),
-            blinks: within(self.blinks, 0.0, 600.0),
-            blink: within(self.blink, 0.02, 2.0),
-            blink_deviation: within(self.blink_deviation, 0.0, 2.0),
-            jitter: within(self.jitter, 0.0, 0.1),
+        if valid::place(position, 1.0e6).is_err()
+            || valid::rotation(orientation, valid::UNIT_TOLERANCE).is_err()
+        {
+            self.resting_head = HeadPose::IDENTITY;
         }
+        for (number, least, most) in [
+            (&mut self.head_sway, 0.0, 10.0),
+            (&mut self.head_turn, 0.0, 1.0),
+            (&mut self.field, 0.01, 1.5),
+            (&mut self.fixation, 0.06, 3.0),
+            (&mut self.fixation_deviation, 0.0, 2.0),
+            (&mut self.amplitude, 0.001, 1.5),
+            (&mut self.base_duration, 0.005, 0.1),
+            (&mut self.duration_per_amplitude, 0.0, 1.0),
+            (&mut self.duration_deviation, 0.0, 2.0),
+            (&mut self.pursuit, 0.0, 1.0),
+            (&mut self.pursuit_speed, 0.0, 10.0),
+            (&mut self.microsaccades, 0.0, 20.0),
+            (&mut self.blinks, 0.0, 600.0),
+            (&mut self.blink, 0.02, 2.0),
+            (&mut self.blink_deviation, 0.0, 2.0),
+            (&mut self.jitter, 0.0, 0.1),
+        ] {
+            *number = min(max(*number, least), most);
+        }
+        self
     }
 }
 

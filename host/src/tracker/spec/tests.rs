@@ -80,19 +80,6 @@ fn each_kind_is_read() {
     }
 }
 
-#[test]
-fn a_sensor_is_chosen_where_there_are_several() {
-    for spec in [
-        "serial:/dev/tty?protocol=fastrak&head=3",
-        "serial:/dev/tty?protocol=link&head=3",
-        "replay:a.csv?head=3",
-        "mock:as=flock&group=1&birds=4&head=3",
-        "mock:as=flock&group=1&birds=2&first=3&head=3",
-    ] {
-        assert_eq!(spec.parse::<Spec>().unwrap().head(), Some(3), "{spec}");
-    }
-}
-
 /// A specification, its message and its help; a leading `?` is a serial port's.
 #[test]
 fn faults_say_what_is_allowed() {

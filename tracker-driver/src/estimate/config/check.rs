@@ -35,36 +35,19 @@ pub enum EstimatorConfigError {
         most: Micros,
     },
     /// Two values that ascend, of which the second is below the first.
-    #[error("{first} is above {second}: exchange them or change one")]
-    Order {
-        /// The one that is to be lower.
-        first: &'static str,
-        /// The one that is to be higher.
-        second: &'static str,
-    },
+    #[error("{0} is above {1}: exchange them or change one")]
+    Order(&'static str, &'static str),
     /// A place is NaN or infinite.
-    #[error("{field} is not finite: give three finite numbers")]
-    NotFinite {
-        /// Which.
-        field: &'static str,
-    },
-    /// A direction or a rotation does not have length 1.
-    #[error("{field} has length {length}: give one of length 1")]
-    NotUnit {
-        /// Which.
-        field: &'static str,
-        /// Its length.
-        length: f32,
-    },
-    /// The screen's edges are not at right angles.
+    #[error("{0} is not finite: give three finite numbers")]
+    NotFinite(&'static str),
+    /// A direction or a rotation, and its length, which is not 1.
+    #[error("{0} has length {1}: give one of length 1")]
+    NotUnit(&'static str, f32),
+    /// The screen's edges are not at right angles; the cosine of their angle.
     #[error(
-        "the screen's edges are not at right angles (the cosine is {cosine}): measure its corners \
-         again"
+        "the screen's edges are not at right angles (the cosine is {0}): measure its corners again"
     )]
-    Skewed {
-        /// The cosine of their angle.
-        cosine: f32,
-    },
+    Skewed(f32),
 }
 
 /// Checks a table of values, each by its name and its range.
@@ -182,7 +165,7 @@ impl Screen {
         }
         let cosine = self.right.dot(self.down);
         if !(cosine.abs() <= 0.01) {
-            return Err(EstimatorConfigError::Skewed { cosine });
+            return Err(EstimatorConfigError::Skewed(cosine));
         }
         Ok(())
     }
@@ -192,7 +175,7 @@ fn finite(field: &'static str, place: Vec3) -> Result<(), EstimatorConfigError> 
     if place.is_finite() {
         Ok(())
     } else {
-        Err(EstimatorConfigError::NotFinite { field })
+        Err(EstimatorConfigError::NotFinite(field))
     }
 }
 
@@ -238,7 +221,7 @@ fn ascend<T: PartialOrd + Copy>(values: &[(&'static str, T)]) -> Result<(), Esti
         if let [(first, lower), (second, higher)] = *pair
             && !(lower <= higher)
         {
-            return Err(EstimatorConfigError::Order { first, second });
+            return Err(EstimatorConfigError::Order(first, second));
         }
     }
     Ok(())
@@ -248,7 +231,7 @@ fn unit(field: &'static str, length: f32) -> Result<(), EstimatorConfigError> {
     if (length - 1.0).abs() <= UNIT_TOLERANCE {
         Ok(())
     } else {
-        Err(EstimatorConfigError::NotUnit { field, length })
+        Err(EstimatorConfigError::NotUnit(field, length))
     }
 }
 

@@ -1,8 +1,7 @@
 //! Eyes that are not seen, as samples and messages say it.
 
 use super::*;
-use crate::decoder::{Decoder, Event as Decoded, EyeEvent, EyeEventKind, Side};
-use crate::eye::adhawk;
+use crate::decoder::{EyeEvent, EyeEventKind, Message, Side};
 
 fn shut(i: u64) -> Sample {
     let mut sample = steady(i);
@@ -116,24 +115,14 @@ fn a_blink_begins_with_its_sample() {
 #[test]
 fn eyes_that_the_device_says_are_shut_or_lost_blink() {
     use EyeEventKind::{Closed, Found, Lost, Opened};
-    let message = |kind, eye| {
-        let event = EyeEvent {
-            kind,
-            eye,
-            device_time: None,
-            duration: None,
-        };
-        let mut said = None;
-        adhawk::AdHawk::new().feed(&adhawk::encode_event(&event), Micros(0), &mut |event| {
-            if let Decoded::Message(message) = event {
-                said = Some(message);
-            }
-        });
-        said.unwrap()
-    };
     let say = |run: &mut Run, kind, eye| {
         let events = &mut run.events;
-        let message = message(kind, Some(eye));
+        let message = Message::Eyes(EyeEvent {
+            kind,
+            eye: Some(eye),
+            device_time: None,
+            duration: None,
+        });
         run.estimator.on_message(&message, &mut |e| events.push(e));
     };
     let (left, right) = (Side::Left, Side::Right);

@@ -60,13 +60,10 @@ impl Device {
                     Some(&FACTORY_ITEMS),
                 );
             }
-            SAVE => {
-                self.saved.protocol = self.protocol.clone();
-                self.saved.streams = self.streams;
-            }
+            SAVE => self.saved = (self.protocol.clone(), self.streams),
             RESET => {
                 let usual = config.reset_time;
-                return self.restart(now, usual);
+                return Some(self.restart(now, usual));
             }
             // What the answer to `T` looks like is not known; the ends of lines
             // that some hosts send behind a letter mean nothing.

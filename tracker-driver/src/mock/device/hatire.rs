@@ -15,9 +15,9 @@ impl Device {
         first: u8,
         now: Micros,
         answer: &mut dyn FnMut(&[u8]),
-    ) -> Option<usize> {
+    ) -> usize {
         let Protocol::Hatire(config) = self.protocol else {
-            return Some(1);
+            return 1;
         };
         match first {
             b'R' => {
@@ -30,7 +30,7 @@ impl Device {
             b'I' => say(&config, INFO, b"STOPPED\n", answer),
             _ => self.set(first, b'S', b's'),
         }
-        Some(1)
+        1
     }
 }
 

@@ -30,7 +30,7 @@ impl Device {
             b"U1" => config.units = Units::Centimetres,
             b"Q0" => self.clock = Zero::Next,
             [WHO_ARE_YOU] => answer(NAME),
-            [RESET] => return self.restart(now, RESET_TIME),
+            [RESET] => return Some(self.restart(now, RESET_TIME)),
             command => {
                 if let Some(numbers) = of_first_station(command) {
                     // One that makes no list changes nothing: how a refusal
