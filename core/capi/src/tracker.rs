@@ -15,10 +15,10 @@ use shisen_tracker::time::Micros;
 
 /// Bytes of memory for a tracker's handle, whatever its protocol.
 #[cfg(target_pointer_width = "32")]
-pub const SHISEN_TRACKER_SIZE: usize = 6560;
+pub const SHISEN_TRACKER_SIZE: usize = 6576;
 /// Bytes of memory for a tracker's handle, whatever its protocol.
 #[cfg(target_pointer_width = "64")]
-pub const SHISEN_TRACKER_SIZE: usize = 6848;
+pub const SHISEN_TRACKER_SIZE: usize = 6864;
 
 /// Bytes of memory for setting a device up.
 #[cfg(target_pointer_width = "32")]
