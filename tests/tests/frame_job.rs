@@ -5,8 +5,8 @@ use shisen::bake::{Baked, Layout};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen_core::Simd;
 use shisen_core::frame::{
-    Budget, FlatScreen, FrameError, FrameJob, Mode, Part, Pixel, Place, Progress, Renderer,
-    Settings, Tile, Workspace,
+    Budget, FlatScreen, FrameError, FrameJob, Mode, Part, Pixel, Place, Progress, Renderer, Tile,
+    Workspace,
 };
 use shisen_core::scene::EffectSet;
 use shisen_tests::meshes::icosphere;
@@ -59,19 +59,12 @@ fn parts<'r, 'a>(renderer: &'r Renderer<'a, 4>) -> Vec<Part<'r, 'a, 4>> {
     parts.into()
 }
 
-/// Where there is next to nothing to be seen.
-fn ceiling<'r, 'a>(renderer: &'r Renderer<'a, 4>) -> Part<'r, 'a, 4> {
-    let screen = screen([-1., 1., -1.], [1., 1., -1.], [-1., 1., 1.]);
-    part(&screen, renderer)
-}
-
 /// What a frame was handed over in.
 struct Seen {
     tiles: Vec<(usize, Tile, bool)>,
     pictures: Vec<Vec<Pixel>>,
     calls: usize,
     steps: u64,
-    primary: u64,
 }
 
 fn run(parts: &[Part<'_, '_, 4>], budget: Budget, slice: u64) -> Seen {
@@ -112,7 +105,6 @@ fn run(parts: &[Part<'_, '_, 4>], budget: Budget, slice: u64) -> Seen {
         pictures,
         calls,
         steps: workspace.statistics.steps,
-        primary: workspace.statistics.primary,
     }
 }
 
@@ -190,38 +182,6 @@ fn how_a_frame_is_cut_into_calls_changes_no_bit_of_it() {
             assert_eq!(other.steps, first.steps);
             assert!(slice > 1 || share == 0 || other.calls > first.calls);
         }
-    }
-}
-
-/// One by one, too, rays are spared where all of a block see past everything.
-#[test]
-fn blocks_that_see_nothing_take_one_test() {
-    let baked = baked();
-    for samples in [1, 4] {
-        let settings = Settings {
-            depth: 0,
-            samples,
-            ..Settings::default()
-        };
-        // Without effects only primary rays take steps.
-        let renderer = Renderer::single::<0>(baked.scene(), Simd::detect(), settings);
-        let parts = [ceiling(&renderer)];
-        let seen = run(&parts, Budget::UNLIMITED, u64::MAX);
-        let mut workspace = Workspace::new();
-        for Part { view, renderer } in &parts {
-            for (x, y) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))) {
-                let ray = view.ray(x as f32, y as f32).expect("a ray");
-                let budget = &mut Budget::UNLIMITED.clone();
-                renderer.tracer().nearest(&ray, budget, &mut workspace);
-            }
-        }
-        let alone = u64::from(samples) * workspace.statistics.steps;
-        assert!(2 * seen.steps < alone, "{} of {alone}", seen.steps);
-        let together = Renderer::for_effects::<0>(baked.scene(), Simd::detect(), settings);
-        let same = run(&[ceiling(&together)], Budget::UNLIMITED, u64::MAX);
-        assert!(bits(&seen.pictures) == bits(&same.pictures));
-        let primary = u64::from(samples * SIZE[0] as u16 * SIZE[1] as u16);
-        assert_eq!((seen.primary, same.primary), (primary, primary));
     }
 }
 

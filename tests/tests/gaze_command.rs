@@ -3,9 +3,7 @@
 use serde_json::{Value, json};
 use shisen_tests::command::{folder, line, number, refused, report, says, shisen, succeed};
 use shisen_tests::meshes::write_ball;
-use std::collections::HashSet;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
-use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::Stdio;
@@ -214,74 +212,6 @@ fn cave(folder: &Path, words: &str) -> Value {
         folder,
         &format!("cave --size 48 --view-size 32x24 --mesh ball.obj {words}"),
     )
-}
-
-#[test]
-fn pictures_show_what_levels_of_detail_do() {
-    let folder = folder();
-    let plain = cave(folder.path(), "--out plain");
-    let found = cave(folder.path(), "--lod paper --out lod");
-    let picture = |report: &Value, key: &str| {
-        let path = report[key].as_str().unwrap();
-        image::open(folder.path().join(path)).unwrap().into_rgb8()
-    };
-    let files = |out: &str| fs::read_dir(folder.path().join(out)).unwrap().count();
-    assert_eq!((files("plain"), files("lod")), (8, 11));
-    let net = picture(&found, "cave");
-    for name in ["levels", "polygons", "difference"] {
-        assert_eq!(plain[name], Value::Null, "{name}");
-        assert_eq!(found[name], format!("lod/{name}.png"));
-        assert_eq!(picture(&found, name).dimensions(), net.dimensions());
-    }
-    // Their difference is black where they are equal, and only there.
-    let (levels, difference) = (picture(&found, "levels"), picture(&found, "difference"));
-    let full = picture(&plain, "cave");
-    let (mut same, mut different) = (0, 0);
-    for (x, y, seen) in difference.enumerate_pixels() {
-        let is_same = net.get_pixel(x, y) == full.get_pixel(x, y);
-        if is_same && seen == net.get_pixel(x, y) {
-            // Between the walls.
-            continue;
-        }
-        assert_eq!(seen.0 == [0; 3], is_same, "{x} {y}");
-        *(if is_same { &mut same } else { &mut different }) += 1;
-    }
-    assert!(same > 1000 && different > 100, "{same}, {different}");
-    // Viridis' yellow where the viewer looks, dark grey outside the field.
-    let count = |is: &dyn Fn([u8; 3]) -> bool| levels.pixels().filter(|p| is(p.0)).count();
-    let yellow = count(&|[r, g, b]| r > 200 && g > 200 && b < 80);
-    let outside = number(&found["lod"]["field"][4], "outside");
-    assert!(yellow > 48 * 48 / 8 && outside > 0.5, "{yellow}, {outside}");
-    let grey = count(&|[r, g, b]| r == g && g == b && (20..60).contains(&r));
-    assert!(grey > 48 * 48 / 2, "{grey}");
-    // Nothing but faces changes with the faces.
-    let coarse = cave(
-        folder.path(),
-        "--lod paper --faces 100..300 --levels 3 --out coarse",
-    );
-    assert!(picture(&coarse, "levels") == levels);
-    assert!(picture(&coarse, "polygons") != picture(&found, "polygons"));
-}
-
-#[test]
-fn the_gaze_decides_the_frame() {
-    let folder = folder();
-    let hash = |words: &str| {
-        cave(folder.path(), &format!("--lod paper {words}"))["frame_hash"].to_string()
-    };
-    let mut hashes = HashSet::new();
-    for words in [
-        "",
-        "--look floor",
-        "--look 30,-20",
-        "--up 1,1,0",
-        "--fixate 0,0,-0.5",
-        "--fixate 0.2,-0.3,-0.5",
-    ] {
-        assert!(hashes.insert(hash(words)), "{words}");
-    }
-    // Eyes that look at a point so far away have one line of sight.
-    assert!(hashes.contains(&hash("--fixate 0,0,-1e9")));
 }
 
 #[test]

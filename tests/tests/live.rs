@@ -145,32 +145,6 @@ fn a_budget_is_kept_and_threads_change_nothing() {
     }
 }
 
-/// A pixel of many samples takes more than a block of single ones.
-#[test]
-fn a_budget_is_kept_by_pixels_of_many_samples() {
-    let baked = baked();
-    for samples in [64, 1_024] {
-        let mut options = options(2, 16);
-        options.settings.samples = samples;
-        with(&baked, &options, |engine| {
-            for steps in [20_000, 200_000, 1_000_000] {
-                for number in 0..2 {
-                    let frame = engine.render(&eyes(11 * number), &Quality::FULL, Some(steps));
-                    let frame = frame.expect("a frame");
-                    let taken = frame.steps;
-                    assert!(taken <= steps, "{samples}: {taken} of {steps}");
-                    // Most of it is used, where there is enough for a pixel.
-                    let is_enough = steps >= 200 * u64::from(samples) * 16;
-                    assert!(
-                        !is_enough || taken > steps / 4,
-                        "{samples}: {taken} of {steps}"
-                    );
-                }
-            }
-        });
-    }
-}
-
 /// Where time is short, what is looked at is there all the same; and where steps are
 /// enough, nothing is different.
 #[test]

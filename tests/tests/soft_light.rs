@@ -155,30 +155,6 @@ fn a_penumbra_is_as_wide_and_as_dark_as_geometry_says() {
 }
 
 #[test]
-fn samples_of_a_pixel_look_at_further_points() {
-    let behind_an_edge = |samples| {
-        let mut scene = scene(samples, false);
-        scene
-            .objects
-            .push(square(DVec3::new(-10.0, 0.5 * HEIGHT, 0.0), 20.0));
-        scene
-    };
-    let place = DVec3::new(0.1, 0.0, 0.0);
-    let at_once = pixels(&behind_an_edge(64), place, 1, EffectSet::NONE);
-    for samples in [4u16, 16] {
-        let per_sample = 64 / u32::from(samples);
-        let found = pixels(&behind_an_edge(per_sample), place, samples, EffectSet::NONE);
-        // The same points of the light, from within a micrometre.
-        for (found, expected) in found.iter().zip(&at_once) {
-            assert!(
-                (found - expected).abs() < 0.02 * expected,
-                "{found}, {expected}"
-            );
-        }
-    }
-}
-
-#[test]
 fn light_goes_to_one_side_or_to_both() {
     let above = |two_sided| {
         let mut scene = scene(16, two_sided);
@@ -208,35 +184,4 @@ fn light_goes_to_one_side_or_to_both() {
     assert_eq!(behind, 0.0);
     let (below, behind) = above(true);
     assert!((below - behind).abs() < 0.02 * below, "{below}, {behind}");
-}
-
-#[test]
-fn without_soft_light_it_shines_from_its_middle() {
-    let mut scene = scene(64, false);
-    let area = 4.0 * HALF[0] * HALF[1];
-    let at = |x: f64| {
-        let distance2 = HEIGHT * HEIGHT + x * x;
-        let cosine = HEIGHT / distance2.sqrt();
-        REFLECTANCE * RADIANCE * area * cosine * cosine / (PI * distance2)
-    };
-    for x in [-0.3, 0.3, 4.0] {
-        let found = pixels(&scene, DVec3::new(x, 0.0, 0.0), 1, EffectSet::SOFT_LIGHT);
-        // The pixels are some micrometres apart.
-        assert!(found.iter().all(|p| (p / at(x) - 1.0).abs() < 1e-4), "{x}");
-    }
-    scene
-        .objects
-        .push(square(DVec3::new(-10.0, 0.5 * HEIGHT, 0.0), 20.0));
-    let shadowed = pixels(
-        &scene,
-        DVec3::new(-0.01, 0.0, 0.0),
-        1,
-        EffectSet::SOFT_LIGHT,
-    );
-    assert!(shadowed.iter().all(|&p| p == 0.0));
-    let lit = pixels(&scene, DVec3::new(0.01, 0.0, 0.0), 1, EffectSet::SOFT_LIGHT);
-    assert!(lit.iter().all(|&p| (p / at(0.01) - 1.0).abs() < 1e-4));
-    let through = EffectSet::SOFT_LIGHT | EffectSet::SHADOWS;
-    let through = pixels(&scene, DVec3::new(-0.01, 0.0, 0.0), 1, through);
-    assert!(through.iter().all(|&p| p > 0.0));
 }

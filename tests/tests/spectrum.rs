@@ -2,10 +2,9 @@
 //! 40 digits, from the coefficients that refractiveindex.info has; `shisen
 //! medium` and `shisen spectrum`.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::DVec3;
 use serde_json::{Value, json};
 use shisen_core::spectrum::{Matching, Medium, SpectralSample, SpectralTable, Wavelengths, line};
-use shisen_core::trace::refract;
 use shisen_tests::command::{folder, refused, report, run, says};
 
 /// The lines F, d and C, and the wavelengths 400, 550 and 700 nm.
@@ -93,69 +92,6 @@ const PRISMS: [(&str, [f64; 3]); 3] = [
         [34.035_213_51, 33.644_070_78, 33.468_619_93],
     ),
 ];
-
-#[test]
-fn a_prism_turns_rays_by_their_minimum_deviation() {
-    // Light that enters at half of it and the apex goes straight across.
-    let apex = 60f64.to_radians();
-    for (name, degrees) in PRISMS {
-        for (nm, expected) in WAVELENGTHS.into_iter().zip(degrees) {
-            let n = named(name).index_in(nm).expect("in range");
-            let normal = |turn: f64| Vec2::new(turn.cos() as f32, turn.sin() as f32).extend(0.0);
-            let incidence = 0.5 * (expected.to_radians() + apex);
-            // The first side faces −X turned up by half the apex.
-            let first = -normal(-0.5 * apex);
-            let direction = normal(incidence - 0.5 * apex);
-            let inside = refract(direction, first, 1.0, n).direction.expect("in");
-            let second = -normal(0.5 * apex);
-            let out = refract(inside, second, n, 1.0).direction.expect("out");
-            let turned = f64::from(direction.y).atan2(direction.x.into())
-                - f64::from(out.y).atan2(out.x.into());
-            assert_near(turned.to_degrees(), expected, name);
-        }
-    }
-}
-
-#[test]
-fn media_reflect_as_in_the_reference() {
-    for (name, normal, brewster, critical) in [
-        ("fused-silica", 0.034_776_21, 55.563_399_21, 43.286_983_43),
-        ("n-bk7", 0.042_164_57, 56.603_826_78, 41.245_189_23),
-        ("sf11", 0.079_408_36, 60.737_565_34, 34.077_379_45),
-        ("diamond", 0.172_037_86, 67.527_425_49, 24.434_510_68),
-        ("water", 0.020_415_51, 53.131_546_22, 48.586_967_26),
-    ] {
-        let n = named(name).index_in(line::D).expect("in range");
-        for (from, to) in [(1.0, n), (n, 1.0)] {
-            let found = refract(Vec3::NEG_Y, Vec3::Y, from, to);
-            assert_near(found.reflectance.into(), normal, name);
-            assert_near(found.transmittance.into(), 1.0 - normal, name);
-        }
-        // At Brewster's angle half of the light, polarised across, is all that
-        // is reflected, and there the refracted ray is at a right angle.
-        let angle: f64 = brewster;
-        let cos = angle.to_radians().cos();
-        let found = refract(falling(cos as f32), Vec3::Y, 1.0, n);
-        let s = cos * cos - angle.to_radians().sin().powi(2);
-        assert_near(found.reflectance.into(), 0.5 * s * s, name);
-        assert_near(f64::from(n).atan().to_degrees(), brewster, name);
-        // The least cosine from inside that lets any light out.
-        let (mut none, mut some) = (0f32, 1f32);
-        while none.next_up() < some {
-            let middle = f32::midpoint(none, some);
-            match refract(falling(middle), Vec3::Y, n, 1.0).direction {
-                Some(_) => some = middle,
-                None => none = middle,
-            }
-        }
-        assert_near(f64::from(some).acos().to_degrees(), critical, name);
-    }
-}
-
-/// Light that comes down on a level border, at an angle of this cosine.
-fn falling(cos: f32) -> Vec3 {
-    Vec3::new(((1.0 - cos) * (1.0 + cos)).sqrt(), -cos, 0.0)
-}
 
 /// The light in bands that rise and fall over 30 nm each, 5 nm from one to the
 /// next: what the picture of a slit would show.

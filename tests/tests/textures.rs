@@ -255,39 +255,6 @@ fn emission_shows_outside_and_with_its_texture() {
 }
 
 #[test]
-fn textures_are_stored_once_and_only_where_they_show() {
-    let picture = image(16, 16);
-    let mut scene = floor(picture.clone(), DAffine3::IDENTITY);
-    let twice = Texture {
-        repeats: [2.0; 2],
-        ..picture.clone()
-    };
-    for (texture, diffuse) in [(picture.clone(), 1.0), (twice, 1.0), (picture, 0.0)] {
-        scene.materials.push(Material {
-            diffuse: [diffuse; 3],
-            texture: Some(texture),
-            ..Material::default()
-        });
-    }
-    let baked = Baked::<8>::new(&scene).expect("a scene");
-    let textures: Vec<u32> = baked
-        .scene()
-        .materials()
-        .iter()
-        .map(|m| m.texture)
-        .collect();
-    // The last is for triangles without a material.
-    assert_eq!(textures, [0, 0, 1, u32::MAX, u32::MAX]);
-    assert_eq!(baked.scene().textures().len(), 2);
-    let bytes = |image: Texture| {
-        let scene = floor(image, DAffine3::IDENTITY);
-        Baked::<8>::new(&scene).expect("a scene").as_bytes().len()
-    };
-    let small = baked.as_bytes().len() - bytes(image(1, 1));
-    assert!(small < 16 * 16 * 4 + 1024, "{small} bytes");
-}
-
-#[test]
 fn a_texture_on_a_mesh_without_coordinates_is_refused() {
     let mut scene = floor(image(1, 1), DAffine3::IDENTITY);
     scene.meshes[0].coordinates.clear();

@@ -4,7 +4,6 @@
 use serde_json::{Value, json};
 use shisen::tracker::{Feed, Notice, Recorder, Spec};
 use shisen_tests::command::{folder, line, refused, report, run, shisen};
-use shisen_tracker::mock::{Viewer, ViewerConfig};
 use shisen_tracker::time::Micros;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -13,7 +12,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// The protocols that go over a serial line.
-pub(super) const SERIAL: [&str; 8] = [
+const SERIAL: [&str; 8] = [
     "link", "fastrak", "liberty", "flock", "hatire", "iscan", "asl", "adhawk",
 ];
 
@@ -298,9 +297,7 @@ fn unusable_trackers_are_refused() {
         replay:nothing.csv => nothing.csv";
     for (code, rows) in [(2, usage), (1, failure)] {
         for row in rows.lines().map(str::trim) {
-            let record = row.replace(" =>", " a.csv =>");
-            let table =
-                format!("tracker monitor {row}\ntracker record {record}\ncave --tracker {row}");
+            let table = format!("tracker monitor {row}\ncave --tracker {row}");
             refused(folder.path(), code, &table);
         }
     }
@@ -407,7 +404,7 @@ fn a_line_in_use_is_not_taken_over() {
     assert!(std::fs::read_link(&link).is_err());
 }
 
-/// What a device refuses, and what it says of the eyes.
+/// What a device refuses.
 #[test]
 fn what_a_device_says_is_told_in_words() {
     let all_said = |records: &[Value]| -> Vec<Value> {
@@ -428,41 +425,4 @@ fn what_a_device_says_is_told_in_words() {
     let (_, said) = monitored("flock", "flock&letter=%", 50);
     let fault = "the device reports fault 6: a command that does not exist";
     assert!(said.contains(fault), "{said}");
-    // A viewer who blinks twice in the first two seconds.
-    let blinks = |seed: &u64| {
-        let mut viewer = Viewer::new(ViewerConfig::default(), *seed);
-        let mut shut = |times: std::ops::Range<u64>| {
-            let mut times = times.step_by(20_000);
-            times.any(|time| {
-                viewer
-                    .truth(Micros(time))
-                    .is_some_and(|truth| truth.openness < 0.1)
-            })
-        };
-        shut(700_000..1_000_000) && shut(1_200_000..1_600_000)
-    };
-    let seed = (1..1_000).find(blinks).unwrap();
-    let blinking = &|protocol: &str| {
-        let as_seen = format!("{protocol} --seed {seed}");
-        let (records, _) = monitored(&as_seen, &format!("{protocol}&rate=250"), 450);
-        let said = all_said(&records);
-        let count = |event: &str| said.iter().filter(|said| said["event"] == event).count();
-        assert!(count("blink") > 0, "{protocol}: {said:?}");
-        let (closed, opened) = (count("closed"), count("opened"));
-        assert!(closed >= 2 && closed.abs_diff(opened) <= 2, "{said:?}");
-        for said in said.iter().filter(|said| said["event"] == "blink") {
-            let duration = said["duration_us"].as_u64().unwrap();
-            assert!((20_000..900_000).contains(&duration), "{said}");
-            assert!(
-                said["eye"].is_null() && said["device_us"].is_u64(),
-                "{said}"
-            );
-        }
-        assert!(said.iter().any(|said| said["eye"] == "left"), "{said:?}");
-    };
-    thread::scope(|scope| {
-        for protocol in ["adhawk", "link"] {
-            scope.spawn(move || blinking(protocol));
-        }
-    });
 }

@@ -179,11 +179,7 @@ fn a_recording_is_not_made_up() {
     record(folder, "mock:as=hatire", "head.csv", 100);
     for (file, protocol, lacks) in [
         ("eye.csv", "fastrak", "no head's pose"),
-        ("eye.csv", "flock", "no head's pose"),
-        ("eye.csv", "hatire", "no head's pose"),
         ("head.csv", "iscan", "no gaze"),
-        ("head.csv", "asl", "no gaze"),
-        ("head.csv", "adhawk", "no gaze"),
         // It turns, and has no position.
         ("head.csv", "liberty", "no head's pose"),
     ] {

@@ -68,29 +68,6 @@ fn assert_none_lost<T>(
 }
 
 #[test]
-fn edges_and_vertices_of_an_ellipsoid() {
-    let mesh = ellipsoid();
-    let targets = Targets::of(&mesh);
-    let paths = Paths::new(&lone_mesh(mesh));
-    let count = cases("rays at edge midpoints, and at vertices", 10_000, 50_000);
-    for (what, targets) in [
-        ("edge midpoints", &targets.edge_midpoints),
-        ("vertices", &targets.vertices),
-    ] {
-        assert_none_lost(
-            what,
-            paths.in_mesh(),
-            |hit| hit.t,
-            count,
-            |random| {
-                let target = targets[random.below(targets.len())];
-                aimed(near_centre(random), target).expect("a finite direction")
-            },
-        );
-    }
-}
-
-#[test]
 fn edges_and_vertices_through_instances() {
     let mesh = ellipsoid();
     let targets = Targets::of(&mesh);
@@ -131,8 +108,8 @@ fn edges_and_vertices_through_instances() {
 
 #[test]
 fn grid_lines_of_a_cube() {
-    // Powers of two put the grid lines on exact numbers, 40 and 100 do not.
-    for cells in [16, 40, 64, 100] {
+    // Powers of two put the grid lines on exact numbers, 40 does not.
+    for cells in [16, 40] {
         let paths = Paths::new(&lone_mesh(gridded_cube(cells)));
         let count = cases("rays along the grid lines of a cube", 1_000, 10_000);
         let line = |random: &mut Random| {

@@ -158,32 +158,3 @@ impl BakedScene {
         with_scene!(self, |scene| scene.media())
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::bake::lone_mesh;
-    use crate::scene::mesh::TriangleMesh;
-
-    #[test]
-    fn bytes_of_either_layout_are_told_apart() {
-        let triangle = TriangleMesh {
-            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-            triangles: vec![[0, 1, 2]],
-            ..TriangleMesh::default()
-        };
-        let scene = lone_mesh(triangle);
-        for layout in Layout::ALL {
-            let baked = BakedScene::new(&scene, layout).unwrap();
-            assert_eq!(baked.layout(), layout);
-            let read = BakedScene::from_bytes(baked.as_bytes()).unwrap();
-            assert_eq!(read, baked, "{}", layout.name());
-            let bytes = with_scene!(&read, |scene| scene.byte_len());
-            assert_eq!(bytes as usize, baked.as_bytes().len());
-        }
-        assert_eq!(
-            BakedScene::from_bytes(b"not a scene"),
-            Err(SceneError::NotAScene)
-        );
-    }
-}

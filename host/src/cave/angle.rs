@@ -17,28 +17,3 @@ pub(crate) fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
         _ => (sin, cos),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn multiples_of_ninety_are_exact_and_all_agree_with_radians() {
-        let quarters = [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)];
-        for degrees in -3690..=3690 {
-            let found = sin_cos_degrees(f64::from(degrees));
-            let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
-            assert!(
-                (found.0 - sin).abs() < 1e-13 && (found.1 - cos).abs() < 1e-13,
-                "{degrees}"
-            );
-            if degrees % 90 == 0 {
-                assert_eq!(
-                    found,
-                    quarters[(degrees / 90_i32).rem_euclid(4) as usize],
-                    "{degrees}"
-                );
-            }
-        }
-    }
-}

@@ -63,28 +63,3 @@ impl WallPlane {
         (inside(x) && inside(y)).then(|| (parameter, x.clamp(0.0, 1.0), y.clamp(0.0, 1.0)))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ray_is_met_at_its_picture_coordinates() {
-        let front = Wall {
-            name: "wall".to_owned(),
-            lower_left: DVec3::new(-2.0, 0.0, -3.0),
-            lower_right: DVec3::new(2.0, 0.0, -3.0),
-            upper_left: DVec3::new(-2.0, 1.0, -3.0),
-            pixels: [1, 1],
-        };
-        let plane = WallPlane::new(&front).unwrap();
-        let met = |x, y| plane.intersect(DVec3::ZERO, DVec3::new(x, y, -3.0));
-        assert_eq!(met(1.0, 0.75), Some((1.0, 0.75, 0.25)));
-        assert_eq!(met(-2.0, 1.0), Some((1.0, 0.0, 0.0)));
-        assert_eq!(met(2.001, 0.5), None);
-        assert_eq!(met(0.0, -0.001), None);
-        for missed in [DVec3::new(0.0, -0.5, 3.0), DVec3::X] {
-            assert_eq!(plane.intersect(DVec3::ZERO, missed), None);
-        }
-    }
-}

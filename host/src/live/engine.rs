@@ -11,6 +11,7 @@ mod deal;
 mod fovea;
 mod plan;
 mod threads;
+mod tile;
 
 use super::quality::Quality;
 use super::swap::Share;
@@ -19,16 +20,17 @@ use crate::picture::Picture;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
 use capture::LiveCapture;
 use deal::{Dealer, Group};
-use fovea::is_foveal;
-use plan::{LiveTile, Plan, pairs};
-use shisen_core::frame::{Fill, Spectrum, Statistics, Tile, Workspace};
+use fovea::{SAME_PLACE, is_foveal, reaching_fovea, towards};
+use plan::{Plan, pairs};
+use shisen_core::frame::{Fill, Spectrum, Statistics, Tile, TileJob, Workspace};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use std::fmt;
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
-use threads::{Shared, lock};
+use threads::Shared;
+use tile::{LiveTile, lock};
 
 /// The most rounds in which a budget is dealt to the same tiles.
 const MOST_ROUNDS: u32 = 8;
@@ -243,6 +245,68 @@ where
             done: Instant::now(),
             ..rendered
         })
+    }
+
+    /// Plans the next frame.
+    fn plan(
+        &mut self,
+        eyes: &[Observer],
+        quality: &Quality,
+        steps: Option<u64>,
+    ) -> Result<(), RenderError> {
+        let (shared, scene, spectrum) = (self.shared, &self.scene, self.spectrum);
+        let mut options = self.options;
+        options.settings.depth = options.settings.depth.min(quality.depth);
+        let plan = &mut *shared.write();
+        let (parts, sights, order) = (&mut plan.parts, &mut plan.sights, &mut plan.order);
+        let (capture, settled) = (&mut plan.capture, &mut plan.settled);
+        let screens = capture.as_ref().map(|capture| capture.part);
+        let screens = screens.unwrap_or(parts.len());
+        if pairs(self.cave, eyes, self.share).count() != screens {
+            return Err(RenderError::Previous);
+        }
+        *settled = *quality == self.quality;
+        self.quality = *quality;
+        let own = parts.iter_mut().zip(sights.iter_mut());
+        for ((_, screen, observer), (part, sight)) in pairs(self.cave, eyes, self.share).zip(own) {
+            let was = std::mem::replace(sight, observer.forward());
+            *settled &= match (was, *sight) {
+                (Some(was), Some(sight)) => was.angle_between(sight) <= SAME_PLACE,
+                (was, sight) => was == sight,
+            };
+            let renderer = render::in_full(scene, &options, spectrum)?;
+            let renderer = renderer.with_faces_of_level(quality.faces);
+            let renderer = quality.lower(*observer).follow(&renderer);
+            *part = (render::view(screen, observer)?, renderer);
+        }
+        order.clear();
+        shared.spent.store(0, Ordering::SeqCst);
+        let own = capture.as_ref().map(|capture| capture.tile);
+        for (number, tile) in shared.tiles.iter().enumerate() {
+            let mut tile = lock(tile);
+            tile.job = TileJob::new(tile.job.tile());
+            tile.spent = 0;
+            if own.is_none_or(|own| number < own) {
+                let view = &parts[tile.part].0;
+                let cosine = towards(sights[tile.part], view, tile.job.tile());
+                order.push((cosine, number as u32));
+            }
+        }
+        if let Some(capture) = capture {
+            let views = capture.views(eyes, scene, &options, spectrum)?;
+            parts.truncate(screens);
+            parts.extend(views);
+            let part = steps.map_or(1.0, |_| quality.capture);
+            order.extend(capture.due(part).map(|tile| (LAST_IN_ORDER, tile as u32)));
+        }
+        order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        plan.first = reaching_fovea(order.iter().map_while(|&(cosine, number)| {
+            let tile = lock(&shared.tiles[number as usize]);
+            let sight = sights.get(tile.part).copied().flatten();
+            let sight = sight.filter(|_| cosine > LAST_IN_ORDER)?;
+            Some((sight, &parts[tile.part].0, tile.job.tile()))
+        }));
+        Ok(())
     }
 
     /// The order in which steps are dealt, with the most rounds of each.

@@ -135,27 +135,4 @@ mod tests {
             DVec3::new(14.0, 23.0, 28.0),
         );
     }
-
-    #[test]
-    fn normalised_meshes_are_one_metre_wide_about_the_origin() {
-        let normalisation = |positions: &[[f32; 3]]| {
-            let positions = positions.to_vec();
-            Normalisation::of(&TriangleMesh {
-                positions,
-                ..TriangleMesh::default()
-            })
-        };
-        let found = normalisation(&[[10.0, 1.0, 0.0], [30.0, 2.0, 5.0], [20.0, 11.0, -5.0]]);
-        let placed = Placement::default().world_from_object(&found.unwrap());
-        for (from, to) in [
-            ([10.0, 1.0, -5.0], [-0.5, -0.25, -0.25]),
-            ([30.0, 11.0, 5.0], [0.5, 0.25, 0.25]),
-        ] {
-            assert_near(placed.transform_point3(from.into()), to.into());
-        }
-        assert_eq!(normalisation(&[]), None);
-        for x in [0.0, 1.0e-7] {
-            assert_eq!(normalisation(&[[0.0; 3], [x, 1.0, 0.0]]), None, "{x} wide");
-        }
-    }
 }

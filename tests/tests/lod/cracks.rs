@@ -167,23 +167,20 @@ fn no_gap_opens_where_rungs_meet() {
         let baked = Baked::<8>::with_levels(&scene, &levels()).expect("a scene");
         for gaze in GAZES {
             let lod = lod(gaze);
-            for (size, samples_a_pixel) in [([96, 96], 1), ([31, 33], 4)] {
-                let eyes = eyes(Some(lod));
-                let options = samples(samples_a_pixel);
-                let found = frame(&baked.scene(), size, &eyes, &options);
-                let mut traced = 0;
-                for (number, (view, _)) in views(size, &eyes).iter().enumerate() {
-                    for at in places(view) {
-                        let picture = &found.pictures[number].picture;
-                        let alpha = picture.pixel(at.0, at.1).expect("a pixel")[3];
-                        let inside = level(&lod, view, at) > 0.0;
-                        traced += u32::from(inside);
-                        let expected = f32::from(u8::from(inside));
-                        assert_eq!(alpha, expected, "{name}, {gaze:?}, {number}, {at:?}");
-                    }
+            let (size, eyes) = ([96, 95], eyes(Some(lod)));
+            let found = frame(&baked.scene(), size, &eyes, &samples(1));
+            let mut traced = 0;
+            for (number, (view, _)) in views(size, &eyes).iter().enumerate() {
+                for at in places(view) {
+                    let picture = &found.pictures[number].picture;
+                    let alpha = picture.pixel(at.0, at.1).expect("a pixel")[3];
+                    let inside = level(&lod, view, at) > 0.0;
+                    traced += u32::from(inside);
+                    let expected = f32::from(u8::from(inside));
+                    assert_eq!(alpha, expected, "{name}, {gaze:?}, {number}, {at:?}");
                 }
-                assert!(traced > 1000);
             }
+            assert!(traced > 1000);
         }
     }
 }

@@ -3,10 +3,8 @@
 use super::{GAZES, eyes, frame, level, levels, lod, mixed_scene, places, samples, views};
 use shisen::bake::Baked;
 use shisen::render::Frame;
-use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen_core::frame::LevelOfDetail;
 use shisen_core::scene::Scene as CoreScene;
-use shisen_tests::meshes::icosphere;
 
 /// The paper's rays, with less or nothing taken off them.
 fn assert_traced_in_full(what: &str, lod: LevelOfDetail, found: &Frame, expected: &Frame) {
@@ -61,17 +59,5 @@ fn what_is_not_asked_for_is_not_taken_off() {
         for (number, hash) in hashes.iter().enumerate() {
             assert!(!hashes[..number].contains(hash), "{gaze:?}: {hashes:?}");
         }
-    }
-}
-
-#[test]
-fn as_many_rays_as_the_paper_s_field_has() {
-    // Counted in f64 at 256², from the paper's equations.
-    let scene = paper_scene(PaperScene::D, icosphere(2)).expect("a scene");
-    let baked = Baked::<8>::new(&scene).expect("a scene");
-    for (gaze, expected) in [(GAZES[0], 210_684), (GAZES[1], 203_466)] {
-        let eyes = eyes(Some(lod(gaze)));
-        let found = frame(&baked.scene(), [256; 2], &eyes, &samples(1));
-        assert_eq!(found.statistics.primary, expected, "{gaze:?}");
     }
 }

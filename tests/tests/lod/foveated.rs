@@ -1,16 +1,16 @@
 //! A periphery that is sampled as finely as the eye sees.
 
-use super::{GAZES, bits, direction, eyes, frame, levels, lod, mixed_scene, places, room, views};
+use super::{GAZES, bits, direction, eyes, frame, levels, lod, mixed_scene, places, views};
 use glam::Vec3;
 use shisen::bake::Baked;
-use shisen::live::{Engine, FOVEA, Quality, Share, with_engine};
+use shisen::live::FOVEA;
 use shisen::picture::Picture;
 use shisen::render::{Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::material::Material;
 use shisen::scene::{Background, Object, Scene};
 use shisen_core::Simd;
-use shisen_core::frame::{Mode, Renderer, Spectrum};
+use shisen_core::frame::{Mode, Renderer};
 use shisen_core::gaze::{Acuity, LineOfSight};
 use shisen_tests::meshes::icosphere;
 use shisen_tests::scenes::sphere;
@@ -149,72 +149,6 @@ fn the_fovea_has_every_ray_and_samples_are_as_close_as_the_eye_sees() {
     }
 }
 
-#[test]
-fn twelve_times_fewer_rays() {
-    // A quarter of the pixels a side, and acuity that falls four times as fast.
-    let size = [256; 2];
-    for which in PaperScene::ALL {
-        let scene = paper_scene(which, shisen::scene::quadruped::quadruped()).expect("a scene");
-        let baked = Baked::<8>::with_levels(&scene, &levels()).expect("a scene");
-        for gaze in &GAZES[..2] {
-            let rays = |eyes: &[Observer]| {
-                let frame = frame(&baked.scene(), size, eyes, &Options::default());
-                frame.statistics.primary
-            };
-            let (found, full) = (rays(&foveated(*gaze, 4.0)), rays(&eyes(None)));
-            assert_eq!(full, 6 * 256 * 256);
-            assert!(12 * found < full, "{}: {found} of {full}", which.name());
-        }
-    }
-}
-
-#[test]
-fn an_eye_that_is_still_sees_the_same_in_every_frame() {
-    let baked = Baked::<8>::with_levels(&mixed_scene(icosphere(3)), &levels()).expect("a scene");
-    let (cave, options) = (room([96; 2]), Options::default());
-    let (still, elsewhere) = (foveated(GAZES[0], COARSE), foveated(GAZES[4], COARSE));
-    let scene = (baked.scene(), Spectrum::default());
-    let run = |engine: &mut Engine<'_, '_, 8>| {
-        let mut picture = |eyes: &[Observer]| {
-            engine.render(eyes, &Quality::FULL, None).expect("a frame");
-            engine.hashes().expect("pictures")
-        };
-        let first = picture(&still);
-        assert!(picture(&still) == first);
-        assert!(picture(&elsewhere) != first);
-        assert!(picture(&still) == first);
-    };
-    with_engine(scene, &cave, &still, &options, None, Share::ALL, run).expect("an engine");
-}
-
-#[test]
-fn a_budget_of_the_live_loop_is_kept() {
-    let baked = Baked::<8>::with_levels(&mixed_scene(icosphere(3)), &levels()).expect("a scene");
-    let cave = room([96; 2]);
-    for steps in [1, 3_000, 60_000, 200_000] {
-        let run = |threads: usize| {
-            let options = options(threads, 32, Mode::Tile, Simd::detect());
-            let eyes = foveated(GAZES[0], COARSE);
-            let scene = (baked.scene(), Spectrum::default());
-            let run = |engine: &mut Engine<'_, '_, 8>| {
-                let mut frames = Vec::new();
-                for gaze in GAZES {
-                    let eyes = foveated(gaze, COARSE);
-                    for quality in [Quality::FULL, Quality::LADDER[4]] {
-                        let frame = engine.render(&eyes, &quality, Some(steps));
-                        let frame = frame.expect("a frame");
-                        assert!(frame.steps <= steps, "{} of {steps}", frame.steps);
-                        frames.push((frame.steps, frame.unfinished));
-                    }
-                }
-                frames
-            };
-            with_engine(scene, &cave, &eyes, &options, None, Share::ALL, run).expect("an engine")
-        };
-        assert_eq!(run(1), run(3), "{steps}");
-    }
-}
-
 /// A sphere that shines, on black, to the right of one who looks ahead.
 fn lamp() -> Scene {
     let mut scene = paper_scene(PaperScene::B, icosphere(0)).expect("a scene");
@@ -301,23 +235,4 @@ fn an_unknown_gaze_is_sampled_more_finely() {
         }
     }
     assert!(finer > 1_000, "{finer}");
-}
-
-#[test]
-fn without_an_acuity_the_papers_levels_are_as_they_were() {
-    let baked = Baked::<8>::with_levels(&mixed_scene(icosphere(3)), &levels()).expect("a scene");
-    let paper = eyes(Some(lod(GAZES[2])));
-    // An acuity as fine as there is leaves each pixel its ray.
-    let finest = Acuity::new(0.0, Acuity::FINEST).expect("an acuity");
-    let each = paper.map(|eye| Observer {
-        acuity: Some(finest),
-        ..eye
-    });
-    let options = Options::default();
-    let (one, other) = (
-        frame(&baked.scene(), [101, 90], &paper, &options),
-        frame(&baked.scene(), [101, 90], &each, &options),
-    );
-    assert_eq!(one.hash(), other.hash());
-    assert_eq!(one.statistics, other.statistics);
 }

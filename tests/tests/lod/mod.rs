@@ -4,11 +4,9 @@
 mod cost;
 mod cracks;
 mod field;
-mod flicker;
 mod foveated;
 mod odd_scenes;
 mod rungs;
-mod two_eyes;
 mod ways;
 
 use glam::{DVec3, Vec3};

@@ -2,44 +2,12 @@
 
 use super::{GAZES, bits, eyes, frame, lod, mixed_scene, pixel, places, samples, views};
 use shisen::bake::Baked;
-use shisen::bake::simplify::{PolygonLevels, Topology};
+use shisen::bake::simplify::PolygonLevels;
 use shisen::render::renderer;
-use shisen::scene::mesh::TriangleMesh;
 use shisen_core::Simd;
 use shisen_core::frame::Spectrum;
 use shisen_core::trace::Tracer;
-use shisen_tests::meshes::{gridded_cube, icosphere};
-
-/// Without the faces on one side.
-fn open_box() -> TriangleMesh {
-    let mut mesh = gridded_cube(12);
-    let positions = mesh.positions.clone();
-    mesh.triangles
-        .retain(|corners| corners.iter().any(|&c| positions[c as usize][1] < 0.999));
-    mesh
-}
-
-/// Two boxes that share an edge, and a fin on it.
-fn crowded() -> TriangleMesh {
-    let mut mesh = gridded_cube(12);
-    let all = mesh.positions.len() as u32;
-    let moved: Vec<_> = mesh
-        .positions
-        .iter()
-        .map(|[x, y, z]| [x + 2.0, y + 2.0, *z])
-        .collect();
-    let mut second: Vec<_> = mesh.triangles.iter().map(|t| t.map(|c| c + all)).collect();
-    mesh.positions.extend(moved);
-    mesh.triangles.append(&mut second);
-    let tip = mesh.positions.len() as u32;
-    mesh.positions.push([2.0, 0.5, 0.0]);
-    let place = |&c: &u32| mesh.positions[c as usize];
-    let mut edge: Vec<u32> = (0..all).filter(|c| place(c)[..2] == [1.0; 2]).collect();
-    edge.sort_by(|a, b| place(a)[2].total_cmp(&place(b)[2]));
-    mesh.triangles
-        .extend(edge.windows(2).map(|pair| [pair[0], pair[1], tip]));
-    mesh
-}
+use shisen_tests::meshes::icosphere;
 
 fn assert_traced_as_told(name: &str, baked: &Baked<8>) {
     let scene = baked.scene();
@@ -64,25 +32,6 @@ fn assert_traced_as_told(name: &str, baked: &Baked<8>) {
             }
         }
         assert!(hit > 100, "{name}: only {hit} pixels hit");
-    }
-}
-
-#[test]
-fn meshes_that_are_no_closed_surface() {
-    assert!(Topology::of(&open_box()).open_edges > 0);
-    assert!(Topology::of(&crowded()).crowded_edges > 0);
-    for (name, mesh) in [("open", open_box()), ("crowded", crowded())] {
-        for rungs in [2, 16, 64] {
-            let faces = mesh.triangles.len();
-            let levels = PolygonLevels::new(200..=u32::MAX, rungs).expect("levels");
-            let scene = mixed_scene(mesh.clone());
-            let baked = Baked::<8>::with_levels(&scene, &levels).expect("a scene");
-            assert_eq!(u32::from(baked.scene().rungs()), rungs);
-            let last = baked.scene().meshes()[rungs as usize - 1].faces as usize;
-            println!("{name}: {faces} to {last} faces");
-            assert!(last < faces);
-            assert_traced_as_told(&format!("{name}, {rungs} rungs"), &baked);
-        }
     }
 }
 

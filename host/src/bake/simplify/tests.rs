@@ -1,5 +1,4 @@
 use super::*;
-use crate::scene::material::Material;
 use std::f64::consts::TAU;
 
 fn levels(min: u32, max: u32, rungs: u32) -> PolygonLevels {
@@ -23,34 +22,8 @@ fn torus(around: u32, across: u32) -> TriangleMesh {
     mesh
 }
 
-/// The mesh and its copy, moved so that their vertices `these` are at one
-/// place.
-fn joined(mesh: &TriangleMesh, these: [u32; 2]) -> TriangleMesh {
-    let [here, there] = these.map(|v| mesh.positions[v as usize]);
-    let count = mesh.positions.len() as u32;
-    let mut both = mesh.clone();
-    for place in &mesh.positions {
-        // Exact where it matters: `there` becomes `here`.
-        let moved = |axis| here[axis] + (place[axis] - there[axis]);
-        both.positions.push(std::array::from_fn(moved));
-    }
-    let copy = mesh.triangles.iter().map(|t| t.map(|v| v + count));
-    both.triangles.extend(copy);
-    both
-}
-
 fn faces(ladder: &Ladder<'_>) -> Vec<u32> {
     ladder.rungs().iter().map(|r| r.len() as u32).collect()
-}
-
-/// Whether each rung has the faces that it should, to one collapse.
-fn as_asked(found: &[u32], finest: u32, min: u32) -> bool {
-    let last = (found.len() - 1) as f64;
-    found.iter().enumerate().all(|(rung, &faces)| {
-        let share = rung as f64 / last;
-        let ideal = f64::from(finest) - share * f64::from(finest - min);
-        (f64::from(faces) - ideal).abs() <= 2.0
-    })
 }
 
 #[test]
@@ -83,45 +56,6 @@ fn the_largest_deviation_is_half_a_step_or_what_a_rung_misses() {
 }
 
 #[test]
-fn open_and_crowded_meshes_have_the_faces_asked_for() {
-    let mut open = torus(40, 20);
-    open.triangles.drain(700..703);
-    // A wall inside, along the first ring, from each of its edges to a point.
-    let mut crowded = torus(40, 20);
-    let centre = crowded.positions.len() as u32;
-    crowded.positions.push([3.0, 0.0, 0.0]);
-    let wall = (0..20).map(|j| [j, (j + 1) % 20, centre]);
-    crowded.triangles.extend(wall);
-    let topology = Topology::of(&crowded);
-    assert_eq!((topology.open_edges, topology.crowded_edges), (20, 20));
-    for (mesh, min, rungs) in [(open, 100, 12), (crowded, 150, 6)] {
-        let levels = levels(min, u32::MAX, rungs);
-        let ladder = Ladder::new(&mesh, &levels).unwrap();
-        let found = faces(&ladder);
-        assert_eq!(found.len(), rungs as usize);
-        assert!(
-            as_asked(&found, mesh.triangles.len() as u32, min),
-            "{found:?}"
-        );
-        let again = Ladder::new(&mesh, &levels).unwrap();
-        assert_eq!(ladder.versions(), again.versions());
-        assert_eq!(ladder.rungs(), again.rungs());
-    }
-}
-
-#[test]
-fn a_mesh_with_no_more_than_the_fewest_is_one_rung() {
-    let mesh = torus(10, 10);
-    for min in [200, 201, u32::MAX] {
-        let levels = levels(min, u32::MAX, 16);
-        assert!(!levels.apply_to(&mesh));
-        let ladder = Ladder::new(&mesh, &levels).unwrap();
-        assert_eq!(ladder.versions(), &mesh);
-        assert_eq!(faces(&ladder), [200]);
-    }
-}
-
-#[test]
 fn a_mesh_without_an_area_is_one_rung() {
     let mut mesh = torus(10, 10);
     let faces = mesh.triangles.len();
@@ -136,100 +70,4 @@ fn a_mesh_without_an_area_is_one_rung() {
     let found = self::faces(&ladder);
     assert_eq!(found[0] as usize, 2 * faces);
     assert!(found[1] == 200 && found[3] == 20, "{found:?}");
-}
-
-#[test]
-fn parts_that_touch_at_a_vertex_stay_closed() {
-    // Twice the same place, once with a vertex for each part and once with
-    // one for both.
-    let apart = joined(&torus(20, 10), [0, 105]);
-    let mut shared = apart.clone();
-    let there = 200 + 105;
-    for corner in shared.triangles.iter_mut().flatten() {
-        if *corner == there {
-            *corner = 0;
-        }
-    }
-    for mesh in [apart, shared] {
-        let expected = Topology {
-            open_edges: 0,
-            crowded_edges: 0,
-            pinched_vertices: 1,
-        };
-        assert_eq!(Topology::of(&mesh), expected);
-        let ladder = Ladder::new(&mesh, &levels(80, u32::MAX, 8)).unwrap();
-        let found = faces(&ladder);
-        assert!(as_asked(&found, 800, 80), "{found:?}");
-        let rungs = ladder.rungs().iter();
-        let mut meshes = rungs.map(|rung| ladder.versions().part(rung));
-        assert!(meshes.all(|mesh| Topology::of(&mesh).is_closed()));
-    }
-}
-
-#[test]
-fn the_fewest_that_there_can_be_are_said_and_can_be_had() {
-    let fewest = |mesh: &TriangleMesh, asked, rungs| {
-        let ladder = Ladder::new(mesh, &levels(asked, u32::MAX, rungs));
-        match ladder.map(|ladder| faces(&ladder)) {
-            Err(LadderError::Unreachable {
-                asked: said,
-                reached,
-            }) if said == asked => reached,
-            other => panic!("{asked} faces: {other:?}"),
-        }
-    };
-    // Where all faces have materials of their own, no edge can go.
-    let mut mesh = torus(4, 3);
-    mesh.materials = vec![Material::default(); 24];
-    mesh.triangle_materials = (0..24).collect();
-    assert_eq!(fewest(&mesh, 3, 2), 24);
-    // Six patches, whose corners stay.
-    let mut mesh = torus(30, 10);
-    mesh.materials = vec![Material::default(); 6];
-    mesh.triangle_materials = (0..600).map(|t| t / 200 * 2 + t / 2 % 10 / 5).collect();
-    let reached = fewest(&mesh, 2, 4);
-    assert!((12..100).contains(&reached), "{reached}");
-    let ladder = Ladder::new(&mesh, &levels(reached, u32::MAX, 4)).unwrap();
-    assert!(as_asked(&faces(&ladder), 600, reached));
-}
-
-#[test]
-fn normals_are_those_of_the_full_mesh() {
-    let mesh = torus(40, 20);
-    let full = mesh.vertex_normals();
-    let ladder = Ladder::new(&mesh, &levels(100, u32::MAX, 6)).unwrap();
-    assert_eq!(ladder.versions().normals[..], full[..]);
-    assert_eq!(ladder.versions().positions, mesh.positions);
-    // Where even the finest rung is simplified, its vertices keep theirs.
-    let ladder = Ladder::new(&mesh, &levels(100, 800, 6)).unwrap();
-    let versions = ladder.versions();
-    assert!(versions.positions.len() < mesh.positions.len());
-    for (place, normal) in versions.positions.iter().zip(&versions.normals) {
-        let original = mesh.positions.iter().position(|p| p == place).unwrap();
-        assert_eq!(*normal, full[original]);
-    }
-}
-
-#[test]
-fn each_rung_is_handed_on_as_it_stays() {
-    let shape = |mesh: &TriangleMesh, rung: &[u32]| -> Vec<[[f32; 3]; 3]> {
-        let corners = rung
-            .iter()
-            .map(|&triangle| mesh.triangles[triangle as usize]);
-        corners
-            .map(|three| three.map(|one| mesh.positions[one as usize]))
-            .collect()
-    };
-    // The second has too few faces for a ladder.
-    for (mesh, levels) in [
-        (torus(40, 20), levels(100, 1400, 8)),
-        (torus(8, 4), levels(500, 1400, 3)),
-    ] {
-        let mut handed_on = Vec::new();
-        let each = |versions: &TriangleMesh, rung: &[u32]| handed_on.push(shape(versions, rung));
-        let ladder = Ladder::with_each(&mesh, &levels, each).unwrap();
-        let rungs = ladder.rungs().iter();
-        let stay: Vec<_> = rungs.map(|rung| shape(ladder.versions(), rung)).collect();
-        assert_eq!(handed_on, stay);
-    }
 }

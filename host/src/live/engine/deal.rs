@@ -1,7 +1,6 @@
 //! Deals a budget of steps to tiles.
 
-use super::plan::LiveTile;
-use super::threads::lock;
+use super::tile::{LiveTile, lock};
 use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -190,61 +189,5 @@ impl Dealer {
                 return;
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use shisen_core::frame::Tile;
-
-    /// Tiles in a row of 900 expected steps each.
-    fn tiles(count: u32) -> Vec<Mutex<LiveTile>> {
-        let (y, width, height) = (0, 16, 16);
-        let places = (0..count).map(|number| 16 * number);
-        let tiles = places.map(|x| Tile {
-            x,
-            y,
-            width,
-            height,
-        });
-        let tiles = tiles.map(|tile| LiveTile {
-            expected: 900,
-            ..LiveTile::new(0, tile)
-        });
-        tiles.map(Mutex::new).collect()
-    }
-
-    #[test]
-    fn most_of_a_budget_is_dealt_and_the_rest_to_all_alike() {
-        let tiles = tiles(54);
-        let dealer = Dealer::new(1);
-        let mut groups = Vec::new();
-        for budget in (4 * LEAST_EXCESS..400_000).step_by(997) {
-            dealer.deal(budget, tiles.iter(), &mut groups);
-            let dealt: u64 = groups.iter().map(|group| group.allotment).sum();
-            let aside = groups.len() as u64 * dealer.aside();
-            assert!(dealt + aside <= budget, "{dealt} and {aside} of {budget}");
-            let least = (budget / 2).min(54 * 900);
-            assert!(dealt >= least, "{dealt} of {budget}: {groups:?}");
-            let mut next = 0;
-            for group in &groups {
-                assert_eq!(group.tiles.start, next, "{groups:?}");
-                next = group.tiles.end;
-            }
-        }
-        for (budget, least) in [(80_000, 1.0), (200_000, 2.5), (1 << 50, 200.0)] {
-            dealer.deal(budget, tiles.iter(), &mut groups);
-            let each = |group: &Group| group.allotment as f64 / (900 * group.tiles.len()) as f64;
-            let (fewest, most) = groups.iter().map(each).fold((f64::MAX, 0.0), |ends, one| {
-                (one.min(ends.0), one.max(ends.1))
-            });
-            assert!(most < 1.01 * fewest && fewest >= least, "{groups:?}");
-            assert_eq!(groups.last().map(|group| group.tiles.end), Some(54));
-        }
-        // Few tiles are dealt in small groups.
-        dealer.deal_finely(1 << 50, tiles.iter().take(8), &mut groups);
-        let lengths: Vec<usize> = groups.iter().map(|group| group.tiles.len()).collect();
-        assert_eq!(lengths, [5, 3]);
     }
 }

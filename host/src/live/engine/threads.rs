@@ -1,13 +1,12 @@
 //! Threads that stay, and their work on a frame.
 
 use super::capture::LiveCapture;
-use super::plan::{LiveTile, Plan};
+use super::plan::Plan;
+use super::tile::{LiveTile, lock};
 use shisen_core::frame::{Budget, Fill, Statistics, Workspace};
 use shisen_core::{Runs, Simd};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{
-    Barrier, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard,
-};
+use std::sync::{Barrier, Mutex, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::time::Instant;
 
 /// The state that all threads share.
@@ -138,8 +137,4 @@ where
             debug_assert!(filled.is_ok(), "its own pixels");
         }
     }
-}
-
-pub(super) fn lock<T>(one: &Mutex<T>) -> MutexGuard<'_, T> {
-    one.lock().unwrap_or_else(PoisonError::into_inner)
 }

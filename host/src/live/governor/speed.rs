@@ -155,22 +155,4 @@ mod tests {
             assert!((found - 2.0e5).abs() < 10.0, "{found}");
         }
     }
-
-    #[test]
-    fn frames_too_much_alike_tell_no_overhead() {
-        let cost = |(steps, seconds)| FrameCost { steps, seconds };
-        for (many, few) in [
-            ((100, 1.0), (90, 0.5)),
-            ((100, 1.0), (50, 1.0)),
-            ((100, 0.5), (50, 1.0)),
-            ((100, 1.0), (0, 0.0)),
-            ((100, f64::NAN), (50, 0.5)),
-            // Few steps that take less than their share.
-            ((100, 1.0), (50, 0.25)),
-        ] {
-            let mut speed = Speed::UNKNOWN;
-            speed.compare(cost(many), cost(few));
-            assert_eq!(speed.overhead, 0.0, "{many:?} {few:?}");
-        }
-    }
 }

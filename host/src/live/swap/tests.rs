@@ -141,29 +141,6 @@ fn all_receive_orders_and_the_leader_receives_results() {
     assert_eq!(frames, [FRAMES; 3]);
 }
 
-/// Also where the leader itself is the last and waits for nobody.
-#[test]
-fn the_spread_is_from_the_first_to_the_last_of_all() {
-    let later = Duration::from_millis(30);
-    for late in 0..3 {
-        let spreads = with_machines(3, WAIT, |mut lock| {
-            let rank = lock.share().rank();
-            if rank == 0 {
-                lock.order(&order(1)).unwrap();
-            } else {
-                lock.obey().unwrap();
-            }
-            if rank == late {
-                std::thread::sleep(later);
-            }
-            lock.gather(&result(1)).unwrap();
-            lock.waits().map(|waits| waits.spread.max())
-        });
-        let spread = Duration::from_micros(spreads[0].unwrap());
-        assert!(spread > later / 2, "of rank {late}: {spread:?}");
-    }
-}
-
 #[test]
 fn late_silent_and_unknown_machines_are_named() {
     let wait = Duration::from_millis(300);
@@ -201,30 +178,6 @@ fn late_silent_and_unknown_machines_are_named() {
         let unknown = SwapError::Unknown("rank 0 (x)".to_owned());
         assert_eq!(lock.obey(), Err(unknown), "{nonsense:?}");
     }
-}
-
-#[test]
-fn one_machine_waits_for_nobody() {
-    let own = FrameResult {
-        steps: 7,
-        hashes: vec![1],
-        ..result(3)
-    };
-    let gathered = Alone.gather(&own).unwrap();
-    assert_eq!(gathered.all, own);
-    assert_eq!(
-        (gathered.slowest.steps, gathered.slowest.hashes.len()),
-        (7, 0)
-    );
-    assert_eq!(Alone.obey(), Ok(None));
-    let cluster = with_machines(1, WAIT, |mut lock| {
-        lock.order(&order(0)).unwrap();
-        let gathered = lock.gather(&own).unwrap();
-        lock.swap(0).unwrap();
-        lock.end().unwrap();
-        gathered.all
-    });
-    assert_eq!(cluster[0], own);
 }
 
 #[test]

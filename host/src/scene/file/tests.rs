@@ -210,12 +210,6 @@ fn faults_point_at_their_line_and_help() {
 }
 
 #[test]
-fn built_in_media_go_by_their_names() {
-    let built_in = read(&EXAMPLE.replacen("\"flint\"", "\"water\"", 1)).unwrap();
-    assert_eq!(built_in.materials[4].medium, Medium::named("water"));
-}
-
-#[test]
 fn images_that_cannot_be_had_are_named_at_their_line() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();

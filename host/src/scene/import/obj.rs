@@ -358,16 +358,6 @@ mod tests {
     const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
     #[test]
-    fn keeps_the_order_and_the_number_of_vertices() {
-        let text = format!("{SQUARE}v 9 9 9\ng a\nf 3 4 1\ng b\nf 1 2 3\n");
-        let mesh = mesh(&text).unwrap();
-        assert_eq!(mesh.positions.len(), 5);
-        assert_eq!(mesh.positions[1], [1.0, 0.0, 0.0]);
-        assert_eq!(mesh.triangles, [[2, 3, 0], [0, 1, 2]]);
-        assert!(mesh.normals.is_empty() && mesh.materials.is_empty());
-    }
-
-    #[test]
     fn polygons_become_fans_also_with_relative_indices_and_joined_lines() {
         for face in ["f 1 2 3 4", "f -4 -3 -2 -1", "f 1/1 2/2 \\\n 3/3 4/4 # x"] {
             let mesh = mesh(&format!("{SQUARE}{face}\n")).unwrap();

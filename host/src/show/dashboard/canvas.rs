@@ -140,28 +140,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_outside_is_left_out() {
-        let mut canvas = Canvas::new(4, 3);
-        for ([x, y, width, height], colour) in [
-            ([2, 1, 9, 9], 0xFF_0000),
-            ([9, 0, 1, 1], 0x00_FF00),
-            ([0, u32::MAX, u32::MAX, u32::MAX], 0x00_FF00),
-        ] {
-            canvas.fill(Rect::new(x, y, width, height), colour);
-        }
-        for (index, pixel) in canvas.pixels().iter().enumerate() {
-            let is_red = [6, 7, 10, 11].contains(&index);
-            assert_eq!(*pixel, if is_red { 0xFF_0000 } else { 0 }, "{index}");
-        }
-        assert_eq!((canvas.pixel(4, 0), canvas.pixel(0, 3)), (None, None));
-        let mut canvas = Canvas::new(16, 8);
-        assert_eq!(canvas.write(0, 0, "LL!", 0xFF_FFFF), 24);
-        // The foot of an L is below and wide.
-        let lit = |y| (0..8).filter(|&x| canvas.pixel(x, y) != Some(0)).count();
-        assert!(lit(6) > lit(1), "{} {}", lit(6), lit(1));
-    }
-
-    #[test]
     fn a_file_has_the_pixels() {
         let mut canvas = Canvas::new(2, 2);
         canvas.set(1, 0, 0x12_3456);

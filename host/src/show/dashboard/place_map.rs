@@ -195,31 +195,4 @@ mod tests {
         // All but the names.
         assert!((5_760..=9_600).contains(&pixels), "{pixels}");
     }
-
-    #[test]
-    fn maps_are_no_finer_than_a_window_and_keep_their_shape() {
-        let cave = Cave::built_in(BuiltInCave::Dome, [1_000; 2]).unwrap();
-        let shown = Coordinates::new(&cave).unwrap().net().unwrap();
-        assert!(shown.width < 2 * FINEST, "{}", shown.width);
-        let columns = shown.places.iter().filter_map(|place| match place {
-            Place::Pixel { x, .. } => Some(*x),
-            Place::Plain(_) => None,
-        });
-        let columns: Vec<u16> = columns.collect();
-        assert!(columns.iter().max() > Some(&990) && columns.iter().min() < Some(&10));
-        let small = PlaceMap {
-            width: 3,
-            height: 2,
-            places: (0..6).map(Place::Plain).collect(),
-        };
-        let fitted = small.fitted(6, 6, 99);
-        let rows: Vec<&[Place]> = fitted.places.chunks(6).collect();
-        let plain = |row: [Colour; 6]| row.map(Place::Plain);
-        let rows_of = [[99; 6], [0, 0, 1, 1, 2, 2], [3, 3, 4, 4, 5, 5]].map(plain);
-        for (row, expected) in rows.iter().zip([0, 1, 1, 2, 2, 0]) {
-            assert_eq!(*row, rows_of[expected]);
-        }
-        assert_eq!(fitted.place(6, 0), None);
-        assert_eq!(small.fitted(0, 0, 1).places.len(), 0);
-    }
 }
