@@ -124,11 +124,7 @@ fn not_a_step_more_is_taken_and_no_pixel_is_a_part_of_itself() {
         for view in views() {
             let (whole, none) = finish(renderer, &view, (u64::MAX, 0));
             assert_eq!(none, 0);
-<<<<<<< ours
-            for budget in [(1, 40), (300, 17), (40_000, 0)] {
-=======
             for budget in [(1, 40), (300, 17), (5_000, 0)] {
->>>>>>> theirs
                 let (pixels, broken) = finish(renderer, &view, budget);
                 assert!(pixels == whole, "{number}, {view:?}, {budget:?}");
                 broken_off += broken;

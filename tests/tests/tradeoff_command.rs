@@ -2,7 +2,9 @@
 
 use serde_json::{Value, json};
 use shisen_core::Simd;
+use shisen_evidence::selftest::GROUPS;
 use shisen_tests::command::{folder, line, refused, run, succeed};
+use shisen_tests::sizes::cases;
 use std::fs;
 
 /// What the command writes.
@@ -141,7 +143,6 @@ fn the_gaze_has_its_price() {
     }
 }
 
-<<<<<<< ours
 #[test]
 #[ignore = "takes half a minute: tests/run --all runs it"]
 fn mirrors_have_their_price() {
@@ -185,8 +186,6 @@ fn wavelengths_have_their_price() {
     assert!(own > 0.0 && own <= 0.5 * limit, "{own} of {limit}");
 }
 
-=======
->>>>>>> theirs
 /// Two sections stand for all, of which the whole report takes minutes; `tests/page/run` has
 /// each in small.
 #[test]
@@ -233,6 +232,65 @@ fn steps_and_single_precision_have_their_price() {
         assert!(ours > 0.0 && ours <= limit, "{comparison}");
         assert!(naive >= ours && double == 0.0, "{comparison}");
     }
+}
+
+#[test]
+fn effects_have_their_price() {
+    let found = measured("effects");
+    let comparisons = &found.section()["comparisons"];
+    assert_eq!(names(comparisons, "id"), ["effects"]);
+    let points = list(&comparisons[0]["points"]);
+    assert_eq!(points[0]["name"], "all");
+    assert_eq!(error(&points[0]), 0.0);
+    let (last, all) = (&points[points.len() - 1], &points[0]["steps"]);
+    assert_eq!(last["name"], "none");
+    assert!(last["steps"].as_u64() < all.as_u64());
+    // Each effect is seen somewhere, and its pixels are counted.
+    for point in &points[1..points.len() - 1] {
+        assert!(error(point) > 0.0, "{point}");
+        let counted = &list(&point["errors"])[list(&points[0]["errors"]).len() - 2];
+        assert!(counted.as_f64().unwrap() > 0.0, "{point}");
+    }
+    assert!(points.len() > 8, "{}", points.len());
+}
+
+#[test]
+#[ignore = "takes half a minute: tests/run --all runs it"]
+fn prediction_has_its_price() {
+    let found = measured("latency");
+    let comparisons = &found.section()["comparisons"];
+    assert_eq!(names(comparisons, "id"), ["latency-20ms", "latency-50ms"]);
+    // What is later is farther off.
+    let [soon, late] = [0, 1].map(|number| error_of(&comparisons[number], "no prediction"));
+    assert!(soon > 0.0 && late > soon, "{soon} {late}");
+    let widening = |point: &Value| point["errors"][7].as_f64().unwrap();
+    for comparison in list(comparisons) {
+        for point in list(&comparison["points"]) {
+            assert!(widening(point) > 0.0, "{point}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "takes half a minute: tests/run --all runs it"]
+fn hard_cases_stand_in_the_report() {
+    let found = match cases("hard cases", 0, 1) {
+        0 => measured("cases"),
+        _ => measured_with("--only cases"),
+    };
+    assert!(list(&found.section()["comparisons"]).is_empty());
+    let cases = &found.section()["hard_cases"];
+    let all = GROUPS.iter().flat_map(|(_, cases)| *cases);
+    let expected: Vec<&str> = all.map(|case| case.name).collect();
+    assert_eq!(names(cases, "name"), expected);
+    for case in list(cases) {
+        assert_eq!(case["passed"], true, "{case}");
+        assert!(found.page.contains(text_of(&case["name"])));
+    }
+    assert_eq!(found.rows.len(), 3 * expected.len());
+    // They are hard: on most of them the naive way is beyond the bound.
+    let controls = list(cases).iter().filter(|case| case["control"] == true);
+    assert!(controls.count() * 4 <= expected.len() && expected.len() >= 40);
 }
 
 #[test]

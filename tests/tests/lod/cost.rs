@@ -1,15 +1,25 @@
 //! How many faces rays meet, and in how many steps.
 
-use super::{GAZES, exact_sight, eyes, is_on_a_border, levels_of, lod, reference, samples, views};
+use super::{
+    GAZES, exact_sight, eyes, frame, is_on_a_border, levels, levels_of, lod, reference, samples,
+    views,
+};
+use glam::{DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::bake::simplify::PolygonLevels;
 use shisen::render::gaze_reference;
-use shisen::render::renderer;
+use shisen::render::{Options, renderer};
 use shisen::scene::builtin::{PaperScene, paper_scene};
-use shisen_core::frame::{Renderer, Spectrum, View};
+use shisen_core::frame::{Mode, Renderer, Spectrum, View};
 use shisen_core::gaze::Zone;
 use shisen_tests::meshes::{meshes, torus};
 use shisen_tests::sizes::cases;
+
+fn in_mode(mode: Mode) -> Options {
+    let mut options = Options::default();
+    options.settings.mode = mode;
+    options
+}
 
 /// How far what pixels see is from equation 10.
 #[derive(Debug, Default)]
@@ -71,13 +81,8 @@ impl Deviation {
 
 #[test]
 fn faces_are_those_of_equation_10_to_five_hundredths() {
-<<<<<<< ours
-    let stride = cases("every nth block of large views", 149, 7);
-    let with_many = ("torus", torus(60, 30), &[33, 64][..]);
-=======
     let stride = cases("every nth block of large views", 59, 7);
     let with_many = ("torus", torus(60, 30), &[64][..]);
->>>>>>> theirs
     let with_default = meshes()
         .into_iter()
         .map(|(name, mesh)| (name, mesh, &[16][..]));
@@ -114,7 +119,6 @@ fn faces_are_those_of_equation_10_to_five_hundredths() {
         }
     }
 }
-<<<<<<< ours
 
 /// `count` directions spread evenly over the sphere (Fibonacci's spiral).
 fn directions(count: usize) -> impl Iterator<Item = Vec3> {
@@ -181,5 +185,3 @@ fn no_gaze_is_dearer_than_plain_tracing() {
     }
     assert!(dearer.is_empty(), "{dearer:?}");
 }
-=======
->>>>>>> theirs
