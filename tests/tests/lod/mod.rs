@@ -4,6 +4,7 @@
 mod cost;
 mod cracks;
 mod field;
+mod flicker;
 mod foveated;
 mod odd_scenes;
 mod rungs;
