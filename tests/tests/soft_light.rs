@@ -8,7 +8,6 @@ use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::{Light, Object, Scene, Shape};
 use shisen_core::Simd;
 use shisen_core::frame::{Mode, Renderer, View};
-use shisen_core::scene::EffectSet;
 use shisen_tests::scenes::{self, empty, object};
 use shisen_tests::ways;
 use std::f64::consts::PI;
@@ -71,10 +70,10 @@ fn scene(samples: u32, two_sided: bool) -> Scene {
 }
 
 /// Many pixels of one place, which is seen from below the light at a slant.
-fn pixels(scene: &Scene, place: DVec3, samples: u16, without: EffectSet) -> Vec<f64> {
+fn pixels(scene: &Scene, place: DVec3) -> Vec<f64> {
     let baked = Baked::<8>::new(scene).expect("a scene");
-    let settings = ways::settings(Mode::Tile, samples);
-    let renderer = Renderer::new(baked.scene(), Simd::detect(), settings).without(without);
+    let settings = ways::settings(Mode::Tile, 1);
+    let renderer = Renderer::new(baked.scene(), Simd::detect(), settings);
     let eye = place + DVec3::new(0.0, place.y.signum() * 0.4 + 0.5, 0.7);
     let (right, down) = (Vec3::X * 1e-6, Vec3::Y * -1e-6);
     let first = (place - eye).as_vec3();
@@ -104,7 +103,7 @@ fn energy_is_that_of_the_form_factor() {
         let mut worst = 0f64;
         for (x, z) in [(0.0, 0.0), (0.5, -0.3), (2.0, 1.0), (-5.0, 0.2)] {
             let expected = REFLECTANCE * RADIANCE * form_factor([x, z], sides[0], sides[1], HEIGHT);
-            let found = pixels(&scene, DVec3::new(x, 0.0, z), 1, EffectSet::NONE);
+            let found = pixels(&scene, DVec3::new(x, 0.0, z));
             let off = (mean(&found) / expected - 1.0).abs();
             let rms = rms_error(&found, expected) / expected;
             // Four deviations of a mean of 256.
@@ -136,7 +135,7 @@ fn a_penumbra_is_as_wide_and_as_dark_as_geometry_says() {
             let from = (-x).clamp(-HALF[0], HALF[0]);
             let share = form_factor([x, 0.0], [from, HALF[0]], [-HALF[1], HALF[1]], HEIGHT);
             let expected = REFLECTANCE * RADIANCE * share;
-            let found = pixels(&scene, DVec3::new(x, 0.0, 0.0), 1, EffectSet::NONE);
+            let found = pixels(&scene, DVec3::new(x, 0.0, 0.0));
             let off = (mean(&found) - expected).abs() / full;
             let tolerance = 0.08 / f64::from(samples);
             assert!(off < tolerance, "{samples} at {x}: {off}");
@@ -162,7 +161,7 @@ fn light_goes_to_one_side_or_to_both() {
         let mut ceiling = square(DVec3::new(0.0, 2.0 * HEIGHT, 0.0), 40.0);
         ceiling.world_from_object *= DAffine3::from_rotation_x(PI);
         scene.objects.push(ceiling);
-        let below = mean(&pixels(&scene, DVec3::ZERO, 1, EffectSet::NONE));
+        let below = mean(&pixels(&scene, DVec3::ZERO));
         let mut scene = scene.clone();
         scene.objects.remove(0);
         // The same place, all turned over.
@@ -174,10 +173,7 @@ fn light_goes_to_one_side_or_to_both() {
         if let Light::Rectangle { up, .. } = &mut scene.lights[0] {
             *up = -*up;
         }
-        (
-            below,
-            mean(&pixels(&scene, DVec3::ZERO, 1, EffectSet::NONE)),
-        )
+        (below, mean(&pixels(&scene, DVec3::ZERO)))
     };
     let (below, behind) = above(false);
     assert!(below > 0.01);

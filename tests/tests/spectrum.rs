@@ -2,9 +2,8 @@
 //! 40 digits, from the coefficients that refractiveindex.info has; `shisen
 //! medium` and `shisen spectrum`.
 
-use glam::DVec3;
 use serde_json::{Value, json};
-use shisen_core::spectrum::{Matching, Medium, SpectralSample, SpectralTable, Wavelengths, line};
+use shisen_core::spectrum::{Medium, line};
 use shisen_tests::command::{folder, refused, report, run, says};
 
 /// The lines F, d and C, and the wavelengths 400, 550 and 700 nm.
@@ -92,53 +91,6 @@ const PRISMS: [(&str, [f64; 3]); 3] = [
         [34.035_213_51, 33.644_070_78, 33.468_619_93],
     ),
 ];
-
-/// The light in bands that rise and fall over 30 nm each, 5 nm from one to the
-/// next: what the picture of a slit would show.
-fn bands(samples: &[SpectralSample]) -> Vec<DVec3> {
-    let band = |centre: f32| {
-        let shares = samples.iter().map(|sample| {
-            let share = (1.0 - (sample.nm - centre).abs() / 30.0).max(0.0);
-            sample.weight.as_dvec3() * f64::from(share)
-        });
-        shares.sum()
-    };
-    (0..=60u8)
-        .map(|i| band(400.0 + 5.0 * f32::from(i)))
-        .collect()
-}
-
-#[test]
-fn a_comb_has_the_colours_of_the_whole_spectrum() {
-    let mut storage = vec![SpectralSample::default(); 2 * SpectralTable::MOST_SAMPLES];
-    let mut picture = |count, phases, scale: f64| -> Vec<DVec3> {
-        let wavelengths = Wavelengths::new(count, Wavelengths::RANGE).expect("wavelengths");
-        let table = SpectralTable::new(wavelengths, phases, Matching::Wyman, &mut storage);
-        let table = table.expect("a table");
-        let all: Vec<_> = (0..phases)
-            .flat_map(|phase| table.phase(phase))
-            .copied()
-            .collect();
-        bands(&all)
-            .into_iter()
-            .map(|colour| colour * scale)
-            .collect()
-    };
-    // Sixty-four at sixty-four offsets: as good as all there are.
-    let whole = picture(64, 64, 1.0 / 64.0);
-    let mut error = |count, phases: u32| {
-        let colours = picture(count, phases, 1.0 / f64::from(phases));
-        let apart = |(a, b): (&DVec3, &DVec3)| (*a - *b).abs().max_element();
-        colours.iter().zip(&whole).map(apart).fold(0.0, f64::max)
-    };
-    // A fixed set leaves gaps between its stripes; the comb has none, and from
-    // seven wavelengths on what scaling each offset to white costs is small.
-    for (count, bound) in [(7, 0.008), (10, 0.001), (14, 0.0003), (28, 0.0003)] {
-        let (comb, fixed) = (error(count, SpectralTable::COMB_PHASES), error(count, 1));
-        assert!(comb <= bound, "{count}: {comb}");
-        assert!(fixed >= 10.0 * comb, "{count}: {fixed} {comb}");
-    }
-}
 
 fn list(value: &Value) -> Vec<f64> {
     serde_json::from_value(value.clone()).expect("numbers")

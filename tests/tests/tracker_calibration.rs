@@ -190,8 +190,8 @@ fn what_makes_no_calibration_is_told() {
     let folder = folder();
     let folder = folder.path();
     script(folder, "nine.csv", &NINE, 0.6);
-    script(folder, "two.csv", &NINE[..2], 0.3);
-    script(folder, "line.csv", &NINE[..3], 0.3);
+    script(folder, "two.csv", &NINE[..2], 0.6);
+    script(folder, "line.csv", &NINE[..3], 0.6);
     let late = "start_s,end_s,x,y,z\n90,91,0,0,-1\n";
     std::fs::write(folder.join("late.csv"), late).unwrap();
     let mock = "mock:as=iscan&still=1&targets=nine.csv";

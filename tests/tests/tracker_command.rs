@@ -321,33 +321,6 @@ fn unusable_trackers_are_refused() {
 
 const SMALL: &str = "--scene grid --size 8 --eyes 1 --view-size 8x6";
 
-#[test]
-fn frames_along_the_mock_are_the_same_each_time() {
-    let folder = folder();
-    let frames = |spec: &str| {
-        let words = format!("cave --tracker {spec} --frames 8 --lod paper {SMALL}");
-        report(folder.path(), &words)["frames"].clone()
-    };
-    for (spec, state) in [
-        ("mock", "fresh"),
-        ("mock:seed=4&as=fastrak", "head direction"),
-        ("mock:as=hid", "fresh"),
-    ] {
-        let found = frames(spec);
-        assert_eq!(found, frames(spec), "{spec}");
-        assert_eq!(found[0]["state"], "full quality", "nothing has come yet");
-        assert_eq!(found[7]["state"], state, "{spec}");
-        assert_ne!(found[6]["head"], found[7]["head"], "{spec}");
-        assert!(
-            folder
-                .path()
-                .join(found[7]["images"][0].as_str().unwrap())
-                .exists()
-        );
-    }
-    assert_ne!(frames("mock")[7]["gaze"], frames("mock:seed=2")[7]["gaze"]);
-}
-
 /// The mock resets for longer than a silent device is waited for.
 #[test]
 fn frames_wait_for_a_reset() {

@@ -1,9 +1,8 @@
-//! Frames with a level of detail: what they show, what they cost, and that
-//! nothing but the scene, the view and the gaze decides them.
+//! Frames with a level of detail: what they show, and that nothing but the scene,
+//! the view and the gaze decides them.
 
 mod cost;
 mod cracks;
-mod field;
 mod flicker;
 mod foveated;
 mod odd_scenes;

@@ -1,4 +1,4 @@
-//! Meshes that are not closed or not surfaces, and ladders that are none.
+//! Scenes of meshes with too few faces for a ladder.
 
 use super::{GAZES, bits, eyes, frame, lod, mixed_scene, pixel, places, samples, views};
 use shisen::bake::Baked;
