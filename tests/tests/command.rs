@@ -4,7 +4,7 @@ use glam::Quat;
 use serde_json::{Value, json};
 use shisen_tests::command::{count, folder, list, number, report, run, says};
 use shisen_tests::meshes::write_ball;
-use shisen_tracker::head::osvr_hdk::{Payload, Report, encode};
+use shisen_tracker::head::osvr_hdk::{Report, encode};
 use std::fs;
 use std::path::Path;
 
@@ -88,7 +88,7 @@ fn a_head_report_turns_the_head() {
     let bytes = encode(&Report {
         sequence: 9,
         orientation: reference_from_room * room_from_head * head_from_sensor,
-        payload: Payload::Version1,
+        angular_velocity: None,
     });
     let hex = bytes.map(|byte| format!("{byte:02X}")).concat();
     let folder = folder();

@@ -3,8 +3,8 @@
 //! Reports come whole: each is one call, and begins with its report id where
 //! the device uses ids, as `hidraw`, hidapi and HID over I²C hand it over.
 
-pub mod descriptor;
+mod descriptor;
 #[cfg(feature = "hid")]
 pub mod device;
 pub mod eye_tracker;
-pub mod usages;
+mod usages;

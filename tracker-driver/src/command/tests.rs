@@ -28,30 +28,6 @@ fn believed(setting_up: SettingUp, session: &Session, times: [u64; 3]) -> [bool;
 }
 
 #[test]
-fn samples_count_once_all_was_said() {
-    let mut session = Session::new(script());
-    let mut setting_up = SettingUp::new();
-    // It has not begun.
-    assert_eq!(
-        believed(setting_up, &session, [0, 800_000, u64::MAX]),
-        [false; 3]
-    );
-    assert!(setting_up.is_over(true, Micros(0)));
-    setting_up.begin(Micros(10));
-    let said = [
-        (10, Action::Send(b"R")),
-        (10, Action::Wait(Micros(510))),
-        (510, Action::Send(b"c")),
-        (511, Action::Send(b"C")),
-    ];
-    for (now, action) in said {
-        assert!(!setting_up.is_over(session.has_said_all(), Micros(now)));
-        assert_eq!(session.poll(Micros(now)), action);
-    }
-    assert!(setting_up.is_over(session.has_said_all(), Micros(511)));
-}
-
-#[test]
 fn a_device_that_takes_long_is_believed_in_the_end() {
     let session = Session::new(script());
     let mut setting_up = SettingUp::new();
@@ -181,28 +157,6 @@ fn failures_say_what_is_wrong() {
     };
     let said = "the device refused command 0x9c: failed (code 1)";
     assert_eq!(format!("{binary}"), said);
-}
-
-#[test]
-fn a_device_that_answers_late_is_asked_again() {
-    let mut session = Session::new(script());
-    let mut now = Micros(0);
-    let mut starts = 0;
-    loop {
-        match session.poll(now) {
-            Action::Send(b"C") => {
-                starts += 1;
-                if starts == 3 {
-                    session.on_event(&sample());
-                }
-            }
-            Action::Send(_) => {}
-            Action::Wait(until) => now = until,
-            Action::Done => break,
-            other => panic!("{other:?}"),
-        }
-    }
-    assert_eq!((starts, session.tries()), (3, 2));
 }
 
 #[test]

@@ -9,7 +9,7 @@
 //!
 //! | Byte | Content |
 //! |---|---|
-//! | 0 | bits 0 to 3: version, 1 to 3; version 3 only: bit 4 video detected, bit 5 portrait |
+//! | 0 | bits 0 to 3: version, 1 to 3; version 3 only, passed over: bit 4 video detected, bit 5 portrait |
 //! | 1 | sequence number |
 //! | 2, 4, 6, 8 | unit quaternion i, j, k, real: 14 fractional bits |
 //! | 10, 12, 14 | version 2 and 3: angular velocity x, y, z in rad/s, about the sensor's axes: 9 fractional bits |
@@ -25,7 +25,7 @@
 //! `JSONTransformVisitor.cpp`) and Monado (`hdk_device.cpp`). The quaternion
 //! turns the sensor's axes into a right-handed reference frame with +Z up; in
 //! the worn device the sensor's +X points to the right, +Y down and +Z
-//! forward. [`Report::head`] changes both to the axes of [`Head`];
+//! forward. [`Report::sample`] changes both to the axes of [`Head`];
 //! a [`Report`] keeps the device's. Where the reference's other two axes
 //! point depends on how the device woke up; Monado turns them a quarter
 //! further, which is left to the program that knows the room.
@@ -54,8 +54,6 @@ const QUATERNION_ONE: f32 = 16_384.0;
 const ANGULAR_VELOCITY_ONE: f32 = 512.0;
 
 const VERSION_MASK: u8 = 0x0F;
-const VIDEO_DETECTED: u8 = 1 << 4;
-const PORTRAIT: u8 = 1 << 5;
 
 /// `head_from_sensor`: half a turn about X.
 const HEAD_FROM_SENSOR: Quat = Quat::from_xyzw(1.0, 0.0, 0.0, 0.0);
@@ -74,29 +72,8 @@ pub struct Report {
     pub sequence: u8,
     /// Unit quaternion, `reference_from_sensor`.
     pub orientation: Quat,
-    /// What the report's version adds to the orientation.
-    pub payload: Payload,
-}
-
-/// What a report holds beside the orientation, by its version.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Payload {
-    /// Nothing.
-    Version1,
-    /// The gyroscope.
-    Version2 {
-        /// Radians per second about the sensor's axes, within ±64.
-        angular_velocity: Vec3,
-    },
-    /// The gyroscope and the display's input.
-    Version3 {
-        /// Radians per second about the sensor's axes, within ±64.
-        angular_velocity: Vec3,
-        /// Whether the display receives a picture.
-        video_detected: bool,
-        /// Whether that picture is taller than wide.
-        portrait: bool,
-    },
+    /// Radians per second about the sensor's axes, within ±64; `None` in version 1.
+    pub angular_velocity: Option<Vec3>,
 }
 
 impl Report {
@@ -106,7 +83,7 @@ impl Report {
         Self {
             sequence,
             orientation: compose(compose(inverse(Y_UP_FROM_Z_UP), head), HEAD_FROM_SENSOR),
-            payload: Payload::Version1,
+            angular_velocity: None,
         }
     }
 
@@ -116,29 +93,16 @@ impl Report {
         compose(y_up_from_sensor, inverse(HEAD_FROM_SENSOR))
     }
 
-    /// The head as all devices have it: the head's axes, and a tracker's
-    /// frame with +Y up.
-    pub fn head(&self) -> Head {
-        let angular_velocity = match self.payload {
-            Payload::Version1 => None,
-            Payload::Version2 { angular_velocity }
-            | Payload::Version3 {
-                angular_velocity, ..
-            } => Some(angular_velocity),
-        };
-        Head {
-            position: None,
-            orientation: Some(Reading::tracked(self.head_orientation())),
-            // Half a turn about X, without the products' rounding.
-            angular_velocity: angular_velocity.map(|v| Vec3::new(v.x, -v.y, -v.z)),
-        }
-    }
-
     /// The sample of a report that came in at `arrival`.
     pub fn sample(&self, arrival: Micros) -> Sample {
         Sample {
             sequence: Some(u32::from(self.sequence)),
-            head: self.head(),
+            head: Head {
+                position: None,
+                orientation: Some(Reading::tracked(self.head_orientation())),
+                // Half a turn about X, without the products' rounding.
+                angular_velocity: self.angular_velocity.map(|v| Vec3::new(v.x, -v.y, -v.z)),
+            },
             ..Sample::arrived(arrival)
         }
     }
@@ -208,48 +172,34 @@ pub fn decode(report: &[u8]) -> Result<Report, ReportError> {
         .map_err(|norm| ReportError::NotUnit { sequence, norm })?;
     let velocity = [[x0, x1], [y0, y1], [z0, z1]];
     let velocity = velocity.map(|part| fixed_point(part, ANGULAR_VELOCITY_ONE));
-    let angular_velocity = Vec3::from_array(velocity);
-    let payload = match version {
-        1 => Payload::Version1,
-        2 => Payload::Version2 { angular_velocity },
-        _ => Payload::Version3 {
-            angular_velocity,
-            video_detected: flags & VIDEO_DETECTED != 0,
-            portrait: flags & PORTRAIT != 0,
-        },
-    };
+    let angular_velocity = (version > 1).then_some(Vec3::from_array(velocity));
     Ok(Report {
         sequence,
         orientation,
-        payload,
+        angular_velocity,
     })
 }
 
-/// The report's first [`REPORT_LENGTH`] bytes, as the device sends them.
+/// The report's first [`REPORT_LENGTH`] bytes, as the device sends them: of version 1, or
+/// with an angular velocity of version 2.
 ///
 /// Values outside the fixed-point ranges (±2 for the quaternion's parts, ±64
 /// rad/s) become the nearest value inside, NaN becomes 0.
 pub fn encode(report: &Report) -> [u8; REPORT_LENGTH] {
-    let (flags, angular_velocity) = match report.payload {
-        Payload::Version1 => (1, Vec3::ZERO),
-        Payload::Version2 { angular_velocity } => (2, angular_velocity),
-        Payload::Version3 {
-            angular_velocity,
-            video_detected,
-            portrait,
-        } => {
-            let video = if video_detected { VIDEO_DETECTED } else { 0 };
-            let portrait = if portrait { PORTRAIT } else { 0 };
-            (3 | video | portrait, angular_velocity)
-        }
+    let version = if report.angular_velocity.is_some() {
+        2
+    } else {
+        1
     };
     let q = report.orientation;
     let turn = [q.x, q.y, q.z, q.w].map(|part| bytes(part, QUATERNION_ONE));
-    let velocity = angular_velocity.to_array();
+    let velocity = report.angular_velocity.unwrap_or_default().to_array();
     let velocity = velocity.map(|part| bytes(part, ANGULAR_VELOCITY_ONE));
     let mut encoded = [0; REPORT_LENGTH];
     let values = turn.as_flattened().iter().chain(velocity.as_flattened());
-    let all = [flags, report.sequence].into_iter().chain(values.copied());
+    let all = [version, report.sequence]
+        .into_iter()
+        .chain(values.copied());
     for (to, from) in encoded.iter_mut().zip(all) {
         *to = from;
     }

@@ -14,54 +14,42 @@
 //! - a logical maximum is unsigned where the minimum is not below zero;
 //! - of alternative usages in delimiters, the first counts;
 //! - long items are passed over;
-//! - *constant* elements are handed over like all others. They are mostly
-//!   padding, but some devices call their values constant too: who has usages
-//!   for them should read them.
+//! - *constant* elements are handed over like all others. They are mostly padding, but
+//!   some devices call their values constant too: those with a usage are to be read.
 
 mod error;
 mod state;
 
-pub use error::{DescriptorError, Problem};
+pub(super) use error::DescriptorError;
 
+use error::Problem;
 use heapless::Vec;
 use state::{Datum, Globals, Locals, UsageCursor, UsageRange};
 
 /// Most bytes of a descriptor; Linux allows as many.
-pub const MOST_BYTES: usize = 4_096;
+const MOST_BYTES: usize = 4_096;
 /// Deepest nesting of collections.
-pub const MOST_COLLECTIONS: usize = 16;
+const MOST_COLLECTIONS: usize = 16;
 /// Most states that are pushed.
-pub const MOST_PUSHED: usize = 8;
+const MOST_PUSHED: usize = 8;
 /// Most usages and ranges of usages before one main item.
-pub const MOST_USAGES: usize = 64;
+const MOST_USAGES: usize = 64;
 /// Most reports, counting input, output and feature reports of an id apart.
-pub const MOST_REPORTS: usize = 32;
-/// Most bits of one element.
-pub const MOST_ELEMENT_BITS: u32 = 64;
+const MOST_REPORTS: usize = 32;
+const MOST_ELEMENT_BITS: u32 = 64;
 /// Most bits of a report, its id not counted: 4 KiB.
-pub const MOST_REPORT_BITS: u32 = 8 * 4_096;
+const MOST_REPORT_BITS: u32 = 8 * 4_096;
 
 /// A meaning: a page and a number on it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Usage {
-    /// The page.
-    pub page: u16,
-    /// The usage on that page.
-    pub id: u16,
-}
-
-impl Usage {
-    const fn from_bits(bits: u32) -> Self {
-        Self {
-            page: (bits >> 16) as u16,
-            id: bits as u16,
-        }
-    }
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Usage {
+    pub(super) page: u16,
+    pub(super) id: u16,
 }
 
 /// Which way a report goes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum ReportKind {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ReportKind {
     /// From the device, when it likes.
     Input,
     /// To the device.
@@ -70,120 +58,76 @@ pub enum ReportKind {
     Feature,
 }
 
-/// A collection that an element is in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Collection {
-    /// 0 physical, 1 application, 2 logical, and others.
-    pub kind: u8,
-    /// What it is of, where it says.
-    pub usage: Option<Usage>,
-}
-
 /// A unit, as the descriptor writes it: the system in bits 0 to 3, then in
 /// four bits each the exponents of length, mass, time and others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Unit(pub u32);
+pub(super) struct Unit(pub(super) u32);
 
 impl Unit {
-    /// Centimetres.
-    pub const CENTIMETRE: Self = Self(0x11);
-    /// Inches.
-    pub const INCH: Self = Self(0x13);
-    /// Radians: rotation in the SI system.
-    pub const RADIAN: Self = Self(0x12);
-    /// Degrees: rotation in the English system.
-    pub const DEGREE: Self = Self(0x14);
+    pub(super) const CENTIMETRE: Self = Self(0x11);
+    pub(super) const INCH: Self = Self(0x13);
+    pub(super) const RADIAN: Self = Self(0x12);
+    pub(super) const DEGREE: Self = Self(0x14);
     /// Seconds, in the SI system.
-    pub const SECOND: Self = Self(0x1001);
+    pub(super) const SECOND: Self = Self(0x1001);
     /// Seconds, in the English system.
-    pub const SECOND_ENGLISH: Self = Self(0x1003);
-    /// Per second, in the SI system.
-    pub const HERTZ: Self = Self(0xF001);
+    pub(super) const SECOND_ENGLISH: Self = Self(0x1003);
 }
 
 /// One value of a report, or one place for a value.
 #[derive(Debug, Clone, Copy)]
-pub struct Element<'a> {
-    /// Which way the report goes.
-    pub kind: ReportKind,
-    /// The report's id; 0 where the device uses none.
-    pub report_id: u8,
+pub(super) struct Element<'a> {
+    pub(super) kind: ReportKind,
+    /// 0 where the device uses no ids.
+    pub(super) report_id: u8,
     /// The first bit, after the report id where there is one.
-    pub bit_offset: u32,
-    /// How many bits there are, 1 to [`MOST_ELEMENT_BITS`].
-    pub bits: u32,
-    /// What it means; `None` where it does not say, and in arrays, whose
-    /// values say it.
-    pub usage: Option<Usage>,
-    /// The value never changes, or is padding.
-    pub constant: bool,
-    /// It has a value of its own, and is not a place in an array of usages.
-    pub variable: bool,
-    /// The value is a change.
-    pub relative: bool,
+    pub(super) bit_offset: u32,
+    /// 1 to [`MOST_ELEMENT_BITS`].
+    pub(super) bits: u32,
+    /// `None` where it does not say, and in arrays, whose values say it.
+    pub(super) usage: Option<Usage>,
     /// Smallest and largest value; one outside means that there is none. Of
     /// a value that is not below zero, both have to be read as unsigned.
-    pub logical: [i32; 2],
+    pub(super) logical: [i32; 2],
     /// What the smallest and the largest value stand for; both 0 where that
     /// is themselves.
-    pub physical: [i32; 2],
-    /// The unit.
-    pub unit: Unit,
+    pub(super) physical: [i32; 2],
+    pub(super) unit: Unit,
     /// The power of ten that the unit is multiplied with, −8 to 7.
-    pub unit_exponent: i8,
-    /// The collections that it is in, the outermost first.
-    pub collections: &'a [Collection],
+    pub(super) unit_exponent: i8,
+    /// The usages of the collections that it is in, the outermost first.
+    pub(super) collections: &'a [Option<Usage>],
+    /// Constant, variable, relative: the item's own bits.
+    #[cfg(test)]
+    flags: u32,
 }
 
 impl Element<'_> {
-    /// Whether values can be below zero.
-    pub fn signed(&self) -> bool {
-        self.logical[0] < 0
-    }
-
     /// The usage of the innermost collection that has one.
-    pub fn parent(&self) -> Option<Usage> {
-        self.collections.iter().rev().find_map(|c| c.usage)
+    pub(super) fn parent(&self) -> Option<Usage> {
+        self.collections.iter().rev().find_map(|usage| *usage)
     }
 }
 
 /// How long a report is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ReportSize {
-    /// Which way it goes.
-    pub kind: ReportKind,
-    /// Its id; 0 where the device uses none.
-    pub report_id: u8,
+pub(super) struct ReportSize {
+    pub(super) kind: ReportKind,
+    /// 0 where the device uses no ids.
+    pub(super) report_id: u8,
     /// Its bits, without the id.
-    pub bits: u32,
+    pub(super) bits: u32,
 }
 
 impl ReportSize {
     /// Its bytes, with the id where there is one.
-    pub const fn bytes(&self) -> usize {
+    pub(super) const fn bytes(&self) -> usize {
         self.bits.div_ceil(8) as usize + (self.report_id != 0) as usize
     }
 }
 
-/// What a descriptor holds besides its elements.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Reports {
-    sizes: Vec<ReportSize, MOST_REPORTS>,
-}
-
-impl Reports {
-    /// All reports, in the order in which they appear.
-    pub fn as_slice(&self) -> &[ReportSize] {
-        &self.sizes
-    }
-
-    /// The report that goes this way and has this id.
-    pub fn find(&self, kind: ReportKind, report_id: u8) -> Option<&ReportSize> {
-        self.sizes
-            .iter()
-            .find(|size| size.kind == kind && size.report_id == report_id)
-    }
-}
+/// All reports of a descriptor, in the order in which they appear.
+pub(super) type Reports = Vec<ReportSize, MOST_REPORTS>;
 
 /// What is known while going through a descriptor.
 #[derive(Default)]
@@ -191,7 +135,8 @@ struct Walk {
     globals: Globals,
     pushed: Vec<Globals, MOST_PUSHED>,
     locals: Locals,
-    collections: Vec<Collection, MOST_COLLECTIONS>,
+    /// The usages of the open collections.
+    collections: Vec<Option<Usage>, MOST_COLLECTIONS>,
     reports: Reports,
 }
 
@@ -202,9 +147,7 @@ const COLLECTION: u8 = 0xA0;
 const END_COLLECTION: u8 = 0xC0;
 const LONG_ITEM: u8 = 0xFE;
 
-const CONSTANT: u32 = 1 << 0;
 const VARIABLE: u32 = 1 << 1;
-const RELATIVE: u32 = 1 << 2;
 
 /// Goes through a descriptor and hands every element to `visit`, in order.
 ///
@@ -214,7 +157,7 @@ const RELATIVE: u32 = 1 << 2;
 /// # Errors
 /// Where the descriptor breaks the specification or a limit; elements before
 /// that place have been visited.
-pub fn walk(
+pub(super) fn walk(
     descriptor: &[u8],
     mut visit: impl FnMut(&Element<'_>),
 ) -> Result<Reports, DescriptorError> {
@@ -281,14 +224,9 @@ impl Walk {
             OUTPUT => ReportKind::Output,
             FEATURE => ReportKind::Feature,
             COLLECTION => {
-                let collection = Collection {
-                    kind: datum.unsigned as u8,
-                    usage: self.locals.first(self.globals.usage_page),
-                };
-                return self
-                    .collections
-                    .push(collection)
-                    .map_err(|_| Problem::CollectionsTooDeep);
+                let usage = self.locals.first(self.globals.usage_page);
+                let begun = self.collections.push(usage);
+                return begun.map_err(|_| Problem::CollectionsTooDeep);
             }
             END_COLLECTION => {
                 let ended = self.collections.pop();
@@ -321,9 +259,9 @@ impl Walk {
             return Err(Problem::LogicalRange { minimum, maximum });
         }
         let report_id = globals.report_id;
-        if (report_id == 0) != self.reports.sizes.iter().all(|size| size.report_id == 0) {
+        if (report_id == 0) != self.reports.iter().all(|size| size.report_id == 0) {
             // The first report decides.
-            if !self.reports.sizes.is_empty() {
+            if !self.reports.is_empty() {
                 return Err(Problem::ReportIdMissing);
             }
         }
@@ -331,7 +269,7 @@ impl Walk {
         if bits == 0 {
             return Ok(());
         }
-        let variable = flags & VARIABLE != 0;
+        let is_variable = flags & VARIABLE != 0;
         let mut usages = UsageCursor {
             ranges: &self.locals.usages,
             n: 0,
@@ -343,15 +281,14 @@ impl Walk {
                 report_id,
                 bit_offset: start + n * bits,
                 bits,
-                usage: if variable { usages.next() } else { None },
-                constant: flags & CONSTANT != 0,
-                variable,
-                relative: flags & RELATIVE != 0,
+                usage: if is_variable { usages.next() } else { None },
                 logical: [minimum, maximum],
                 physical: globals.physical,
                 unit: globals.unit,
                 unit_exponent: globals.unit_exponent,
                 collections: &self.collections,
+                #[cfg(test)]
+                flags,
             });
         }
         Ok(())
@@ -361,16 +298,16 @@ impl Walk {
     fn grow(&mut self, kind: ReportKind, bits: u64) -> Result<u32, Problem> {
         let report_id = self.globals.report_id;
         let is_it = |size: &ReportSize| size.kind == kind && size.report_id == report_id;
-        if !self.reports.sizes.iter().any(is_it) {
+        if !self.reports.iter().any(is_it) {
             let size = ReportSize {
                 kind,
                 report_id,
                 bits: 0,
             };
-            let added = self.reports.sizes.push(size);
+            let added = self.reports.push(size);
             added.map_err(|_| Problem::TooManyReports)?;
         }
-        let size = self.reports.sizes.iter_mut().find(|size| is_it(size));
+        let size = self.reports.iter_mut().find(|size| is_it(size));
         let size = size.ok_or(Problem::TooManyReports)?;
         let bits = u64::from(size.bits) + bits;
         if bits > u64::from(MOST_REPORT_BITS) {

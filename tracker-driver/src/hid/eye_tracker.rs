@@ -201,7 +201,7 @@ impl EyeTracker {
                 page: u::PAGE,
                 id: u::TRACKING_DATA,
             };
-            let in_data = element.collections.iter().any(|c| c.usage == Some(data));
+            let in_data = element.collections.contains(&Some(data));
             if in_data {
                 tracker.tracking.offer(element, &TRACKING);
                 if element.usage.is_none()

@@ -1,7 +1,6 @@
 use super::*;
 use crate::protocol::Protocol;
 use crate::testing::{ARRIVAL, Random, dropped, hostile, mock_records, samples};
-use proptest::prelude::*;
 use std::vec::Vec as List;
 
 /// Frame 33,023, pupil 496, gaze −5, 300.
@@ -162,26 +161,4 @@ fn every_fault_costs_the_frames_it_touches() {
     found.assert_stated("any", include_str!("../asl.rs"));
     let short = hostile(|| Asl::new(base()), &[mock(base())], share);
     assert_eq!(short.most_intact_lost, 0);
-}
-
-proptest! {
-    #[test]
-    fn frames_survive_the_wire(
-        number: u16,
-        pupil in 1_i16..,
-        x: i16,
-        y: i16,
-    ) {
-        let sample = looking_at(
-            u32::from(number),
-            f32::from(pupil),
-            f32::from(x),
-            f32::from(y),
-        );
-        let found = sample_of(Asl::default(), &encode(&sample, Layout::Numbered));
-        prop_assert_eq!(found, sample);
-        let sample = Sample { sequence: None, ..sample };
-        let found = sample_of(Asl::new(base()), &encode(&sample, Layout::Base));
-        prop_assert_eq!(found, sample);
-    }
 }

@@ -1,7 +1,6 @@
 use super::*;
 use crate::protocol::Protocol;
 use crate::testing::{ARRIVAL, Random, dropped, hostile, mock_records, said, samples};
-use proptest::prelude::*;
 use std::vec::Vec as List;
 
 /// Pupil at 256.3, 120, 45.6 wide; point of regard 300, 0.1.
@@ -51,19 +50,6 @@ fn a_record_becomes_a_sample() {
     );
     assert_eq!(decoder.counts().samples, 2);
     assert_eq!(decoder.counts().dropped_bytes, 0);
-}
-
-#[test]
-fn a_confirmed_record_waits_for_the_next() {
-    let mut decoder = Iscan::new(confirmed());
-    for _ in 0..3 {
-        let before = decoder.counts().samples;
-        assert_eq!(samples(&mut decoder, &RECORD[..1]).len(), 0);
-        samples(&mut decoder, &RECORD[1..2]);
-        assert_eq!(samples(&mut decoder, &RECORD[2..]).len(), 0);
-        assert!(decoder.counts().samples <= before + 1);
-    }
-    assert_eq!(decoder.counts().samples, 2);
 }
 
 #[test]
@@ -176,19 +162,6 @@ fn every_fault_is_over_within_three_records() {
     for (when, config) in [("at once", Config::default()), ("confirmed", confirmed())] {
         let found = hostile(|| Iscan::new(config), &records, 3.0e-13);
         found.assert_stated(when, include_str!("../iscan.rs"));
-    }
-}
-
-proptest! {
-    #[test]
-    fn records_survive_the_wire(words in prop::array::uniform5(0_u16..=LARGEST_WORD)) {
-        let bytes = record(&words);
-        let config = Config { zero_is_lost: false, ..Config::default() };
-        let found = samples(&mut Iscan::new(config), &[&bytes[..], &bytes].concat());
-        prop_assert_eq!(found.len(), 2);
-        // The pupil's place is not kept.
-        let again = encode(&found[0], &config);
-        prop_assert_eq!(&again[6..], &bytes[6..]);
     }
 }
 

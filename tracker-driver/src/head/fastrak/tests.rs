@@ -241,17 +241,6 @@ fn stations_that_are_not_there_are_no_records() {
 }
 
 #[test]
-fn a_decoder_that_is_reset_forgets_half_a_record() {
-    let mut decoder = decoder(Format::Binary, &[2, 11, 0]);
-    let mut found = StdVec::new();
-    decoder.feed(&VECTOR[..20], Micros(0), &mut |event| found.push(event));
-    decoder.reset();
-    decoder.feed(&VECTOR, Micros(0), &mut |event| found.push(event));
-    assert!(matches!(found[..], [Event::Sample(_)]), "{found:?}");
-    assert_eq!(decoder.counts().bytes, 52);
-}
-
-#[test]
 fn start_says_what_the_configuration_needs() {
     let mut config = config(Format::Binary, &[2, 11, 0]);
     config.stations = 2;

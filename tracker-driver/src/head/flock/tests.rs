@@ -209,26 +209,6 @@ fn every_fault_costs_its_record_only() {
     }
 }
 
-#[test]
-fn a_confirmed_record_has_its_own_arrival() {
-    let config = Config {
-        confirm: true,
-        ..Config::default()
-    };
-    let record = config.encode(&moving_head(1)[0]);
-    let mut decoder = Flock::new(config);
-    let mut found = StdVec::new();
-    for start in [0, 50_000, 100_000] {
-        for (n, byte) in (0..).zip(&record) {
-            decoder.feed(&[*byte], Micros(start + n), &mut |event| match event {
-                Event::Sample(sample) => found.push(sample.arrival),
-                other => panic!("{other:?}"),
-            });
-        }
-    }
-    assert_eq!(found, [Micros(13), Micros(50_013)]);
-}
-
 /// What was asked for is no garbage, among records or without them; what was not asked
 /// for, or comes too late, is.
 #[test]

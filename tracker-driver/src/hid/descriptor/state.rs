@@ -70,11 +70,13 @@ pub(super) struct UsageRange {
 impl UsageRange {
     pub(super) fn nth(self, n: u32, page: u16) -> Usage {
         let bits = self.first.saturating_add(n).min(self.last);
-        let usage = Usage::from_bits(bits);
-        if self.has_page {
-            usage
-        } else {
-            Usage { page, ..usage }
+        Usage {
+            page: if self.has_page {
+                (bits >> 16) as u16
+            } else {
+                page
+            },
+            id: bits as u16,
         }
     }
 }

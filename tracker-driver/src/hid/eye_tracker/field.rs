@@ -239,7 +239,10 @@ impl<const N: usize> Group<N> {
 
     /// Looks up how long the report is.
     pub(super) fn measure(&mut self, reports: &Reports) {
-        let size = reports.find(self.size.kind, self.size.report_id);
+        let id = (self.size.kind, self.size.report_id);
+        let size = reports
+            .iter()
+            .find(|size| (size.kind, size.report_id) == id);
         if let Some(size) = size
             && self.fields.iter().any(Option::is_some)
         {

@@ -1,8 +1,7 @@
 use super::documented::DESCRIPTOR;
 use super::*;
-use crate::testing::{ARRIVAL, Random, assert_usable, dropped, events, random_count, samples};
+use crate::testing::{ARRIVAL, dropped, events, samples};
 use crate::time::DeviceTime;
-use proptest::prelude::*;
 use std::vec::Vec as List;
 
 fn tracker() -> EyeTracker {
@@ -381,74 +380,4 @@ fn unnamed_values_are_not_guessed() {
     assert_eq!(sample.head, Head::default());
     let time = sample.device_time.unwrap();
     assert_eq!((time.microseconds, time.wraps_at), (5_000_000, 1 << 56));
-}
-
-#[test]
-fn any_bytes_are_usable_or_refused() {
-    let mut random = Random(77);
-    let mut tracker = tracker();
-    // About 40 bytes each.
-    for _ in 0..random_count(150_000_000) / 40 {
-        let length = (random.next() % 80) as usize;
-        let mut report: List<u8> = (0..length).map(|_| random.next() as u8).collect();
-        if let Some(id) = report.first_mut()
-            && random.next().is_multiple_of(2)
-        {
-            *id = 0x10;
-        }
-        for sample in samples(&mut tracker, &report) {
-            assert_usable(&sample);
-        }
-    }
-    assert!(tracker.counts().samples > 0);
-}
-
-proptest! {
-    #[test]
-    fn samples_survive_the_wire(
-        microseconds: u64,
-        places in prop::array::uniform14(-2_000_000_i32..=2_000_000),
-    ) {
-        let mut report = List::from([0x10]);
-        report.extend(microseconds.to_le_bytes());
-        report.extend(places.iter().flat_map(|place| place.to_le_bytes()));
-        let sample = samples(&mut tracker(), &report)[0];
-        assert_usable(&sample);
-        let again = documented::tracking(&sample);
-        // All but the point that the head is turned to, of which only the
-        // direction is kept; and each rounded to f32 and back.
-        prop_assert_eq!(&again[..9], &report[..9]);
-        for (a, b) in again[9..53].chunks(4).zip(report[9..53].chunks(4)) {
-            let [a, b] = [a, b].map(|x| i32::from_le_bytes(x.try_into().unwrap()));
-            prop_assert!((a - b).abs() <= 1, "{} {}", a, b);
-        }
-        if let Some(turn) = sample.head.orientation {
-            let found = samples(&mut tracker(), &again)[0];
-            let Some(turned) = found.head.orientation else {
-                // The point 1 m in front of it is outside the range.
-                return Ok(());
-            };
-            prop_assert!(turn.value.angle_between(turned.value) < 2e-3);
-        }
-    }
-
-    #[test]
-    fn no_changed_descriptor_panics(
-        changes in prop::collection::vec((0_usize..340, any::<u8>()), 1..5),
-        report in prop::collection::vec(any::<u8>(), 0..80),
-    ) {
-        let mut descriptor = DESCRIPTOR;
-        for (at, byte) in changes {
-            descriptor[at] = byte;
-        }
-        if let Ok(mut tracker) = EyeTracker::new(&descriptor, Axes::default()) {
-            for sample in samples(&mut tracker, &report) {
-                assert_usable(&sample);
-            }
-            let _ = tracker.mode_request(Mode::ALL);
-            let _ = tracker.capabilities(&report);
-            let _ = tracker.configuration(&report);
-            let _ = tracker.status(&report);
-        }
-    }
 }

@@ -124,30 +124,6 @@ fn every_message_comes_through_with_its_bits() {
 }
 
 #[test]
-fn damage_costs_the_frame_that_it_touches() {
-    let mut encoder = Encoder::new();
-    let mut line = Vec::new();
-    let ends: Vec<usize> = orders()
-        .iter()
-        .map(|order| {
-            line.extend_from_slice(&encoder.order(order));
-            line.len()
-        })
-        .collect();
-    for at in 0..line.len() {
-        let mut damaged = line.clone();
-        damaged[at] ^= 0x55;
-        let mut told = Vec::new();
-        Orders::new().feed(&damaged, &mut |order| told.push(order));
-        let hurt = ends.iter().position(|&end| at < end).unwrap_or_default();
-        for (number, order) in orders().iter().enumerate() {
-            let touched = number == hurt;
-            assert!(touched || told.contains(order), "{at} {number}");
-        }
-    }
-}
-
-#[test]
 fn bodies_of_other_lengths_are_no_messages() {
     let mut encoder = Encoder::new();
     for (kind, length) in [(SCREENS, 2), (SCREEN, 40), (RENDERING, 26), (CAPTURE, 15)] {
