@@ -273,13 +273,11 @@ fn validate(scene: &Scene) -> Result<(), BakeError> {
 /// The parts of a baked mesh that do not depend on where it stands.
 struct Prepared<'m, const W: usize> {
     ladder: Ladder<'m>,
-    /// One a rung.
     trees: Vec<WideTree<W>>,
     cover: Cover<W>,
 }
 
 impl<'m, const W: usize> Prepared<'m, W> {
-    /// The mesh itself as its only level.
     fn single(mesh: &'m TriangleMesh) -> Self {
         let ladder = Ladder::single(mesh);
         let tree = |rung: &Vec<u32>| Boxes::of_rung(mesh, rung).tree();
@@ -323,7 +321,6 @@ impl<'m, const W: usize> Prepared<'m, W> {
 /// The boxes that the tree of a rung is built over.
 struct Boxes {
     boxes: Vec<Bounds>,
-    /// The triangle in each.
     triangles: Vec<u32>,
 }
 
@@ -367,7 +364,6 @@ impl<const W: usize> Tables<W> {
         (first, count)
     }
 
-    /// Adds a ladder, of which `trees` has one tree a rung.
     fn add_mesh(&mut self, ladder: &Ladder<'_>, trees: &[WideTree<W>], textures: &mut Textures) {
         let mesh = ladder.versions();
         let first_triangle = self.triangles.len() as u32;

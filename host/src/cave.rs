@@ -1,13 +1,9 @@
 //! The walls of a CAVE, its domes, and the eyes before them.
 //!
-//! A wall is three corners and a number of pixels. Which way it faces
-//! follows from the corners: its viewer stands on the side from which lower
-//! left, lower right and upper left run counter-clockwise. The picture's
-//! first row is at the upper edge, its first column at the left one, and
-//! pixel (x, y) has its centre x + ½ columns and y + ½ rows from there.
-//!
-//! A dome is part of a sphere seen from inside, by its radius, its centre and
-//! how far it is tilted; its picture is a dome master.
+//! A wall is three corners and a number of pixels: its viewer stands on the side from which lower
+//! left, lower right and upper left run counter-clockwise. The picture's first row is at the upper
+//! edge, its first column at the left one, and pixel (x, y) has its centre x + ½ columns and y + ½
+//! rows from there. A dome is part of a sphere seen from inside; its picture is a dome master.
 //!
 //! [`Cave::load`] reads walls and domes from a file, [`warp`] makes what projectors have to show
 //! on a dome, [`look`] reads directions.
@@ -133,10 +129,8 @@ impl Wall {
     /// Most bytes in a name; leaves room for the eye and the file type.
     pub const LONGEST_NAME: usize = 100;
 
-    /// A wall that is known to be usable.
-    ///
-    /// Corners are metres in the room, as the wall's viewer sees them;
-    /// `pixels` are columns and rows, 1 to [`Self::MOST_PIXELS`] each.
+    /// A usable wall. Corners are metres in the room, as the wall's viewer sees them; `pixels` are
+    /// columns and rows, 1 to [`Self::MOST_PIXELS`] each.
     ///
     /// # Errors
     /// As [`Self::validate`].
@@ -161,9 +155,8 @@ impl Wall {
     /// Checks everything that views of the wall rely on.
     ///
     /// # Errors
-    /// The first fault found: a name that is not usable in a file name, a
-    /// corner that is not finite or farther than [`Self::FARTHEST`] out, no
-    /// width or height, corners on one line, a number of pixels out of range.
+    /// The first fault: a name that no file can have, a corner that is not finite or beyond
+    /// [`Self::FARTHEST`], no width or height, corners on one line, a number of pixels out of range.
     pub fn validate(&self) -> Result<(), RoomError> {
         let help = "pictures are named after their walls: use letters, digits, '-' and '_', such as \
                     \"front\"";
@@ -173,7 +166,6 @@ impl Wall {
         RoomError::check_pixels("pixels", wall, self.pixels)
     }
 
-    /// Checks that the corners are in a room and span a parallelogram.
     fn check_corners(&self) -> Result<(), RoomError> {
         // Formatted only for errors: views are made for each frame, without taking memory.
         let name = &self.name;
@@ -211,18 +203,15 @@ impl Wall {
         Ok(())
     }
 
-    /// The lower edge, from left to right, metres.
     fn across(&self) -> DVec3 {
         self.lower_right - self.lower_left
     }
 
-    /// The left edge, from bottom to top, metres.
     fn upward(&self) -> DVec3 {
         self.upper_left - self.lower_left
     }
 }
 
-/// Whether every coordinate is finite and near enough.
 pub(crate) fn is_in_a_room(position: DVec3) -> bool {
     position
         .to_array()
@@ -370,8 +359,7 @@ impl Cave {
     /// The same room with a dome more.
     ///
     /// # Errors
-    /// A dome whose name another screen has already, upper and lower case being
-    /// the same.
+    /// A dome whose name another screen has already, upper and lower case being the same.
     pub fn with_dome(mut self, dome: DomeScreen) -> Result<Self, RoomError> {
         if self.has_screen(dome.name()) {
             return Err(RoomError::new(
@@ -394,8 +382,7 @@ impl Cave {
     /// Checks that an eye at `eye` (metres, in the room) sees the front of all screens.
     ///
     /// # Errors
-    /// The first screen that it does not: [`Wall::view_from`] and
-    /// [`DomeScreen::view_from`].
+    /// The first screen that it does not: [`Wall::view_from`] and [`DomeScreen::view_from`].
     pub fn check_eye(&self, eye: DVec3) -> Result<(), RoomError> {
         for screen in self.screens() {
             match screen {
@@ -429,7 +416,6 @@ impl Cave {
         }
     }
 
-    /// All walls of the cube, or its front, right and floor.
     fn cube(pixels: [u32; 2], is_whole: bool) -> Result<Self, RoomError> {
         let wall = |name: &str, lower_left: [f64; 3], lower_right: [f64; 3], upper_left| {
             Wall::new(

@@ -35,7 +35,6 @@ impl AlignedBytes {
     }
 }
 
-/// The tables of a scene while it is put together.
 #[derive(Default)]
 pub(super) struct Tables<const W: usize> {
     pub(super) top_nodes: u32,

@@ -5,19 +5,16 @@ use crate::scene::mesh::TriangleMesh;
 use glam::{DAffine3, DVec3};
 use shisen_core::scene::format::{COVER_NODES, LEAF, Node};
 
-/// Levels of nodes.
 const DEPTH: usize = 3;
 
 /// The top of a tree over a mesh, parents before children, the root first.
 pub(super) struct Cover<const W: usize> {
     /// Children are numbered from 0, nodes and leaves each by themselves.
     nodes: Vec<Node<W>>,
-    /// The vertices of each leaf.
     leaves: Vec<Vec<u32>>,
 }
 
 impl<const W: usize> Cover<W> {
-    /// Over all triangles of a mesh.
     pub(super) fn new(mesh: &TriangleMesh) -> Self {
         let boxes: Vec<Bounds> = mesh
             .triangles

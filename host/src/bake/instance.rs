@@ -8,9 +8,7 @@ use glam::{DAffine3, DVec3};
 use shisen_core::scene::format::{Instance, NO_MATERIAL, flag, kind};
 use shisen_core::shape::Spheroid;
 
-/// Rounding of the map into the object's frame and back, in units of the
-/// largest number involved: a box widened by this holds what the mapped ray
-/// can hit.
+/// Rounding of the map into the object's frame and back, in units of the largest number involved.
 const MAP_SLACK: f64 = 64.0 * 5.960_464_477_539_063e-8;
 
 /// What an object becomes, and by how many metres its boxes are wider than it.

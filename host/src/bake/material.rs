@@ -59,7 +59,6 @@ pub(super) struct Textures {
 }
 
 impl Textures {
-    /// The number of a texture in the tables.
     fn add<const W: usize>(&mut self, source: &Texture, tables: &mut Tables<W>) -> u32 {
         let same = |known: &Texture| {
             known.repeats == source.repeats

@@ -1,14 +1,9 @@
 //! Ladders of polygon levels: one mesh as ever coarser meshes.
 //!
-//! A ray of level v, 0 to 1, sees v·(MAX − MIN) + MIN faces (Mochizuki & Makino,
-//! equation 10). Which those are is decided ahead: edges are collapsed by
-//! quadric error until fewer and fewer faces are left, and what is left at
-//! evenly spaced numbers is a rung. A collapse moves a vertex onto its
-//! neighbour, so every rung uses vertices of the file's own and is shaded by
-//! their normals.
-//!
-//! Every rung has a tree of its own. One tree over all versions would take a third of the
-//! bytes, but rays would take half as long again in it.
+//! A ray of level v, 0 to 1, sees v·(MAX − MIN) + MIN faces (Mochizuki & Makino, equation 10).
+//! Edges are collapsed by quadric error; what is left at evenly spaced numbers of faces is a
+//! rung, with a tree of its own. A collapse moves a vertex onto its neighbour, so every rung uses
+//! vertices of the file's own and is shaded by their normals.
 
 #[cfg(test)]
 mod tests;
@@ -56,13 +51,11 @@ impl PolygonLevels {
     /// The default for the fewest faces that a ray sees.
     pub const FEWEST_FACES: u32 = 500;
 
-    /// A ray sees `faces.start()` at level 0 and `faces.end()` at level 1, or
-    /// as many as the mesh has where that is less. A mesh of no more than
-    /// `faces.start()` stays as it is.
+    /// A ray sees `faces.start()` at level 0 and `faces.end()` at level 1, or as many as the mesh has.
+    /// A mesh of no more than `faces.start()` stays as it is.
     ///
     /// # Errors
-    /// An empty range, one that starts at 0, or rungs outside
-    /// [`RUNGS`](Self::RUNGS).
+    /// An empty range, one that starts at 0, or rungs outside [`RUNGS`](Self::RUNGS).
     pub fn new(faces: RangeInclusive<u32>, rungs: u32) -> Result<Self, LevelsError> {
         let (min, max) = (*faces.start(), *faces.end());
         if min == 0 || min > max {
@@ -74,7 +67,6 @@ impl PolygonLevels {
         Ok(Self { faces, rungs })
     }
 
-    /// The same levels with another least number of faces.
     fn with_fewest(&self, min: u32) -> Self {
         Self {
             faces: min..=min.max(*self.faces.end()),
@@ -159,24 +151,17 @@ impl<'m> Ladder<'m> {
         }
     }
 
-    /// Simplifies a valid mesh again and again, to evenly spaced numbers of
-    /// faces. Every rung of a closed mesh is closed. The same mesh always
-    /// gives the same ladder.
+    /// Simplifies a valid mesh to evenly spaced numbers of faces. Every rung of a closed mesh is
+    /// closed. The same mesh always gives the same ladder.
     ///
     /// # Errors
-    /// Where the mesh cannot be simplified that far: how far it can, for as
-    /// many rungs.
+    /// Where the mesh cannot be simplified that far: how far it can, for as many rungs.
     pub fn new(mesh: &'m TriangleMesh, levels: &PolygonLevels) -> Result<Self, LadderError> {
         Self::with_each(mesh, levels, |_, _| ())
     }
 
-    /// As [`new`](Self::new), and hands on each rung as soon as there is one, the finest
-    /// first: the [`versions`](Self::versions) of this and all finer rungs, to which coarser
-    /// ones only add, and the numbers of its triangles. Where there is an error, rungs before
-    /// it have been handed on.
-    ///
-    /// # Errors
-    /// As those of [`new`](Self::new).
+    /// As [`new`](Self::new), and hands on each rung as soon as it is made, the finest first: the
+    /// [`versions`](Self::versions) so far, and the numbers of its triangles.
     pub(crate) fn with_each(
         mesh: &'m TriangleMesh,
         levels: &PolygonLevels,
@@ -243,10 +228,8 @@ impl<'m> Ladder<'m> {
         })
     }
 
-    /// All triangles that occur in a rung, each once, with the vertices,
-    /// normals and materials of the finest rung. The first are the finest
-    /// rung's in its order, which is the file's where the ladder starts with
-    /// all of its faces.
+    /// All triangles that occur in a rung, each once, the finest rung's first and in its order, with
+    /// the vertices, normals and materials of the finest rung.
     pub fn versions(&self) -> &TriangleMesh {
         &self.versions
     }
@@ -260,7 +243,6 @@ impl<'m> Ladder<'m> {
 }
 
 impl TriangleMesh {
-    /// The mesh of some of the triangles, with the vertices that they use.
     fn part(&self, triangles: &[u32]) -> Self {
         let mut used = vec![false; self.positions.len()];
         for &triangle in triangles {
@@ -305,9 +287,7 @@ struct Versions {
     mesh: TriangleMesh,
     weld: Weld,
     closed: bool,
-    /// The faces that are left, as the simplifier takes them.
     indices: Vec<u32>,
-    /// The triangle that stands for a face, by [`least_first`].
     triangle_of: HashMap<[u32; 3], u32>,
     /// The rung in which a triangle was last used, and the rung at hand: a
     /// face that a rung has twice needs two triangles.
@@ -373,7 +353,6 @@ impl Versions {
         Ok(triangles)
     }
 
-    /// Collapses edges until `target` faces are left.
     fn collapse(&mut self, target: u32) {
         let target = 3 * target as usize;
         let mut aim = target;
@@ -409,7 +388,6 @@ impl Versions {
         }
     }
 
-    /// The triangle that stands for a face; adds it if it is new.
     fn triangle(&mut self, face: [u32; 3]) -> u32 {
         let key = least_first(face);
         if let Some(&known) = self.triangle_of.get(&key)

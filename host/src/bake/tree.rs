@@ -53,7 +53,6 @@ impl Bounds {
         }
     }
 
-    /// Half the surface, in f64: boxes may be as far out as 10¹² m.
     fn half_area(self) -> f64 {
         let [x, y, z] = std::array::from_fn(|a| f64::from(self.high[a]) - f64::from(self.low[a]));
         x * y + y * z + z * x
@@ -80,7 +79,6 @@ pub struct WideTree<const W: usize> {
 }
 
 impl<const W: usize> WideTree<W> {
-    /// The primitives below a child of a node.
     pub(super) fn primitives(&self, child: u32) -> impl Iterator<Item = u32> {
         let mut pending = vec![child];
         let mut found = Vec::new();
@@ -138,7 +136,6 @@ pub fn build<const W: usize>(
     collapse(&Binary::balanced(&binary.primitives(0), boxes), leaf_size)
 }
 
-/// A binary tree, parents before children, the root first.
 struct Binary {
     nodes: Vec<BinaryNode>,
 }
@@ -208,7 +205,6 @@ impl Binary {
         number
     }
 
-    /// Boxes and counts from the leaves up.
     fn fit(mut self, boxes: &[Bounds]) -> Self {
         for number in (0..self.nodes.len()).rev() {
             let (bounds, primitives) = match self.nodes[number].kind {
@@ -227,7 +223,6 @@ impl Binary {
         self
     }
 
-    /// The primitives below a node, from left to right.
     fn primitives(&self, node: usize) -> Vec<u32> {
         let mut found = Vec::with_capacity(self.nodes[node].primitives);
         let mut pending = vec![node];
@@ -241,15 +236,13 @@ impl Binary {
     }
 }
 
-/// The cheapest ways to stand for a subtree: Ylitie, Karras & Laine 2017,
-/// "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs",
-/// section 3.
+/// The cheapest ways to stand for a subtree: Ylitie, Karras & Laine 2017, "Efficient Incoherent
+/// Ray Traversal on GPUs Through Compressed Wide BVHs", section 3.
 struct Plan<const W: usize> {
     /// Cost with at most `i + 1` children of the parent, for each node.
     cost: Vec<[f64; W]>,
     /// How many of them go to the left subtree; 0 where one fewer is as good.
     left: Vec<[usize; W]>,
-    /// Whether the node, as one child, is a leaf.
     leaf: Vec<bool>,
 }
 
@@ -301,7 +294,6 @@ impl<const W: usize> Plan<W> {
         plan
     }
 
-    /// The binary nodes that become the children of `number`.
     fn children(&self, tree: &Binary, number: usize) -> Vec<usize> {
         let mut found = Vec::with_capacity(W);
         let BinaryKind::Inner([left, right]) = tree.nodes[number].kind else {
@@ -369,7 +361,6 @@ fn collapse<const W: usize>(binary: &Binary, leaf_size: usize) -> WideTree<W> {
     tree
 }
 
-/// Gives a node's lane a box.
 pub(super) fn set_bounds<const W: usize>(node: &mut Node<W>, lane: usize, bounds: Bounds) {
     for axis in 0..3 {
         node.planes[2 * axis][lane] = bounds.low[axis];

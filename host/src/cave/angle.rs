@@ -1,10 +1,7 @@
 //! Angles in degrees, the same bits on every platform.
 
-/// Sine and cosine of an angle in degrees, any finite value.
-///
-/// Multiples of 90 are exact, so that 90° is straight to the side and not
-/// 6e-17 off it. From `libm`, because the platform's own functions differ
-/// in the last place from one to the next.
+/// Sine and cosine of an angle in degrees, any finite value. Multiples of 90 are exact. From `libm`,
+/// because the platform's own functions differ in the last place from one to the next.
 pub(crate) fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
     // The remainder of a float division is exact.
     let turn = degrees % 360.0;

@@ -15,11 +15,7 @@ use std::ops::RangeInclusive;
 /// on the dome, for an eye anywhere inside.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DomeScreen {
-    name: String,
-    radius: f64,
-    centre: DVec3,
-    field_of_view_degrees: f64,
-    size: u32,
+    description: DomeDescription,
     /// The axes of its picture in the room: see [`DomeScreen::axes`].
     axes: DMat3,
 }
@@ -57,17 +53,11 @@ impl DomeScreen {
     /// The first fault found: a name that is not usable in a file name, a
     /// radius, centre, tilt, field of view or size that is out of its range.
     pub fn new(description: DomeDescription) -> Result<Self, RoomError> {
-        let DomeDescription {
-            name,
-            radius,
-            centre,
-            tilt_degrees: tilt,
-            field_of_view_degrees: field,
-            size,
-        } = description;
+        let (name, radius) = (&description.name, description.radius);
+        let (tilt, field) = (description.tilt_degrees, description.field_of_view_degrees);
         let help = "pictures are named after their domes: use letters, digits, '-' and '_', such as \
                     \"dome\"";
-        RoomError::check_name("dome", &name, help)?;
+        RoomError::check_name("dome", name, help)?;
         let dome = format!("dome \"{name}\"");
         let [least, most] = [*Self::RADII.start(), *Self::RADII.end()];
         // Rounded as the tracer rounds it.
@@ -78,7 +68,8 @@ impl DomeScreen {
                 format!("give metres from {least} to {most}"),
             ));
         }
-        RoomError::check_place("centre", format_args!("{dome}: its centre is"), centre)?;
+        let centre = format_args!("{dome}: its centre is");
+        RoomError::check_place("centre", centre, description.centre)?;
         if !(tilt.abs() <= 360.0) {
             return Err(RoomError::new(
                 "tilt_degrees",
@@ -94,45 +85,41 @@ impl DomeScreen {
                 "give degrees above 0, to 360; 180 is a hemisphere",
             ));
         }
-        RoomError::check_pixels("size", format_args!("{dome}"), [size; 2])?;
+        RoomError::check_pixels("size", format_args!("{dome}"), [description.size; 2])?;
         Ok(Self {
-            name,
-            radius,
-            centre,
-            field_of_view_degrees: field,
-            size,
             axes: axes(tilt),
+            description,
         })
     }
 
     /// For file names and messages.
     pub fn name(&self) -> &str {
-        &self.name
+        &self.description.name
     }
 
     /// The sphere's radius: metres.
     pub const fn radius(&self) -> f64 {
-        self.radius
+        self.description.radius
     }
 
     /// The sphere's centre: metres, in the room.
     pub const fn centre(&self) -> DVec3 {
-        self.centre
+        self.description.centre
     }
 
     /// The angle from rim to rim at the centre: radians, above 0 to 2π.
     pub const fn field_of_view(&self) -> f64 {
-        self.field_of_view_degrees.to_radians()
+        self.description.field_of_view_degrees.to_radians()
     }
 
     /// Columns, and rows.
     pub const fn size(&self) -> u32 {
-        self.size
+        self.description.size
     }
 
     /// From rim to rim along the dome: metres.
     pub const fn width(&self) -> f64 {
-        self.radius * self.field_of_view()
+        self.radius() * self.field_of_view()
     }
 
     /// The axes of [`shisen_core::capture`] in the room: the picture's right, its top, and away
@@ -147,15 +134,18 @@ impl DomeScreen {
     /// An eye that is not finite, or farther from the centre than
     /// [`frame::DomeScreen::FARTHEST_EYE`] of the radius.
     pub fn view_from(&self, eye: DVec3) -> Result<frame::DomeScreen, RoomError> {
-        let distance = eye.distance(self.centre);
-        let farthest = f64::from(frame::DomeScreen::FARTHEST_EYE) * self.radius;
+        let distance = eye.distance(self.centre());
+        let farthest = f64::from(frame::DomeScreen::FARTHEST_EYE) * self.radius();
         if !(distance <= farthest) {
             return Err(RoomError::new(
                 "eye",
                 format!(
                     "the eye at {:.4}, {:.4}, {:.4} is not inside dome \"{}\": it is \
                      {distance:.4} m from the centre",
-                    eye.x, eye.y, eye.z, self.name
+                    eye.x,
+                    eye.y,
+                    eye.z,
+                    self.name()
                 ),
                 format!(
                     "move the head to within {farthest:.4} m of the dome's centre, 0.99 of its \
@@ -166,10 +156,10 @@ impl DomeScreen {
         let (least, most) = frame::DomeScreen::RADII;
         Ok(frame::DomeScreen {
             pose: frame::DomePose {
-                position: self.centre.as_vec3(),
+                position: self.centre().as_vec3(),
                 room_from_capture: self.axes.as_mat3(),
             },
-            radius: (self.radius as f32).clamp(least, most),
+            radius: (self.radius() as f32).clamp(least, most),
             // 360 degrees round to a little more than 2π.
             field_of_view: (self.field_of_view() as f32).min(TAU as f32),
         })
@@ -181,13 +171,13 @@ impl DomeScreen {
         let from_centre = at.length();
         let (sin, cos) = libm::sincos(0.5 * self.field_of_view() * from_centre);
         let outwards = at.normalize_or_zero() * sin;
-        self.centre + self.radius * (self.axes * outwards.extend(-cos))
+        self.centre() + self.radius() * (self.axes * outwards.extend(-cos))
     }
 
     /// Where in the picture a place is, seen from the centre: (u, v), in the
     /// unit disc where it is on the dome. `None` for the centre itself.
     pub fn place(&self, point: DVec3) -> Option<DVec2> {
-        let direction = self.axes.transpose() * (point - self.centre).try_normalize()?;
+        let direction = self.axes.transpose() * (point - self.centre()).try_normalize()?;
         let across = direction.truncate();
         let angle = libm::atan2(across.length(), -direction.z);
         // Opposite to the zenith any direction will do.
@@ -197,11 +187,11 @@ impl DomeScreen {
 
     /// The distances at which a ray of unit `direction` enters and leaves the sphere.
     fn crossings(&self, origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
-        let from = origin - self.centre;
+        let from = origin - self.centre();
         let half = from.dot(direction);
         // By the distance of the line from the centre: keeps its digits far away.
         let nearest = from - half * direction;
-        let left = self.radius * self.radius - nearest.length_squared();
+        let left = self.radius() * self.radius() - nearest.length_squared();
         (left >= 0.0).then(|| [-half - left.sqrt(), -half + left.sqrt()])
     }
 
@@ -226,7 +216,7 @@ impl DomeScreen {
             .zip(crossings)
             .find_map(|(from_inside, t)| {
                 let at = self.place(origin + t * direction)?;
-                let met = t > Self::AT_THE_SURFACE * self.radius && at.length_squared() <= 1.0;
+                let met = t > Self::AT_THE_SURFACE * self.radius() && at.length_squared() <= 1.0;
                 met.then_some((t, at, from_inside))
             })
     }

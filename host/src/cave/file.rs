@@ -72,14 +72,11 @@ impl Cave {
         Ok(Self::from_toml(&text, &path.to_string_lossy(), size)?)
     }
 
-    /// Walls from the text of a file; `source_name` is what messages call
-    /// it. `size`, in columns and rows, is for the walls that name no pixels
-    /// of their own; for such domes, its columns are.
+    /// As [`Self::load`], from the text of a file; `source_name` is what messages call it.
     ///
     /// # Errors
-    /// The first fault found and its place: text that is not TOML, unknown
-    /// or missing keys, no screens, a wall that [`Wall::validate`] rejects, a
-    /// dome that [`DomeScreen::new`] rejects, a name that is there twice.
+    /// The first fault and its place: text that is not TOML, unknown or missing keys, no screens, a
+    /// wall that [`Wall::validate`] or a dome that [`DomeScreen::new`] rejects, a name twice.
     pub fn from_toml(
         text: &str,
         source_name: &str,

@@ -58,10 +58,7 @@ impl Default for Viewer {
 }
 
 impl Viewer {
-    /// Where an eye is, metres, in the room.
-    ///
-    /// Not finite where the pose is not, which [`super::Wall::view_from`]
-    /// reports.
+    /// Where an eye is, metres, in the room. Not finite where the pose is not.
     pub fn eye(&self, which: Eye) -> DVec3 {
         let middle = self.pose.position.as_dvec3();
         let half = 0.5 * self.interpupillary_distance;

@@ -1,15 +1,12 @@
 //! Warps: how projectors have to show a dome master so that it is right on the dome.
 //!
-//! A [`Projector`] is a pinhole with a lens shift, at a place in the room. For
-//! each node of a grid over its picture, its light is followed to where it
-//! meets the dome's inside, and that place is the node's: (u, v) in the dome
-//! master, (x, y, z) in the room. The geometry is the one that the dome's own
-//! pictures are rendered with ([`DomeScreen`]), so the picture for a viewer
-//! anywhere in the dome, sent through a warp, is right for that viewer.
+//! The light of each node of a grid over the picture of a [`Projector`] is followed to where it
+//! meets the dome's inside: (u, v) in the dome master, (x, y, z) in the room. The dome's pictures
+//! have the same geometry ([`DomeScreen`]), so they are right for a viewer anywhere in the dome.
 //!
-//! A warp is written as [`bourke`]'s mesh, for players of dome masters, or as [`mpcdi`],
-//! for programs that know the viewer's eye. There is no edge blending: a node is
-//! drawn in full where its light meets the dome, else not at all.
+//! A warp is written as [`bourke`]'s mesh, for players of dome masters, or as [`mpcdi`], for
+//! programs that know the viewer's eye. A node is drawn in full where its light meets the dome,
+//! else not at all: edges are not blended.
 
 pub mod bourke;
 pub mod mpcdi;

@@ -38,7 +38,6 @@ pub enum BudgetError {
     Unknown(String),
 }
 
-/// The largest budget of steps, and of a histogram of steps.
 pub(super) const MOST_STEPS: u64 = 1_000_000_000_000;
 
 impl FromStr for FrameBudget {

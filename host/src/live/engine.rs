@@ -1,10 +1,8 @@
-//! Renders a frame on all cores within a budget of steps.
+//! Renders a frame on all cores within a budget of steps, without allocating.
 //!
-//! Threads and memory stay from frame to frame: rendering allocates nothing. The budget is
-//! dealt to tiles before they are rendered, from the line of sight outwards, by the steps
-//! that each took in the frame before. What tiles leave over goes to those that had too
-//! little, in further rounds. All of that depends on steps alone, so a frame is the same on
-//! any number of threads, whatever the clock says.
+//! The budget is dealt to tiles before they are rendered, from the line of sight outwards, by the
+//! steps that each took in the frame before; what tiles leave over goes to others in further
+//! rounds. All depends on steps alone: a frame is the same on any number of threads.
 
 mod capture;
 mod deal;
@@ -38,7 +36,6 @@ const MOST_ROUNDS: u32 = 8;
 /// Below the cosine of any angle: sorts after all tiles of screens.
 const LAST_IN_ORDER: f32 = -3.0;
 
-/// The least steps expected of a tile.
 const LEAST_EXPECTED: u64 = 8;
 
 /// One part in so many of the fovea's expected steps is kept back for it.
@@ -49,7 +46,6 @@ const RESERVE: u64 = 4;
 enum Allotment {
     /// Unfinished tiles at the line of sight.
     Fovea,
-    /// All unfinished tiles.
     All,
     /// All unfinished tiles, less a reserve for the fovea.
     AllButReserve,
@@ -65,7 +61,6 @@ pub struct Engine<'e, 's, const W: usize> {
     workspace: Workspace,
     share: Share,
     dealer: Dealer,
-    /// The quality of the newest frame.
     quality: Quality,
 }
 
@@ -172,7 +167,6 @@ where
     })
 }
 
-/// Ends the threads when dropped.
 struct Dismissal<'e, 's, const W: usize>(&'e Shared<'s, W>);
 
 impl<const W: usize> Drop for Dismissal<'_, '_, W> {
@@ -247,7 +241,6 @@ where
         })
     }
 
-    /// Plans the next frame.
     fn plan(
         &mut self,
         eyes: &[Observer],
@@ -323,7 +316,6 @@ where
         }
     }
 
-    /// Runs the current plan on all threads.
     fn run_round(&mut self) {
         self.shared.next.store(0, Ordering::SeqCst);
         self.shared.begin.wait();

@@ -1,11 +1,9 @@
 //! Chooses a quality that fits the budget before a frame begins.
 //!
-//! A frame is expected to need the most that the last few frames needed, and those whose gaze
-//! was at the same place, converted from their quality by the known ratios. Time becomes steps
-//! by the median rate of recent frames, less the constant cost of a frame and less the delays
-//! of recent frames. Delays are times rather than rates: a thread that is held up loses as much
-//! of a short frame as of a long one. Quality falls at once as far as it has to, and rises by
-//! one rung after a while with room for more, so that it does not flicker.
+//! A frame is expected to need the most of the last few frames and of those whose gaze was at the
+//! same place. Time becomes steps by the median rate of recent frames, less the constant cost of a
+//! frame and recent delays. Quality falls at once as far as it has to, and rises by one rung after
+//! a while with room for more, so that it does not flicker.
 
 mod ladder;
 mod places;
@@ -31,7 +29,6 @@ const MORE_THAN_NEEDED: u64 = 1 << 50;
 /// Chooses qualities.
 #[derive(Debug, Clone)]
 pub struct Governor {
-    /// Whether quality may be lowered.
     governs: bool,
     /// The ladders of frames without and with a known gaze: without one they need more of
     /// everything, and have no field to narrow.
@@ -66,7 +63,6 @@ impl Decision {
     /// All of a frame of the best and of the least quality.
     pub const ENDS: [Self; 2] = [Self::whole(0), Self::whole(Quality::LADDER.len() - 1)];
 
-    /// All of a frame at a rung.
     const fn whole(rung: usize) -> Self {
         Self {
             steps: Some(MORE_THAN_NEEDED),
@@ -131,7 +127,6 @@ impl Governor {
         }
     }
 
-    /// The allowance in steps.
     fn steps(&self, allowance: Allowance) -> Option<u64> {
         match allowance {
             Allowance::Unlimited => None,
@@ -148,7 +143,6 @@ impl Governor {
         self.ladder().best_need()
     }
 
-    /// The ladder of frames like the next.
     fn ladder(&self) -> &Ladder {
         &self.ladders[usize::from(self.has_gaze)]
     }
@@ -219,7 +213,6 @@ mod tests {
     use super::ladder::FRAMES_TO_RISE;
     use super::*;
 
-    /// The true costs of the rungs.
     const TRUE: [f64; Quality::LADDER.len()] = [
         1.0, 0.9, 0.8, 0.6, 0.5, 0.4, 0.3, 0.2, 0.15, 0.1, 0.085, 0.07, 0.055, 0.04,
     ];

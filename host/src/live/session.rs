@@ -199,7 +199,6 @@ where
     Ok(())
 }
 
-/// Renders an order.
 fn render_order<const W: usize>(
     engine: &mut Engine<'_, '_, W>,
     eyes: &[Observer],
@@ -243,14 +242,12 @@ struct Session<'s, 'e, 'c, const W: usize> {
     eyes: Vec<Observer>,
     settings: &'s SessionSettings,
     lock: &'s mut dyn SwapLock,
-    /// The number of orders so far.
     order: u64,
     governor: Governor,
     pacing: Pacing,
     /// The mean time of recent frames besides tracing; frames that were held up count little.
     other_time: Duration,
     steps: Option<Histogram<u64>>,
-    /// The part of the budget that each frame took.
     spent: Shares,
     /// The need of a frame of full quality as a part of the budget's steps.
     needed: Shares,
@@ -298,7 +295,6 @@ where
         }
     }
 
-    /// The part of the budget left for tracing.
     fn tracing_allowance(&self) -> Allowance {
         match self.report.allowance {
             Allowance::Time(time) => Allowance::Time(time.saturating_sub(self.other_time)),
@@ -306,7 +302,6 @@ where
         }
     }
 
-    /// Makes the next order.
     fn next(&mut self, look: &Look, decision: &Decision, purpose: Purpose) -> Order {
         let frame = self.order;
         self.order += 1;
@@ -366,7 +361,6 @@ where
         Ok((rendered, cost))
     }
 
-    /// Records the part of the budget that a frame took.
     fn record_spent(&mut self, steps: u64, time: Duration) {
         let share = match self.report.allowance {
             Allowance::Unlimited => return,
@@ -512,7 +506,6 @@ fn wait_until(time: Instant, tracker: &LiveTracker) {
     }
 }
 
-/// Sleeps, and spins at the end.
 fn sleep_until(time: Instant) {
     let left = time.saturating_duration_since(Instant::now());
     if let Some(asleep) = left.checked_sub(SPIN) {

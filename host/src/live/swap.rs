@@ -1,9 +1,8 @@
 //! Several machines that show a frame together, each its own walls.
 //!
 //! The leader, the machine of rank 0, reads the tracker and sends the others an order for each
-//! frame: the look, the quality and the steps, never pixels. All render their share, report
-//! it, and show it when all have: no wall is a frame ahead of another. A frame depends on its
-//! order alone, and on no clock.
+//! frame, never pixels. All render their share and show it when all have rendered theirs. A frame
+//! depends on its order alone, and on no clock.
 
 mod cluster;
 #[cfg(feature = "cluster")]

@@ -26,9 +26,7 @@ const EVENTS: usize = 64;
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// A tracker with a thread of its own. Each sample goes into the estimator as it comes: no queue
-/// can grow, and what a tracker sends too fast waits in the system's buffer, which drops what
-/// does not fit. Of a sensor that sends 2,000 samples a second or more, 1,000 to 2,000 are
-/// used, evenly spaced.
+/// grows. Of a sensor that sends 2,000 samples a second or more, 1,000 to 2,000 are used.
 pub struct LiveTracker {
     feed: FeedClock,
     shared: Arc<Shared>,
@@ -42,16 +40,12 @@ impl fmt::Debug for LiveTracker {
     }
 }
 
-/// The state that the thread shares.
 struct Shared {
     following: Mutex<Following>,
-    /// Notified when a sample comes.
     came: Condvar,
-    /// The estimate before the first sample.
     home: Estimate,
 }
 
-/// The estimators and the newest sample.
 struct Following {
     clock: ClockEstimator,
     estimator: GazeEstimator,
@@ -93,10 +87,8 @@ pub struct LatchedGaze {
     pub sample: Option<Micros>,
     /// When that sample came.
     pub arrive: Option<Micros>,
-    /// Whether the gaze follows that sample: it is known, and the tracker has not been silent
-    /// for longer than a gaze is held
-    /// ([`widen_after`](estimate::FallbackConfig::widen_after)). The tracker's own delay does
-    /// not count.
+    /// Whether the gaze follows that sample: it is known, and the tracker was not silent for longer
+    /// than a gaze is held ([`widen_after`](estimate::FallbackConfig::widen_after)).
     pub follows: bool,
     /// When the gaze was taken.
     pub latch: Micros,
@@ -229,7 +221,6 @@ impl Shared {
     }
 }
 
-/// Reads the feed until the tracker is dropped.
 fn listen(
     mut feed: Feed,
     shared: &Shared,

@@ -206,7 +206,6 @@ mod tests {
         DVec3::from_array([0, 1, 2].map(|i| value[i].as_f64().unwrap()))
     }
 
-    /// Two vertices at opposite corners of the reference model's box.
     fn box_of_reference(reference: &Value) -> TriangleMesh {
         let centre = vector(&reference["bbox_centre"]);
         let half = DVec3::new(reference["xlen"].as_f64().unwrap() / 2.0, 3.0, 1.5);

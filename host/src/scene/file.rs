@@ -65,7 +65,6 @@ const SYNTAX: &str = "a scene file has name, ambient, [background], [materials.N
                       [media.NAME], [textures.NAME], [meshes.NAME], [[object]], [[light]] and \
                       [[camera]]";
 
-/// The help for files that cannot be loaded.
 const FOLDER: &str = "relative paths start at the folder of the scene file";
 
 /// Where a scene's mesh comes from.
@@ -105,16 +104,12 @@ impl Scene {
         Ok(Self::from_toml(&text, &name, folder, load_mesh)?)
     }
 
-    /// A scene from the text of a scene file.
-    ///
-    /// `source_name` is what messages call the text, `base_dir` where its
-    /// relative paths start. `load_mesh` is called once for each mesh, in
-    /// the order of their names.
+    /// A scene from the text of a scene file. `source_name` is what messages call it, `base_dir`
+    /// where its relative paths start; `load_mesh` is called once for each mesh, in order of names.
     ///
     /// # Errors
-    /// The first fault found and its place: text that is not TOML, unknown
-    /// or missing keys, values out of range, names that nothing has, meshes
-    /// and images that cannot be loaded or used, no objects.
+    /// The first fault and its place: text that is not TOML, unknown or missing keys, values out of
+    /// range, names that nothing has, meshes and images that cannot be loaded or used, no objects.
     pub fn from_toml<E>(
         text: &str,
         source_name: &str,
@@ -199,7 +194,6 @@ pub fn material_names(text: &str) -> Vec<String> {
     names.into_keys().collect()
 }
 
-/// Each name's place in the order of names.
 fn numbers<T>(entries: &BTreeMap<Spanned<String>, T>) -> BTreeMap<&str, usize> {
     entries
         .keys()
@@ -338,7 +332,6 @@ impl Placed {
     }
 }
 
-/// An object, not yet fitted to its mesh.
 fn read_object(
     check: &Check<'_>,
     entry: &Spanned<ObjectEntry>,

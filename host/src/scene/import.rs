@@ -124,7 +124,6 @@ fn claim(path: &Path, what: &str, claimed: u128, available: usize) -> ImportErro
     ))
 }
 
-/// The error of contents that are not the format's.
 fn syntax<'p>(place: impl Into<Place<'p>>, problem: impl AsRef<str>) -> ImportError {
     let problem = problem.as_ref().trim_end_matches('.');
     ImportError::Contents(format!(
@@ -172,7 +171,6 @@ fn validated(
     Ok(mesh)
 }
 
-/// The images of a mesh's materials, each loaded once.
 struct Textures<K> {
     /// Bytes that further images may take.
     left: u64,

@@ -1,9 +1,8 @@
 //! The default model: a cow, generated rather than shipped.
 //!
-//! Its surface is the zero set of a smooth union of tapered capsules and
-//! ellipsoids, sampled on a grid, polygonised by naive surface nets and
-//! simplified by quadric edge collapse. It stands in for the well-known
-//! `cow.obj`: same axes, nearly the same box, the same number of triangles.
+//! A smooth union of tapered capsules and ellipsoids, polygonised by naive surface nets and
+//! simplified by quadric edge collapse. It stands in for the well-known `cow.obj`: same axes,
+//! nearly the same box, the same number of triangles.
 
 use fast_surface_nets::ndshape::{RuntimeShape, Shape};
 use fast_surface_nets::{SurfaceNetsBuffer, surface_nets};
@@ -24,7 +23,6 @@ const BLOCK: u32 = 4;
 const LOW: Vec3 = Vec3::new(-4.9, -3.85, -1.96);
 /// Samples along each axis; the highest corner is (6.3, 3.08, 1.96).
 const SAMPLES: [u32; 3] = [161, 100, 57];
-/// The ground that the hooves stand on.
 const GROUND: f32 = -3.64;
 
 /// One part of the animal; `blend` is the width of the seam to the rest.
@@ -188,8 +186,6 @@ fn sample(shape: &RuntimeShape<u32, 3>) -> Vec<f32> {
     samples
 }
 
-/// Moves a vertex along the field's gradient onto the surface, by half a cell
-/// at most.
 fn onto_surface(p: Vec3) -> Vec3 {
     let step = 0.25 * CELL;
     let slope = |axis: Vec3| (field(p + step * axis) - field(p - step * axis)) / (2.0 * step);

@@ -197,7 +197,6 @@ fn chunks<const N: usize>(samples: &[u8], texel: impl Fn(&[u8; N]) -> [u8; 4]) -
     samples.as_chunks().0.iter().map(texel).collect()
 }
 
-/// Columns and rows, as the header of a PNG file has them.
 fn sides(png: &[u8]) -> Option<[u32; 2]> {
     let side = |from: usize| {
         let bytes = png.get(from..from + 4)?;
@@ -210,7 +209,6 @@ fn sides(png: &[u8]) -> Option<[u32; 2]> {
 pub(super) mod tests {
     use super::*;
 
-    /// A PNG file.
     pub(in crate::scene) fn png(
         size: [u32; 2],
         colour: ColorType,
@@ -230,7 +228,6 @@ pub(super) mod tests {
         bytes
     }
 
-    /// A PNG file of one row of greys.
     pub(in crate::scene) fn grey_png(texels: &[u8]) -> Vec<u8> {
         let size = [texels.len() as u32, 1];
         png(size, ColorType::Grayscale, BitDepth::Eight, texels)

@@ -1,9 +1,6 @@
-//! A dashboard of the live loop: the walls as a net or as the viewer sees them, the gaze and how
-//! far it can be relied on, the order in which tiles are dealt steps, the budget, and the
-//! latency from the eye to the wall.
-//!
-//! It is drawn into a [`Canvas`] without a window, from a [`Frame`], a [`Status`] and the chosen
-//! view alone.
+//! A dashboard of the live loop: the walls as a net or as the viewer sees them, the gaze, the order
+//! in which tiles are dealt steps, the budget, and the latency from the eye to the wall. It is
+//! drawn into a [`Canvas`] from a [`Frame`], a [`Status`] and the chosen view alone.
 
 mod canvas;
 mod gauges;
@@ -27,10 +24,8 @@ use shisen_core::frame::Tile;
 use shisen_core::gaze::HeadPose;
 use std::sync::Arc;
 
-/// The background.
 const BACKGROUND: Colour = 0x18_1818;
 const TEXT: Colour = 0xE0_E0E0;
-/// The colour of messages.
 const NOTICE: Colour = 0xFF_D040;
 
 /// Rows of the line at the top.
@@ -39,7 +34,6 @@ const HEADER: u32 = 18;
 /// The horizontal field of the viewer's eye, radians (100°).
 const FIELD_OF_VIEW: f64 = 1.745_329_251_994_329_5;
 
-/// The lines that explain the keys.
 const HELP: [&str; 2] = [
     "A B C D scene  L level of detail  F fill  V net or viewer  H levels  T order of tiles",
     "M mouse is the gaze (or hold a button)  Space pause  S screenshot  Q end",
@@ -253,7 +247,6 @@ impl<'c> Dashboard<'c> {
 }
 
 impl Frame {
-    /// The line of sight.
     fn forward(&self) -> Vec3 {
         self.record.forward.into()
     }

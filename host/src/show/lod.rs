@@ -53,20 +53,17 @@ impl Coverage {
     }
 }
 
-/// The level of a pixel, 0 to 1.
 fn level(view: &View, lod: &LevelOfDetail, x: u32, y: u32) -> f32 {
     view.direction(x as f32, y as f32)
         .and_then(|direction| lod.gaze.level(direction))
         .unwrap_or(0.0)
 }
 
-/// All pixels, in rows.
 fn places(view: &View) -> impl Iterator<Item = (u32, u32)> + use<> {
     let (columns, rows) = (view.columns(), view.rows());
     (0..rows).flat_map(move |y| (0..columns).map(move |x| (x, y)))
 }
 
-/// The pixels of a wall, or those inside the rim of a dome.
 fn seen(view: &View) -> impl Iterator<Item = (u32, u32)> {
     places(view).filter(|&(x, y)| view.direction(x as f32, y as f32).is_some())
 }

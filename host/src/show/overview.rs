@@ -19,7 +19,6 @@ mod walls {
         }
     }
 
-    /// The named walls of the cube from −1 to 1, seen from inside.
     pub(super) fn cube<const N: usize>(names: [&str; N]) -> [Wall; N] {
         names.map(|name| {
             let corners = match name {
@@ -34,7 +33,6 @@ mod walls {
         })
     }
 
-    /// A picture of a wall's own points by their colours.
     pub(super) fn painted(
         wall: &Wall,
         [width, height]: [u32; 2],

@@ -1,8 +1,7 @@
-//! A window on an X server: shows pixels and reads keys and the mouse.
+//! A window on an X server (on Wayland `XWayland`): shows pixels and reads keys and the mouse.
 //!
-//! It speaks the X protocol over its own socket, without a library of the system, so that a
-//! server that goes away is an error rather than the end of the program. On Wayland the server
-//! is `XWayland`.
+//! It speaks the X protocol over its own socket, so that a server that goes away is an error rather
+//! than the end of the program.
 
 use crate::show::dashboard::{Canvas, Colour};
 use miette::Diagnostic;
@@ -20,7 +19,6 @@ use x11rb::rust_connection::RustConnection;
 use x11rb::wrapper::ConnectionExt as _;
 
 x11rb::atom_manager! {
-    /// The atoms of the window.
     Atoms: AtomsCookie {
         WM_PROTOCOLS,
         WM_DELETE_WINDOW,

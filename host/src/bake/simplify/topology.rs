@@ -53,7 +53,6 @@ impl Topology {
 /// seams between normals do not separate its faces. Seams between materials or parts of a texture
 /// stay, and the simplifier collapses both sides of them alike.
 pub(super) struct Weld {
-    /// Where the vertices are.
     pub(super) places: Vec<[f32; 3]>,
     /// Their material; 0 where the mesh has none.
     pub(super) materials: Vec<u32>,
@@ -61,7 +60,6 @@ pub(super) struct Weld {
     first_at_place: Vec<u32>,
     /// The faces whose corners are at three places.
     pub(super) faces: Vec<[u32; 3]>,
-    /// Which triangle each of them is.
     pub(super) triangles: Vec<u32>,
     /// Pairs of a vertex and one of the mesh's that it stands for, ascending.
     stands_for: Vec<(u32, u32)>,
@@ -138,7 +136,6 @@ impl Weld {
         Side::edges(&self.sides(faces)).map(Side::open).sum()
     }
 
-    /// The vertices of the mesh that one stands for.
     pub(super) fn originals(&self, vertex: u32) -> impl Iterator<Item = u32> {
         let first = self.stands_for.partition_point(|&(v, _)| v < vertex);
         let rest = self.stands_for[first..].iter();
@@ -154,12 +151,10 @@ struct Side {
     ends: [u32; 2],
     face: u32,
     slot: u8,
-    /// Whether it leads from the lesser end to the greater.
     ascends: bool,
 }
 
 impl Side {
-    /// By edge.
     fn edges(sides: &[Self]) -> impl Iterator<Item = &[Self]> {
         sides.chunk_by(|a, b| a.ends == b.ends)
     }

@@ -1,21 +1,14 @@
-//! MPCDI 1.0, VESA's interchange of projector calibrations: an archive of
-//! `mpcdi.xml`, a PFM of points and a PNG of weights.
+//! MPCDI 1.0, VESA's interchange of projector calibrations: an archive of `mpcdi.xml`, a PFM of
+//! points and a PNG of weights.
 //!
-//! The profile is `a3`, advanced 3D: each value of the PFM is where a part of
-//! the projector's picture meets the dome, (x, y, z) in metres, NaN where it
-//! does not, and what reads it renders for the viewer's eye by itself. Values are
-//! for the middles of cells, as many across and down as the grid has: with the
-//! projector's resolution one a pixel. The weights (`alphaMap`) are white on the
-//! dome and black elsewhere: edges are not blended.
+//! The profile is `a3`, advanced 3D: each value of the PFM is where the middle of a cell of the
+//! projector's picture meets the dome, (x, y, z) in metres, or NaN. The weights (`alphaMap`) are
+//! white on the dome and black elsewhere: edges are not blended.
 //!
-//! Points are in the room's axes, +X to the right, +Y up, −Z to the front, from
-//! the room's origin, where the head is by default
-//! (`idealEyePoint`); `coordinateFrame` has the axes, and the projector's
-//! position. `frustum` is how the projector is turned, and its field: degrees,
-//! yaw to the right, then pitch upwards, then roll clockwise as it looks.
-//!
-//! The same warp gives the same file: the date is 1980's first, as archives
-//! without a clock have it.
+//! Points are in the room's axes, +X to the right, +Y up, −Z to the front, from the room's origin
+//! (`idealEyePoint`); `coordinateFrame` has the axes and the projector's position. `frustum` is
+//! how the projector is turned, and its field: degrees, yaw to the right, then pitch upwards, then
+//! roll clockwise as it looks. The date is 1980's first: the same warp gives the same file.
 
 use super::Warp;
 use glam::DVec3;

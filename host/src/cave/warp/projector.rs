@@ -92,8 +92,7 @@ impl Projector {
         Ok(Self::from_toml(&text, &path.to_string_lossy())?)
     }
 
-    /// A projector from the text of a file; `source_name` is what messages call
-    /// it.
+    /// A projector from the text of a file; `source_name` is what messages call it.
     ///
     /// ```toml
     /// name = "back"
@@ -107,9 +106,8 @@ impl Projector {
     /// ```
     ///
     /// # Errors
-    /// The first fault found and its place: text that is not TOML, unknown or
-    /// missing keys, keys that exclude each other, a name, place, direction, angle, lens or size
-    /// out of its range.
+    /// The first fault and its place: text that is not TOML, unknown or missing keys, keys that
+    /// exclude each other, a value out of its range.
     pub fn from_toml(text: &str, source_name: &str) -> Result<Self, Located<RoomError>> {
         let source = Source {
             name: source_name,

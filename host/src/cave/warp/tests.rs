@@ -1,5 +1,4 @@
 use super::*;
-use crate::cave::{BuiltInCave, Cave};
 use miette::Diagnostic;
 
 const PROJECTOR: &str = r#"
@@ -14,10 +13,6 @@ resolution = [1920, 1200]
 
 fn projector(text: &str) -> Projector {
     Projector::from_toml(text, "back.toml").unwrap()
-}
-
-fn dome() -> DomeScreen {
-    Cave::built_in(BuiltInCave::Dome, [8; 2]).unwrap().domes[0].clone()
 }
 
 #[test]
@@ -89,28 +84,6 @@ fn angles_are_those_that_a_projector_is_turned_by() {
     assert_eq!(turned("roll_degrees = 90").x_axis, DVec3::NEG_Y);
     let up = turned("look = [0, 5, 0]\nup = [0, 0, 1]");
     assert_eq!((-up.z_axis, up.y_axis), (DVec3::Y, DVec3::Z));
-}
-
-#[test]
-fn warps_that_are_none_are_refused() {
-    let (dome, one) = (dome(), projector(PROJECTOR));
-    for (grid, nodes) in [
-        ([1, 2], Nodes::Corners),
-        ([0, 2], Nodes::Centres),
-        ([2, Warp::MOST_NODES + 1], Nodes::Centres),
-    ] {
-        let error = Warp::new(&dome, &one, grid, nodes).unwrap_err();
-        assert!(matches!(error, WarpError::Grid { .. }), "{grid:?}");
-    }
-    assert!(Warp::new(&dome, &one, [1, 1], Nodes::Centres).is_ok());
-    let away = PROJECTOR.replace("look = [0, 0.6, -1]", "look = [0, -1, 0.1]");
-    let outside = PROJECTOR.replace("2]", "20]").replace("0.6", "0.1");
-    for text in [away, outside] {
-        let projector = projector(&text);
-        let error = Warp::new(&dome, &projector, [9, 9], Nodes::Corners).unwrap_err();
-        assert!(matches!(error, WarpError::NotSeen { .. }), "{text}");
-        assert!(error.to_string().contains("does not see"), "{error}");
-    }
 }
 
 /// One fault a line: what is replaced in the projector's file, by what, the number of the line

@@ -26,7 +26,6 @@ pub(super) struct LiveCapture {
     hemispheres: [Vec<Pixel>; 2],
 }
 
-/// Pixels on a side of its tiles.
 const SIDE: u32 = 16;
 
 impl LiveCapture {
@@ -49,12 +48,10 @@ impl LiveCapture {
         }
     }
 
-    /// Whether every tile was traced.
     pub(super) fn is_whole(&self) -> bool {
         !self.missing.contains(&true)
     }
 
-    /// Its tiles.
     pub(super) fn tiles(&self) -> impl Iterator<Item = LiveTile> {
         let (size, part) = ([self.options.size; 2], self.part);
         (part..part + 2).flat_map(move |part| {
@@ -62,7 +59,6 @@ impl LiveCapture {
         })
     }
 
-    /// The hemispheres from between the eyes.
     pub(super) fn views<'s, const W: usize>(
         &self,
         eyes: &[Observer],
@@ -93,7 +89,6 @@ impl LiveCapture {
         (next..next + due).map(move |number| tile + number % count)
     }
 
-    /// Copies a tile's pixels.
     pub(super) fn take(&mut self, number: usize, tile: &LiveTile) {
         let place = tile.job.tile();
         let hemisphere = &mut self.hemispheres[tile.part - self.part];
@@ -107,7 +102,6 @@ impl LiveCapture {
         }
     }
 
-    /// The surroundings in all directions.
     pub(super) fn surroundings(&self) -> Option<Surroundings<'_>> {
         let hemispheres = self.hemispheres.each_ref().map(Vec::as_slice);
         Surroundings::new(self.pose, self.options.size, hemispheres).ok()

@@ -32,25 +32,20 @@ const ONE: u64 = 1 << 8;
 /// The least ratio: a gaze that moves makes tiles a little dearer.
 const LEAST_RATIO: u64 = ONE * 9 / 8;
 
-/// The largest ratio.
 const MOST_RATIO: u64 = ONE << 8;
 
 /// One part in this many of a surplus is kept for groups that take more than is set aside.
 const CUSHION: u64 = 8;
 
-/// Neighbouring tiles that one thread renders in order: what one leaves over goes to the next.
 #[derive(Debug, Clone)]
 pub(super) struct Group {
-    /// The range of the order. Finished tiles are skipped.
     pub(super) tiles: Range<usize>,
     /// The steps that the tiles may take together.
     pub(super) allotment: u64,
-    /// The most steps above the allotment, to end what was begun.
     pub(super) overrun: u64,
 }
 
 impl Group {
-    /// One tile without a limit.
     pub(super) const fn unlimited(tile: usize) -> Self {
         Self {
             tiles: tile..tile + 1,
@@ -60,7 +55,6 @@ impl Group {
     }
 }
 
-/// Deals unlimited steps to each unfinished tile.
 pub(super) fn everything<'t>(
     tiles: impl Iterator<Item = &'t Mutex<LiveTile>>,
     groups: &mut Vec<Group>,
@@ -79,7 +73,6 @@ pub(super) fn expected<'t>(tiles: impl Iterator<Item = &'t Mutex<LiveTile>>) -> 
     unfinished.map(|tile| tile.expected_rest()).sum()
 }
 
-/// Deals out a budget.
 pub(super) struct Dealer {
     /// The most steps that a group is expected to take above its allotment.
     excess: u64,
@@ -96,17 +89,14 @@ impl Dealer {
         Self { excess, hard_limit }
     }
 
-    /// Prepares for squares of pixels that share samples.
     pub(super) fn expect_squares(&mut self) {
         self.excess = self.excess.max(LEAST_EXCESS * SQUARES_FACTOR);
     }
 
-    /// Begins a frame with a hard budget or without one.
     pub(super) const fn begin(&mut self, hard_limit: Option<u64>) {
         self.hard_limit = hard_limit;
     }
 
-    /// The steps set aside for each group.
     fn aside(&self) -> u64 {
         let part = self.hard_limit.map(|steps| steps / LEAST_PART_ASIDE);
         self.excess.min(part.unwrap_or(u64::MAX))

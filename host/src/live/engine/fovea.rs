@@ -7,7 +7,6 @@ use shisen_core::frame::{Tile, View};
 /// The most that a line of sight moves a frame on the same place: radians (1°).
 pub(super) const SAME_PLACE: f32 = 0.017_453_292;
 
-/// Rounding errors of angles: radians.
 const ROUNDING: f32 = 1.0e-3;
 
 /// The cosine of the angle between the line of sight and a tile's centre.
@@ -70,7 +69,6 @@ pub(super) fn is_foveal(sight: Option<Vec3>, view: &View, tile: Tile) -> bool {
 
 /// Whether a direction of any length is within [`FOVEA`] of a line of sight of length 1.
 fn is_near(direction: Vec3, forward: Vec3) -> bool {
-    /// The square of the cosine of [`FOVEA`].
     const SQUARE: f32 = 0.992_403_88;
     let along = direction.dot(forward);
     along > 0.0 && along * along >= SQUARE * direction.length_squared()

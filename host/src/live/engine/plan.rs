@@ -8,7 +8,6 @@ use crate::render::Observer;
 use glam::Vec3;
 use shisen_core::frame::{Renderer, View};
 
-/// A frame.
 pub(super) struct Plan<'s, const W: usize> {
     /// Pictures by screen, then eye; then the hemispheres of a capture.
     pub(super) parts: Vec<(View, Renderer<'s, W>)>,
@@ -29,7 +28,6 @@ pub(super) struct Plan<'s, const W: usize> {
 }
 
 impl<'s, const W: usize> Plan<'s, W> {
-    /// The pictures of screens.
     pub(super) fn screens(&self) -> &[(View, Renderer<'s, W>)] {
         let count = self.capture.as_ref().map(|capture| capture.part);
         let screens = self.parts.get(..count.unwrap_or(usize::MAX));

@@ -9,7 +9,6 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Barrier, Mutex, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::time::Instant;
 
-/// The state that all threads share.
 pub(super) struct Shared<'s, const W: usize> {
     pub(super) epoch: Instant,
     plan: RwLock<Plan<'s, W>>,
@@ -18,7 +17,6 @@ pub(super) struct Shared<'s, const W: usize> {
     pub(super) next: AtomicUsize,
     /// Nanoseconds after the epoch; `u64::MAX` before a frame's first ray.
     pub(super) first_ray: AtomicU64,
-    /// Steps of the frame so far.
     pub(super) spent: AtomicU64,
     /// The most steps that a group took above its allotment.
     pub(super) excess: AtomicU64,
@@ -48,17 +46,14 @@ where
         }
     }
 
-    /// The plan, to read.
     pub(super) fn read(&self) -> RwLockReadGuard<'_, Plan<'s, W>> {
         self.plan.read().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The plan, to change.
     pub(super) fn write(&self) -> RwLockWriteGuard<'_, Plan<'s, W>> {
         self.plan.write().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Runs rounds until the engine ends.
     pub(super) fn serve(&self) {
         let mut workspace = Workspace::new();
         loop {
@@ -73,7 +68,6 @@ where
         }
     }
 
-    /// Works until nothing of the round is left.
     pub(super) fn work(&self, workspace: &mut Workspace) {
         let plan = self.read();
         if plan.fills {

@@ -6,14 +6,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// Expected steps of a pixel of which nothing is known.
 const UNKNOWN_PIXEL: u64 = 16;
 
-/// A tile and its pixels.
 pub(super) struct LiveTile {
     pub(super) part: usize,
     pub(super) job: TileJob,
     pub(super) pixels: Vec<Pixel>,
-    /// Steps taken in this frame.
     pub(super) spent: u64,
-    /// Steps expected in this frame.
     pub(super) expected: u64,
 }
 

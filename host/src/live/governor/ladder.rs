@@ -4,7 +4,6 @@ use super::places::{Cell, NeedsByGaze};
 use crate::live::quality::Quality;
 use glam::Vec3;
 
-/// How many of the newest frames predict the next one's need.
 const RECENT: usize = 6;
 
 /// The largest part of a budget that is planned, so that a dearer frame is still finished.
@@ -36,31 +35,22 @@ const LEARNING: f64 = 0.25;
 /// The need of each quality relative to the one above.
 type Ratios = [f64; Quality::LADDER.len() - 1];
 
-/// The needs and the rung of frames with, or without, a gaze.
 #[derive(Debug, Clone)]
 pub(super) struct Ladder {
-    /// The current rung.
     pub(super) rung: usize,
     ratios: Ratios,
-    /// How often each ratio was seen.
     seen: [u32; Quality::LADDER.len() - 1],
     /// Rungs and needs of the newest frames; the newest is at `newest`.
     recent: [(usize, f64); RECENT],
     newest: usize,
-    /// The need of the newest frame of the best rung; 0 before the first.
     best: f64,
-    /// The cell of the newest frame's gaze.
     last: Option<Cell>,
-    /// Needs by the cell of the gaze.
     needs: NeedsByGaze,
-    /// The cell of the next frame's gaze.
     cell: Option<Cell>,
-    /// Frames in a row with room for a better quality.
     calm: u32,
 }
 
 impl Ladder {
-    /// A ladder at the best rung that has seen no frame.
     pub(super) fn new() -> Self {
         Self {
             rung: 0,
@@ -76,12 +66,10 @@ impl Ladder {
         }
     }
 
-    /// Tells the next frame's line of sight.
     pub(super) fn look(&mut self, forward: Vec3) {
         self.cell = Some(Cell::new(forward));
     }
 
-    /// Forgets the newest frames, whose gazes were elsewhere.
     pub(super) fn forget_newest(&mut self) {
         self.recent = [(self.rung, 0.0); RECENT];
     }
@@ -151,7 +139,6 @@ impl Ladder {
         (AT_LEAST * self.need(Quality::LADDER.len() - 1)) as u64
     }
 
-    /// Chooses the rung of the next frame for a budget of steps.
     pub(super) fn choose(&mut self, steps: f64) {
         let last = Quality::LADDER.len() - 1;
         let mut rungs = 0..=last;
@@ -173,7 +160,6 @@ impl Ladder {
         }
     }
 
-    /// Takes the rung above if there is room for it; returns whether there was.
     pub(super) fn rise(&mut self, steps: f64) -> bool {
         let better = self.rung.checked_sub(1);
         let better = better.filter(|&better| self.fits(better, steps, ROOM_TO_RISE));
@@ -184,7 +170,6 @@ impl Ladder {
         better.is_some()
     }
 
-    /// Learns the need of a frame at a rung.
     pub(super) fn learn(&mut self, rung: usize, need: f64) {
         // A ratio is seen where the rung has changed and the gaze is in a cell where it was
         // before.

@@ -14,12 +14,10 @@ const FORGETTING_OTHERS: f64 = 0.0005;
 
 const RUNGS: usize = Quality::LADDER.len();
 
-/// A cell of directions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Cell(usize);
 
 impl Cell {
-    /// The cell of a direction; any cell for zero and NaN.
     pub(super) fn new(direction: Vec3) -> Self {
         let axis = direction.abs().max_position();
         let along = direction[axis];
@@ -34,12 +32,10 @@ impl Cell {
     }
 }
 
-/// Needs of frames by cell and rung, steps; 0 where none was seen.
 #[derive(Debug, Clone)]
 pub(super) struct NeedsByGaze(Vec<[f64; RUNGS]>);
 
 impl NeedsByGaze {
-    /// No frame was seen.
     pub(super) fn new() -> Self {
         Self(vec![[0.0; RUNGS]; 6 * SIDE * SIDE])
     }

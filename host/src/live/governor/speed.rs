@@ -4,7 +4,6 @@
 //! rate is that of recent frames; the overhead depends on the walls and the scene, and is
 //! measured before the first frame is shown.
 
-/// How many frames are remembered.
 const REMEMBERED: usize = 128;
 
 /// The remembered frames with a longer delay than is provided for: 2 in 129 frames are late.
@@ -25,25 +24,21 @@ pub struct FrameCost {
     pub seconds: f64,
 }
 
-/// The overhead and the costs of recent frames.
 #[derive(Debug, Clone)]
 pub(super) struct Speed {
     /// The constant cost of a frame, in steps that take as long.
     overhead: f64,
-    /// Steps and seconds of the newest frames, a ring.
     frames: [(f64, f64); REMEMBERED],
     count: usize,
 }
 
 impl Speed {
-    /// No frame was seen.
     pub(super) const UNKNOWN: Self = Self {
         overhead: 0.0,
         frames: [(0.0, 0.0); REMEMBERED],
         count: 0,
     };
 
-    /// Learns the cost of a frame.
     pub(super) fn learn(&mut self, cost: FrameCost) {
         let rate = cost.steps as f64 / cost.seconds;
         if rate > 0.0 && rate.is_finite() {
@@ -109,7 +104,6 @@ impl Speed {
 mod tests {
     use super::*;
 
-    /// Frames of a million steps at 100 million a second, some of them delayed.
     fn speed(delays: &[f64]) -> Speed {
         let mut speed = Speed::UNKNOWN;
         for delay in delays {

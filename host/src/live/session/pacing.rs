@@ -8,12 +8,9 @@ const REMEMBERED: usize = 128;
 /// The time kept between the expected end of tracing and the refresh.
 const MARGIN: Duration = Duration::from_micros(700);
 
-/// The shortest time between refreshes.
 const SHORTEST: Duration = Duration::from_micros(1);
 
-/// The refreshes of a display and the times of frames.
 pub(super) struct Pacing {
-    /// The time between refreshes.
     pub(super) period: Duration,
     start: Instant,
     /// The next refresh, counted from 1 after the start.
@@ -23,17 +20,14 @@ pub(super) struct Pacing {
     known: usize,
 }
 
-/// The times of the next frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Schedule {
-    /// The latest time to begin.
     pub(super) begin: Instant,
     /// The expected refresh.
     pub(super) display: Instant,
 }
 
 impl Pacing {
-    /// For a display with a time between refreshes, which start now.
     pub(super) fn new(period: Duration) -> Self {
         Self {
             period: period.max(SHORTEST),
@@ -44,34 +38,28 @@ impl Pacing {
         }
     }
 
-    /// Starts the refreshes again at a time.
     pub(super) const fn begin(&mut self, now: Instant) {
         (self.start, self.next) = (now, 1);
     }
 
-    /// Forgets how long frames took.
     pub(super) const fn forget(&mut self) {
         self.known = 0;
     }
 
-    /// Learns a frame's time.
     pub(super) fn learn(&mut self, traced: Duration) {
         self.traced[self.known % REMEMBERED] = traced;
         self.known += 1;
     }
 
-    /// The time of a refresh.
     pub(super) fn at(&self, refresh: u64) -> Instant {
         self.start + self.span(refresh)
     }
 
-    /// The duration of a number of refreshes.
     const fn span(&self, refreshes: u64) -> Duration {
         let nanoseconds = self.period.as_nanos() as u64;
         Duration::from_nanos(refreshes.saturating_mul(nanoseconds))
     }
 
-    /// The time since the start.
     pub(super) fn elapsed(&self, now: Instant) -> Duration {
         now.saturating_duration_since(self.start)
     }
@@ -100,7 +88,6 @@ impl Pacing {
         (refreshes, waits.min().unwrap_or_default())
     }
 
-    /// Plans the next frame.
     pub(super) fn schedule(&self) -> Schedule {
         let (refreshes, wait) = self.expected();
         Schedule {
@@ -141,7 +128,6 @@ mod tests {
         PERIOD.mul_f64(count)
     }
 
-    /// Pacing after frames that took these many refreshes each.
     fn after(frames: &[f64]) -> Pacing {
         let mut pacing = Pacing::new(PERIOD);
         for &frame in frames {

@@ -143,7 +143,6 @@ impl SessionReport {
         }
     }
 
-    /// Counts a frame that was shown.
     pub(super) fn count(&mut self, frame: &FrameRecord) {
         let by_steps = frame.budget_steps.filter(|_| frame.budget_us.is_none());
         let over = by_steps.is_some_and(|steps| frame.steps > steps);

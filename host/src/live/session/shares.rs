@@ -14,14 +14,12 @@ impl Shares {
         Self(Histogram::new_with_bounds(1, MOST, 3).ok())
     }
 
-    /// Records a frame's part.
     pub(super) fn record(&mut self, share: f64) {
         if let Some(shares) = &mut self.0 {
             shares.saturating_record((share * 1.0e6) as u64);
         }
     }
 
-    /// The median; `None` without frames.
     pub(super) fn median(&self) -> Option<f64> {
         let shares = self.0.as_ref().filter(|shares| !shares.is_empty())?;
         // The lower end of its class, so that a budget that was kept is not 1.0004.

@@ -33,9 +33,8 @@ where
         Ok(median(seconds))
     }
 
-    /// Renders frames that are not shown, to learn the machine's speed, the steps of tiles, and
-    /// the costs of qualities near the one that fits, also without a gaze, which may be lost
-    /// later.
+    /// Renders frames that are not shown, to learn the machine's speed, the steps of tiles, and the
+    /// costs of qualities near the one that fits, with and without a gaze.
     pub(super) fn warm_up(&mut self, look: &Look) -> Result<(), SessionError> {
         for _ in 0..2 {
             self.measure(look, &Decision::FULL, Purpose::WarmUp)?;
@@ -82,14 +81,12 @@ where
         Ok(Some(cost))
     }
 
-    /// Renders a frame of the quality that fits; returns its rung.
     fn measure_decided(&mut self, look: &Look, purpose: Purpose) -> Result<usize, SessionError> {
         let decision = self.governor.decide(self.tracing_allowance());
         self.measure(look, &decision, purpose)?;
         Ok(decision.rung)
     }
 
-    /// Measures the constant cost of a frame.
     fn compare_ends(&mut self, look: &Look) -> Result<(), SessionError> {
         let mut fastest: [Option<FrameCost>; 2] = [None; 2];
         for _ in 0..COMPARED_FRAMES {
@@ -105,7 +102,6 @@ where
         Ok(())
     }
 
-    /// Finds the quality that fits.
     fn settle(&mut self, look: &Look, purpose: Purpose) -> Result<(), SessionError> {
         self.measure(look, &Decision::FULL, purpose)?;
         for _ in 0..3 {
@@ -132,7 +128,6 @@ where
         Ok(())
     }
 
-    /// Raises quality as long as it fits.
     fn climb(&mut self, look: &Look, purpose: Purpose) -> Result<(), SessionError> {
         while let Some(better) = self.governor.better() {
             let ended = self.measure(look, &better, purpose)?.is_none();

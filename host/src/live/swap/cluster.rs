@@ -37,9 +37,7 @@ const PATIENCE: u32 = 10;
 #[derive(Debug)]
 pub struct Cluster<T: Wire> {
     wire: T,
-    /// The longest wait for a frame.
     wait: Duration,
-    /// The machines' names, by rank.
     names: Vec<String>,
     /// When the newest order was sent or received.
     ordered: Instant,
@@ -61,7 +59,6 @@ fn message(kind: u8, words: &[u64]) -> Vec<u8> {
     bytes
 }
 
-/// The words of a message after its kind.
 fn words(bytes: &[u8]) -> Option<Vec<u64>> {
     let words = bytes.chunks(size_of::<u64>());
     words.map(|word| u64::read_from_bytes(word).ok()).collect()
@@ -172,7 +169,6 @@ impl FrameResult {
 }
 
 impl GatheredResults {
-    /// Adds the result of a machine.
     pub(super) fn add(&mut self, one: &FrameResult) {
         let all = &mut self.all;
         all.frame = one.frame;
@@ -233,7 +229,6 @@ impl<T: Wire> Cluster<T> {
         Ok(cluster)
     }
 
-    /// Waits for the next message of a machine.
     fn wait_for(&mut self, rank: usize, until: Instant) -> Option<Vec<u8>> {
         loop {
             if let Some(message) = self.wire.poll(rank) {
@@ -246,7 +241,6 @@ impl<T: Wire> Cluster<T> {
         }
     }
 
-    /// The contents of a message of a kind.
     fn contents<'m>(
         &self,
         rank: usize,
@@ -263,7 +257,6 @@ impl<T: Wire> Cluster<T> {
         SwapError::Unknown(self.names[rank].clone())
     }
 
-    /// Waits for the leader's next message.
     fn receive_from_leader(&mut self) -> Result<Vec<u8>, SwapError> {
         let wait = self.wait * PATIENCE;
         let said = self.wait_for(0, Instant::now() + wait);

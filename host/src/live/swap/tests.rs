@@ -3,7 +3,6 @@
 use super::*;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-/// Messages between threads.
 #[derive(Debug)]
 struct Channels {
     rank: usize,
@@ -80,7 +79,6 @@ fn result(frame: u64) -> FrameResult {
     }
 }
 
-/// Runs each machine of a cluster.
 fn with_machines<R: Send>(
     ranks: usize,
     wait: Duration,

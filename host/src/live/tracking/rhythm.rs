@@ -11,7 +11,6 @@ const SOONER: u64 = 8;
 /// An interval of more than so many means is an interruption, which predicts nothing.
 const INTERRUPTION: u64 = 4;
 
-/// The rhythm of a tracker's samples.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rhythm {
     newest: Option<Micros>,
@@ -20,13 +19,11 @@ pub(super) struct Rhythm {
 }
 
 impl Rhythm {
-    /// No sample has come.
     pub(super) const NEW: Self = Self {
         newest: None,
         between: 0,
     };
 
-    /// Notes a sample.
     pub(super) fn hear(&mut self, came: Micros) {
         let before = self.newest.replace(came);
         let Some(since) = before.map(|before| came.since(before).0.saturating_mul(1_000)) else {

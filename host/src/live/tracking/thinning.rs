@@ -8,7 +8,6 @@ const USED: u64 = 1_000;
 /// The time over which the rate is measured; samples from a buffer, all at once, are no flood.
 const OVER: Micros = Micros::from_millis(250);
 
-/// The state of one sensor.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Thinning {
     since: Option<Micros>,
@@ -18,7 +17,6 @@ pub(super) struct Thinning {
 }
 
 impl Thinning {
-    /// No sample has come.
     pub(super) const NEW: Self = Self {
         since: None,
         counted: 0,

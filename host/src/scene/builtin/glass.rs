@@ -9,12 +9,9 @@ use glam::{DAffine3, DMat3, DVec3};
 use shisen_core::spectrum::{Medium, line};
 use std::f64::consts::{FRAC_PI_3, FRAC_PI_6, PI};
 
-/// A prism before a viewer at the origin who looks along −Z, and the slit of
-/// light that is seen through it.
-///
-/// Rays go from the eye, so the spectrum that light through a prism throws on a
-/// wall is what a wall shows of the slit. Angles in the plane of the floor are
-/// from −Z towards −X.
+/// A prism before a viewer at the origin who looks along −Z, and the slit of light seen through it.
+/// Rays go from the eye, so a wall shows of the slit the spectrum that light through the prism
+/// throws on it. Angles in the plane of the floor are from −Z towards −X.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PrismBench {
     /// Its index of refraction at the wavelength that it stands for.
@@ -162,7 +159,6 @@ fn clear(medium: Medium) -> Material {
     }
 }
 
-/// A surface that is seen by its own light alone.
 fn lamp(emission: [f32; 3]) -> Material {
     Material {
         diffuse: [0.0; 3],
@@ -171,7 +167,6 @@ fn lamp(emission: [f32; 3]) -> Material {
     }
 }
 
-/// A checker of two greys.
 fn checker(greys: [f32; 2], repeats: f32) -> Material {
     Material {
         texture: Some(Texture {
@@ -188,7 +183,6 @@ pub fn prism() -> Scene {
     PrismBench::new(line::D).scene()
 }
 
-/// Middles and radii of the balls: metres.
 const BALLS: [([f64; 3], f64); 3] = [
     ([-0.70, -0.55, -3.3], 0.65),
     ([0.50, -0.80, -2.8], 0.40),

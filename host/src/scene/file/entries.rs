@@ -136,7 +136,6 @@ tables! {
     }
 }
 
-/// One factor for all axes, or one for each.
 pub(super) struct Scale(pub(super) [f64; 3]);
 
 impl<'de> Deserialize<'de> for Scale {

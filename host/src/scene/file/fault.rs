@@ -30,7 +30,6 @@ impl SceneFault {
         }
     }
 
-    /// A fault of something that the file names.
     pub(super) fn caused(
         message: String,
         help: Option<&str>,
@@ -49,13 +48,11 @@ impl SceneFault {
         Self::new(format!("{owner} has {choice}"), help)
     }
 
-    /// A key in the wrong table.
     pub(super) fn not_here(key: &str, owner: &str) -> Self {
         Self::new(format!("`{key}` is for {owner} only"), "remove it here")
     }
 }
 
-/// The least and the most a number may be.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Limits(f64, f64);
 
@@ -84,7 +81,6 @@ pub(super) fn span<T>(value: Option<&Spanned<T>>) -> Option<Range<usize>> {
     value.map(Spanned::span)
 }
 
-/// Checks values, and makes faults that point into the file.
 pub(super) struct Check<'a> {
     pub(super) source: Source<'a>,
 }

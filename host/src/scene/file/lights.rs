@@ -6,7 +6,6 @@ use crate::scene::Light;
 use glam::DVec3;
 use toml::Spanned;
 
-/// The types of light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum LightKind {
     Point,

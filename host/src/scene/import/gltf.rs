@@ -301,7 +301,6 @@ impl Importer<'_> {
             .collect()
     }
 
-    /// The bytes of an image's file.
     fn image(&self, image: &gltf::Image<'_>) -> Result<Cow<'_, [u8]>, ImportError> {
         Ok(match image.source() {
             gltf::image::Source::Uri { uri, .. } => Cow::Owned(read_uri(self.path, uri)?),
@@ -318,7 +317,6 @@ impl Importer<'_> {
         })
     }
 
-    /// Appends the triangles among the last `count` vertices.
     fn add_triangles(
         &self,
         primitive: &Primitive<'_>,

@@ -35,7 +35,6 @@ struct Geometry {
     triangles: Vec<[Corner; 3]>,
     /// For each triangle, the face that it is a part of.
     faces: Vec<u32>,
-    /// The line of each face.
     lines: Vec<Option<usize>>,
     /// For each face, one more than its place in `names`; 0 before the first
     /// `usemtl`.
@@ -215,7 +214,6 @@ impl Geometry {
         Ok(())
     }
 
-    /// Fills in the vertices and the triangles.
     fn index(&self, path: &Path, mesh: &mut TriangleMesh) -> Result<(), ImportError> {
         let mut every_corner_has_a_normal = true;
         for (corners, &face) in self.triangles.iter().zip(&self.faces) {

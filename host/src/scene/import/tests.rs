@@ -71,18 +71,6 @@ fn the_extension_tells_the_format_in_any_case() {
 }
 
 #[test]
-fn what_cannot_be_read_is_named() {
-    let folder = tempfile::tempdir().unwrap();
-    let directory = folder.path().join("directory.obj");
-    std::fs::create_dir(&directory).unwrap();
-    for path in [folder.path().join("missing.ply"), directory] {
-        let error = load(&path).unwrap_err();
-        assert!(matches!(error, ImportError::Read { .. }));
-        assert!(error.to_string().contains(&*path.to_string_lossy()));
-    }
-}
-
-#[test]
 fn materials_come_from_the_library_beside_the_mesh() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.obj");

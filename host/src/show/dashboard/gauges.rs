@@ -4,10 +4,8 @@ use super::canvas::{Canvas, Colour, Rect, mixed};
 use super::{Frame, HELP, NOTICE, TEXT};
 use crate::live::Quality;
 
-/// Rows of all gauges.
 pub(super) const ROWS: u32 = 96;
 
-/// Rows of the latency strip.
 const STRIP: u32 = 40;
 
 const GROOVE: Colour = 0x30_3030;

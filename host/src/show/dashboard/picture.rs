@@ -15,10 +15,8 @@ use shisen_core::gaze::Gaze;
 /// Pixels on a side of a block that shares a direction and a level.
 const BLOCK: u32 = 4;
 
-/// The opacity of an overlay.
 const COVERED: f32 = 0.55;
 
-/// The linear colour of pixels that are not traced.
 const OUTSIDE: [f32; 3] = [0.02, 0.02, 0.02];
 
 /// The cosine of the largest angle (2°) between the line of sight and the mark of the gaze.
@@ -27,7 +25,6 @@ const NEAR: f32 = 0.999_390_8;
 /// Tables of the codes of linear light and of gradients.
 #[derive(Debug)]
 pub(super) struct Codes {
-    /// By linear light, 0 to 1.
     srgb: Vec<u8>,
     levels: Vec<[f32; 3]>,
     ranks: Vec<[f32; 3]>,
@@ -86,7 +83,6 @@ fn at(gradient: &[[f32; 3]], part: f32) -> [f32; 3] {
 /// The rank of each tile in the order of dealing, 0 for the first to 1 for the last.
 #[derive(Debug, Default)]
 pub(super) struct Ranks {
-    /// Pixels on a side of a tile.
     side: u32,
     /// By picture: the number of tiles in a row, and the ranks in rows.
     pictures: Vec<(u32, Vec<f32>)>,
@@ -122,7 +118,6 @@ impl Ranks {
     }
 }
 
-/// The overlays on the pictures.
 #[derive(Clone, Copy)]
 pub(super) struct Overlay<'r> {
     pub(super) levels: bool,
@@ -136,7 +131,6 @@ pub(super) struct Area {
     eye: usize,
     shown: PlaceMap,
     is_net: bool,
-    /// By block, in rows: the unit direction from the eye, and its level.
     blocks: Vec<Option<(Vec3, f32)>>,
 }
 
@@ -164,7 +158,6 @@ impl Area {
         self.rect.width.div_ceil(BLOCK)
     }
 
-    /// Updates the directions and levels of blocks.
     pub(super) fn look(&mut self, cave: &Cave, frame: &Frame) {
         let screens = 0..cave.screens().count();
         let views: Vec<_> = screens
@@ -247,7 +240,6 @@ impl Area {
     }
 }
 
-/// The gaze of an eye's levels.
 fn gaze_of(frame: &Frame, eye: usize) -> Option<Gaze> {
     let lod = frame.eyes.get(eye)?.lod?;
     let quality = Quality::LADDER.get(frame.record.rung);
@@ -271,7 +263,6 @@ fn covered(light: [f32; 3], cover: [f32; 3]) -> [f32; 3] {
     })
 }
 
-/// Draws the walls as the eyes see them.
 pub(super) fn draw(
     canvas: &mut Canvas,
     areas: &[Area],
@@ -325,7 +316,6 @@ pub(super) fn mark(canvas: &mut Canvas, within: Rect, x: u32, y: u32) {
     }
 }
 
-/// Explains the colours of levels in the lower left corner.
 pub(super) fn legend(canvas: &mut Canvas, within: Rect, codes: &Codes) {
     let y = (within.y + within.height).saturating_sub(16);
     let start = canvas.write(within.x + 8, y + 2, "level 0 ", TEXT);

@@ -1,8 +1,5 @@
-//! A map from places of the canvas to pixels of screens.
-//!
-//! Pictures whose pixels hold their own coordinates are unfolded into a net, or seen from the
-//! eye, once. Frames are then drawn by looking up pixels, and a place of the mouse gives the
-//! pixel that it points at.
+//! A map from places of the canvas to pixels of screens: pictures whose pixels hold their own
+//! coordinates are unfolded, or seen from the eye, once; frames are drawn by looking up pixels.
 
 use super::canvas::{Canvas, Colour};
 use crate::cave::{Cave, Screen};
@@ -14,25 +11,19 @@ use crate::show::overview::viewer::{self, ViewerCamera};
 /// The most coordinates on a side of a picture: a window shows no more.
 const FINEST: u32 = 256;
 
-/// What is shown at a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Place {
-    /// A border, a name or the background.
     Plain(Colour),
-    /// A pixel of a screen's picture.
     Pixel { screen: u16, x: u16, y: u16 },
 }
 
-/// What is shown at each place of a rectangle.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct PlaceMap {
     width: u32,
     height: u32,
-    /// The places row by row.
     pub(super) places: Vec<Place>,
 }
 
-/// The coordinates of a room's screens.
 #[derive(Debug)]
 pub(super) struct Coordinates<'c> {
     screens: Vec<(Screen<'c>, Picture)>,
@@ -40,7 +31,6 @@ pub(super) struct Coordinates<'c> {
 }
 
 impl<'c> Coordinates<'c> {
-    /// The coordinates of all screens of a room.
     pub(super) fn new(cave: &'c Cave) -> Result<Self, PictureError> {
         let (mut screens, mut sizes) = (Vec::new(), Vec::new());
         for (number, screen) in cave.screens().enumerate() {
@@ -115,7 +105,6 @@ fn coordinates(number: usize, [columns, rows]: [u32; 2]) -> Result<Picture, Pict
     Ok(picture)
 }
 
-/// The sRGB code of linear light.
 pub(super) fn colour(linear: [f32; 3]) -> Colour {
     linear.into_iter().fold(0, |colour, channel| {
         (colour << 8) | Colour::from(srgb_from_linear(channel))
@@ -123,7 +112,6 @@ pub(super) fn colour(linear: [f32; 3]) -> Colour {
 }
 
 impl PlaceMap {
-    /// What is shown at a place; `None` outside.
     pub(super) fn place(&self, x: u32, y: u32) -> Option<Place> {
         let inside = x < self.width && y < self.height;
         let index = y as usize * self.width as usize + x as usize;
@@ -155,44 +143,5 @@ impl PlaceMap {
                 .map(|(x, y)| place(x, y))
                 .collect(),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::cave::BuiltInCave;
-
-    #[test]
-    fn a_net_of_coordinates_shows_what_the_net_of_pictures_does() {
-        let cave = Cave::built_in(BuiltInCave::Cube, [40; 2]).unwrap();
-        let coordinates = Coordinates::new(&cave).unwrap();
-        let pictures = (0..6).map(|number| {
-            let noise = (0..1_600).map(|index| {
-                let part = |by: usize| ((index * by + number * 7) % 61) as f32 / 61.0;
-                [part(3), part(17), part(29), 1.0]
-            });
-            Picture::from_pixels(40, 40, noise.collect()).unwrap()
-        });
-        let pictures: Vec<_> = pictures.collect();
-        let shown = coordinates.net().unwrap();
-        let seen: Vec<_> = cave.screens().zip(&pictures).collect();
-        let net = net::unfold(&seen).unwrap();
-        assert_eq!([shown.width, shown.height], [net.width, net.height]);
-        let mut pixels = 0;
-        for (place, &[red, green, blue, _]) in shown.places.iter().zip(&net.pixels) {
-            let found = match *place {
-                Place::Plain(plain) => plain,
-                Place::Pixel { screen, x, y } => {
-                    pixels += 1;
-                    let picture = &pictures[usize::from(screen)];
-                    let [red, green, blue, _] = picture.pixel(x.into(), y.into()).unwrap();
-                    colour([red, green, blue])
-                }
-            };
-            assert_eq!(found, colour([red, green, blue]));
-        }
-        // All but the names.
-        assert!((5_760..=9_600).contains(&pixels), "{pixels}");
     }
 }

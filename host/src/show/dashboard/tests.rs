@@ -7,7 +7,6 @@ use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 
 const SIDE: u32 = 64;
 
-/// The light of a screen, of its own for each eye.
 fn light(screen: usize, eye: usize) -> [f32; 4] {
     [0.2 * screen as f32 + 0.1, 0.5 * eye as f32, 0.3, 1.0]
 }
@@ -20,7 +19,6 @@ fn cave() -> Cave {
     Cave::built_in(BuiltInCave::ThreeWall, [SIDE; 2]).unwrap()
 }
 
-/// A frame of two eyes that look along `forward`.
 fn frame(forward: Vec3) -> Frame {
     let (cave, viewer) = (cave(), Viewer::default());
     let eyes = Eye::STEREO.map(|eye| {
@@ -74,7 +72,6 @@ fn frame(forward: Vec3) -> Frame {
     }
 }
 
-/// Draws a frame in a window of the usual size.
 fn drawn(dashboard: &mut Dashboard<'_>, frame: &Frame, turn: usize) -> Canvas {
     let [width, height] = Dashboard::SIZE;
     let mut canvas = Canvas::new(width, height);

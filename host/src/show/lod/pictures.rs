@@ -7,10 +7,8 @@ use shisen_core::frame::{Budget, LARGEST_STRIDE, LevelOfDetail, Renderer, View, 
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 
-/// The colour of pixels that are not traced.
 const OUTSIDE: [f32; 4] = [0.02, 0.02, 0.02, 1.0];
 
-/// The colour of the borders of the central and of the whole field.
 const BORDER: [f32; 4] = [1.0, 1.0, 1.0, 1.0];
 
 /// Draws the level of each pixel from dark violet at 0 to yellow at 1 (viridis), dark grey where

@@ -11,7 +11,6 @@ use std::collections::VecDeque;
 
 /// Behind the walls: opaque linear dark grey.
 pub const BACKGROUND: [f32; 4] = [0.02, 0.02, 0.02, 1.0];
-/// The line around the walls.
 const BORDER: [f32; 4] = [0.25, 0.25, 0.25, 1.0];
 const BORDER_WIDTH: f64 = 1.0;
 /// Background around the net and between its pieces, in pixels.
@@ -26,7 +25,6 @@ const PIXEL_CENTRE: f64 = 1e-3;
 /// The most samples along each side of a pixel.
 const MAX_SAMPLES: f64 = 16.0;
 
-/// A screen in its own plane in the net's pixels, its lower left corner at the origin, y up.
 struct Sheet<'a> {
     name: &'a str,
     picture: &'a Picture,
@@ -89,7 +87,6 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// The first and last corner of each edge, counterclockwise.
 fn edges() -> impl Iterator<Item = (usize, usize)> + Clone {
     (0..4).map(|corner| (corner, (corner + 1) % 4))
 }
@@ -97,7 +94,6 @@ fn edges() -> impl Iterator<Item = (usize, usize)> + Clone {
 /// Where a sheet lies in the net: turned, then moved.
 #[derive(Clone, Copy)]
 struct Placement {
-    /// The cosine and sine of the turn.
     rotation: DVec2,
     origin: DVec2,
 }
@@ -172,18 +168,14 @@ fn snapped_to_quarter(rotation: DVec2) -> DVec2 {
 /// Unfolds screens as the viewer inside sees them, with their pictures.
 ///
 /// The wall named `front`, or else the first, lies upright. Every wall that touches a placed one
-/// along an edge or part of it is folded flat about that edge, nearest walls first, so that
-/// pictures continue across it. A wall that touches none, or whose place is taken, lies
-/// upright to the right of the others with its own neighbours beside it; so does a dome.
+/// along an edge or part of it is folded flat about that edge, nearest walls first. A wall that
+/// touches none, or whose place is taken, and a dome lie upright to the right of the others.
 ///
-/// The net has the pixels per metre of the first placed screen, measured across a wall or along
-/// the surface of a dome. Pictures of that scale at whole pixels and quarter turns are copied
-/// bit for bit. Names stand in the walls' upper left corners. The net is opaque where the
-/// walls' pictures are.
+/// The net has the pixels per metre of the first placed screen. Pictures of that scale at whole
+/// pixels and quarter turns are copied bit for bit. Names stand in the walls' upper left corners.
 ///
 /// # Errors
-/// No wall, a wall without area, a picture without pixels, or a net larger than a picture may
-/// be.
+/// No wall, a wall without area, a picture without pixels, or a net larger than a picture may be.
 pub fn unfold<'a, S>(screens: &[(S, &'a Picture)]) -> Result<Picture, ShowError>
 where
     S: Into<Screen<'a>> + Copy,
@@ -215,7 +207,6 @@ where
     draw(&sheets, &placements)
 }
 
-/// Places every sheet, each connected piece to the right of the ones before.
 fn arrange(sheets: &[Sheet], first: usize) -> Vec<Placement> {
     let mut placements: Vec<Option<Placement>> = vec![None; sheets.len()];
     let mut bounds: Option<(DVec2, DVec2)> = None;
@@ -303,7 +294,6 @@ fn overlap(a: (&Sheet, &Placement), b: (&Sheet, &Placement)) -> bool {
     !separated
 }
 
-/// The net's own coordinates: pixels from the upper left corner, y down.
 struct Canvas {
     picture: Picture,
     upper_left: DVec2,
@@ -390,10 +380,8 @@ fn draw(sheets: &[Sheet], placements: &[Placement]) -> Result<Picture, ShowError
     Ok(canvas.picture)
 }
 
-/// Reads a sheet's picture at the net's scale.
 struct Resample<'a> {
     picture: &'a Picture,
-    /// Columns and rows of the picture.
     size: DVec2,
     /// Columns and rows of the picture in one pixel of the net.
     footprint: DVec2,

@@ -125,7 +125,6 @@ where
     Ok(view)
 }
 
-/// The surface of a screen.
 enum Surface<'a> {
     Wall(WallPlane),
     Dome(&'a DomeScreen),

@@ -22,12 +22,11 @@ pub(super) fn texture(
     textures.get(name.to_owned(), &path, || Ok(read(&path)?.into()))
 }
 
-/// Reads a material library; one that does not exist is empty, since meshes
-/// are often passed on without theirs.
 pub(super) fn load_library(path: &Path) -> Result<Vec<tobj::Material>, ImportError> {
     let bytes = match read(path) {
         Ok(bytes) => bytes,
         Err(ImportError::Read { fault, .. }) if fault.kind() == std::io::ErrorKind::NotFound => {
+            // Meshes are often passed on without theirs.
             return Ok(Vec::new());
         }
         Err(error) => return Err(error),

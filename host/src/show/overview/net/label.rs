@@ -6,7 +6,6 @@ use glam::DVec2;
 
 /// A wall's shorter side in pixels of a glyph.
 const SIDE: f64 = 240.0;
-/// The largest magnification of a glyph.
 const MAX_SCALE: f64 = 8.0;
 
 const TEXT: [f32; 4] = [0.9, 0.9, 0.9, 1.0];

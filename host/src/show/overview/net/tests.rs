@@ -1,13 +1,11 @@
 use super::super::walls::{cube, painted, wall};
 use super::*;
 
-/// The colour of a point of the room.
 fn colour(point: DVec3) -> [f32; 4] {
     let [x, y, z] = (0.5 + 0.3 * point).to_array().map(|value| value as f32);
     [x, y, z, 1.0]
 }
 
-/// The net of walls with pictures of one size.
 fn unfolded(walls: &[Wall], side: u32) -> (Picture, Vec<Picture>) {
     let pictures: Vec<_> = walls
         .iter()
@@ -17,7 +15,6 @@ fn unfolded(walls: &[Wall], side: u32) -> (Picture, Vec<Picture>) {
     (unfold(&pairs).unwrap(), pictures)
 }
 
-/// The cells of `side` pixels that are walls, as `#`.
 fn cells(net: &Picture, side: u32) -> Vec<String> {
     let count = |pixels: u32| (pixels - 2 * MARGIN as u32) / side;
     let cell = |column: u32, row: u32| {
@@ -33,35 +30,6 @@ fn cells(net: &Picture, side: u32) -> Vec<String> {
                 .collect()
         })
         .collect()
-}
-
-/// Walls are turned where needed: whichever wall is upright, colours of neighbouring pixels
-/// differ by a pixel's step on a wall and across a shared edge.
-#[test]
-fn colours_continue_across_every_seam() {
-    let names = ["front", "left", "right", "back", "floor", "ceiling"];
-    for first in names {
-        let mut order = names;
-        order.sort_by_key(|name| *name != first);
-        let mut walls = cube(order);
-        // No wall is "front", so that the first lies upright.
-        for wall in &mut walls {
-            wall.name.clear();
-        }
-        let (net, _) = unfolded(&walls, 64);
-        let count = cells(&net, 64).concat().matches('#').count();
-        assert_eq!(count, 6, "{first}");
-        let step = 0.3 * 2.0 / 64.0 * 1.01;
-        for (x, y) in (0..net.height).flat_map(|y| (1..net.width).map(move |x| (x, y))) {
-            let pixels = [net.pixel(x - 1, y).unwrap(), net.pixel(x, y).unwrap()];
-            let [a, b] = pixels;
-            let outside = |pixel: &[f32; 4]| [BACKGROUND, BORDER].contains(pixel);
-            if !pixels.iter().any(outside) {
-                let apart = (0..3).any(|channel| (a[channel] - b[channel]).abs() > step);
-                assert!(!apart, "{first}: {x} {y}");
-            }
-        }
-    }
 }
 
 #[test]
