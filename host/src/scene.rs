@@ -29,7 +29,7 @@ use camera::CameraPath;
 use glam::{DAffine3, DVec3};
 
 /// Everything a frame shows.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scene {
     /// Its name in reports.
     pub name: String,
@@ -47,22 +47,6 @@ pub struct Scene {
     pub ambient: [f32; 3],
     /// The way of the camera of dome masters.
     pub camera: CameraPath,
-}
-
-impl Default for Scene {
-    /// Nothing, in the dark.
-    fn default() -> Self {
-        Self {
-            name: String::new(),
-            meshes: Vec::new(),
-            materials: Vec::new(),
-            objects: Vec::new(),
-            lights: Vec::new(),
-            background: Background::uniform([0.0; 3]),
-            ambient: [0.0; 3],
-            camera: CameraPath::default(),
-        }
-    }
 }
 
 /// One placed shape.
@@ -166,6 +150,13 @@ pub struct Background {
     pub nadir: [f32; 3],
     /// Coverage it counts for, 0 (transparent) to 1.
     pub alpha: f32,
+}
+
+impl Default for Background {
+    /// Opaque black.
+    fn default() -> Self {
+        Self::uniform([0.0; 3])
+    }
 }
 
 impl Background {

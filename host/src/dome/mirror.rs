@@ -212,7 +212,6 @@ impl Mirror {
 mod tests {
     use super::super::Named;
     use super::*;
-    use std::f64::consts::FRAC_2_PI;
 
     /// The three mirrors of Table 1 with the best viewpoints there are.
     fn mirrors() -> [Mirror; 3] {
@@ -242,41 +241,6 @@ mod tests {
     }
 
     #[test]
-    fn reflection_and_mapping_agree() {
-        for mirror in mirrors() {
-            let Parameters { b1, c1, .. } = mirror.parameters();
-            for i in 0..=100 {
-                let r_d = FRAC_PI_2 * f64::from(i) / 100.0;
-                let r = r_d * FRAC_2_PI * b1;
-                let (point, direction) = mirror.reflect(DVec2::new(0.6 * r, -0.8 * r));
-                let across = direction.truncate().length();
-                let theta = libm::atan2(across, -direction.z);
-                assert!((theta - mirror.theta(r_d)).abs() < 1.0e-13);
-                let on =
-                    point.truncate().length_squared() + (point.z / mirror.axis_ratio()).powi(2);
-                assert!((on - 1.0).abs() < 1.0e-14);
-                if i == 100 {
-                    assert!((point + DVec3::Z * c1).z.abs() < 1.0e-14);
-                    assert!(direction.z.abs() < 1.0e-14);
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn viewpoints_and_slopes_agree() {
-        for a in [0.1, 1.0, 2.35, 10.0] {
-            for g in [1.0e-3, 0.1, 0.5, 0.9, 0.999_999, 1.0 - 1.0e-12] {
-                let Parameters { k, c1, .. } = Mirror::of(a, g).parameters();
-                let found = Mirror::perspective(a, c1 + 1.0 / k).unwrap();
-                // The viewpoint's own rounding, next to the pole.
-                let bound = 1.0e-15 * (1.0 + a * a / g);
-                assert!((found.slope() - g).abs() <= bound, "{a} {g} {found:?}");
-            }
-        }
-    }
-
-    #[test]
     fn mirrors_that_are_none_are_refused() {
         let refused = |made: Result<Mirror, MirrorError>, words: &str| {
             let says = made.unwrap_err().to_string();
@@ -293,20 +257,6 @@ mod tests {
         }
         for bad in [f64::NAN, 0.0, -0.1, 9.0e-4, FRAC_PI_2 / 2.0 + 1.0e-15, 2.0] {
             refused(Mirror::from_edge(1.0, bad), "0.001 to 0.785398163");
-        }
-    }
-
-    #[test]
-    fn edges_give_the_mirror_that_has_them() {
-        for a in [0.01, 0.5, 1.0, 1.288, 2.35, 4.5, 100.0] {
-            let most = libm::atan2(1.0, a);
-            assert_eq!(Mirror::from_edge(a, most), Mirror::parallel(a));
-            assert!(Mirror::from_edge(a, most.next_up()).is_err());
-            for g in [0.2, 0.7, 0.999] {
-                let mirror = Mirror::of(a, g);
-                let found = Mirror::from_edge(a, mirror.parameters().beta1).unwrap();
-                assert!((found.slope() - g).abs() < 1.0e-13 * a.max(1.0 / a));
-            }
         }
     }
 }

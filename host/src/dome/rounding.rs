@@ -261,16 +261,4 @@ mod tests {
         let centred = errors(Named::Paper1, Mapping::Mirror, 1.0e-6, 0.0);
         assert!(centred.world.is_some_and(|px| px < 0.01), "{centred:?}");
     }
-
-    #[test]
-    fn a_true_fisheye_has_the_rounding_of_its_directions() {
-        let found = errors(Named::Paper1, Mapping::True, 1.0, 0.0);
-        assert_eq!(found.near_field, Some(0.0));
-        assert!(found.rounding < 1.0e-3 && found.world.is_some_and(|px| px < 1.0e-3));
-        // A mirror that reaches through the surface has no near field.
-        for (size, fits) in [(1.64, false), (1.63, true)] {
-            let found = errors(Named::Paper1, Mapping::Mirror, size, 0.0);
-            assert_eq!(found.near_field.is_some(), fits);
-        }
-    }
 }

@@ -141,13 +141,6 @@ mod tests {
     }
 
     #[test]
-    fn a_true_fisheye_has_its_own_viewpoint() {
-        let near = NearField::new(Named::Best.mirror(), Mapping::True);
-        let found = effective_viewpoint(&near, 0.5).unwrap();
-        assert_eq!((found.offset, found.largest, found.gain()), (0.0, 0.0, 1.0));
-    }
-
-    #[test]
     fn surroundings_in_the_mirror_are_refused() {
         let near = NearField::new(Named::Paper1.mirror(), Mapping::Exact);
         for nearest in [f64::NAN, 0.0, 0.6] {

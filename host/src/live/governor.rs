@@ -217,12 +217,6 @@ mod tests {
         1.0, 0.9, 0.8, 0.6, 0.5, 0.4, 0.3, 0.2, 0.15, 0.1, 0.085, 0.07, 0.055, 0.04,
     ];
 
-    /// Learns from a frame at a rung that is rendered whole.
-    fn show(governor: &mut Governor, rung: usize, steps: u64) {
-        let seconds = 1.0e-3;
-        governor.learn(&Decision::whole(rung), steps, FrameCost { steps, seconds });
-    }
-
     /// Plays frames of these needs at full quality; returns their rungs, and the frames that
     /// needed more than `steps`.
     fn play(
@@ -290,33 +284,6 @@ mod tests {
         let rises: Vec<usize> = (1..600).filter(|&at| rungs[at] < rungs[at - 1]).collect();
         let gaps = rises.windows(2).map(|pair| pair[1] - pair[0]);
         assert!(gaps.min() >= Some(FRAMES_TO_RISE as usize), "{rises:?}");
-    }
-
-    #[test]
-    fn a_rung_that_did_not_fit_at_a_place_is_not_tried_there_again() {
-        let mut governor = Governor::new();
-        let steps = 500_000;
-        let (mut short, mut rungs) = (Vec::new(), [0; 2]);
-        for frame in 0..4_000_u32 {
-            let is_steep = frame / 50 % 2 == 1;
-            governor.follow(Some(if is_steep { Vec3::NEG_Z } else { Vec3::X }));
-            let decision = governor.decide(Allowance::Steps(steps));
-            // Above the seventh rung all is dear at one of the places.
-            let times = if is_steep && decision.rung < 7 {
-                2.5
-            } else {
-                1.0
-            };
-            let need = (1.0e6 * TRUE[decision.rung] * times) as u64;
-            if need > steps {
-                short.push(frame);
-            }
-            show(&mut governor, decision.rung, need);
-            rungs[usize::from(is_steep)] = decision.rung;
-        }
-        assert!(short.iter().all(|&frame| frame < 1_000), "{short:?}");
-        assert!(short.len() <= 8, "{short:?}");
-        assert!(rungs[0] <= 6 && rungs[1] == 7, "{rungs:?}");
     }
 
     #[test]

@@ -44,15 +44,6 @@ mod tests {
     use shisen_core::spectrum::Matching;
 
     #[test]
-    fn unknown_media_suggest_the_nearest() {
-        assert_eq!(medium("n-bk7"), Ok(Medium::N_BK7));
-        let says = |name: &str| medium(name).unwrap_err().to_string();
-        assert!(says("N-BK77").contains("did you mean \"n-bk7\"?"));
-        assert!(says("quartz").contains("did you mean \"quartz-"));
-        assert!(says("jelly \n").contains("use one of: fused-silica, quartz-o"));
-    }
-
-    #[test]
     fn the_fit_is_as_near_to_the_table_as_its_authors_say() {
         let table = Matching::Table(CIE_1931);
         // At the table's own wavelengths: between them it is interpolated.

@@ -134,7 +134,7 @@ impl Scene {
         let mesh_numbers = numbers(&entry.meshes);
         let ambient = check.colour_or("ambient", entry.ambient.as_ref(), RADIANCE, [0.0; 3])?;
         let background = match &entry.background {
-            None => Background::uniform([0.0; 3]),
+            None => Background::default(),
             Some(entry) => read_background(&check, entry)?,
         };
         let materials = read_materials(&check, &entry)?;
@@ -222,8 +222,7 @@ fn read_background(check: &Check<'_>, entry: &Spanned<BackgroundEntry>) -> Check
         },
         _ => {
             let choice = "either `colour`, or `zenith`, `horizon` and `nadir`";
-            let fault = SceneFault::choice("the background", choice);
-            return Err(check.fault(fault, Some(entry.span())));
+            return check.refuse_choice("the background", choice, entry.span());
         }
     };
     if let Some(alpha) = alpha {
@@ -239,11 +238,9 @@ fn read_path(check: &Check<'_>, entries: &[Spanned<CameraEntry>]) -> Checked<Cam
         let frame = match &entry.frame {
             None if entries.len() == 1 => 1,
             None => {
-                let fault = SceneFault::new(
-                    "a camera among others needs `frame`",
-                    "add `frame = N`, the picture that is taken from here, counted from 1",
-                );
-                return Err(check.fault(fault, Some(entry.position.span())));
+                let message = "a camera among others needs `frame`";
+                let help = "add `frame = N`, the picture that is taken from here, counted from 1";
+                return check.refuse(message, help, entry.position.span());
             }
             Some(frame) => check.whole("frame", frame, FRAMES)?,
         };
@@ -283,10 +280,7 @@ fn read_mesh_source(
                 .named("built-in mesh", builtin, &known.into())
                 .map(MeshSource::BuiltIn)
         }
-        _ => {
-            let fault = SceneFault::choice("a mesh", "one of `file` and `builtin`");
-            Err(check.fault(fault, Some(name.span())))
-        }
+        _ => check.refuse_choice("a mesh", "one of `file` and `builtin`", name.span()),
     }
 }
 
@@ -310,13 +304,11 @@ impl Placed {
         };
         let (mesh, object) = (&meshes[mesh], entry.as_ref());
         if let Some(normalise) = object.normalise.as_ref().filter(|on| *on.get_ref()) {
-            let normalisation = Normalisation::of(mesh).ok_or_else(|| {
-                let fault = SceneFault::new(
-                    "the mesh is flat along x, so it cannot be normalised",
-                    "leave out `normalise` and give the `scale` itself, or turn the mesh",
-                );
-                check.fault(fault, Some(normalise.span()))
-            })?;
+            let Some(normalisation) = Normalisation::of(mesh) else {
+                let message = "the mesh is flat along x, so it cannot be normalised";
+                let help = "leave out `normalise` and give the `scale` itself, or turn the mesh";
+                return check.refuse(message, help, normalise.span());
+            };
             self.object.world_from_object = self.placement.world_from_object(&normalisation);
         }
         let material = self.object.material.map(|number| &materials[number]);
@@ -324,11 +316,9 @@ impl Placed {
             return Ok(());
         }
         let span = span(object.material.as_ref()).unwrap_or_else(|| entry.span());
-        let fault = SceneFault::new(
-            "the object has a texture, but its mesh has no texture coordinates",
-            "export the mesh with coordinates (UVs), or take a material without a texture",
-        );
-        Err(check.fault(fault, Some(span)))
+        let message = "the object has a texture, but its mesh has no texture coordinates";
+        let help = "export the mesh with coordinates (UVs), or take a material without a texture";
+        check.refuse(message, help, span)
     }
 }
 
@@ -339,7 +329,7 @@ fn read_object(
     materials: &BTreeMap<&str, usize>,
 ) -> Checked<Placed> {
     let object = entry.as_ref();
-    let choice = |choice| check.fault(SceneFault::choice("an object", choice), Some(entry.span()));
+    let choice = |choice| check.refuse_choice("an object", choice, entry.span());
     let length = |key, value| Ok(check.number(key, value, LENGTH)? as f32);
     let shape = match (&object.mesh, &object.sphere, &object.spheroid) {
         (Some(name), None, None) => Shape::Mesh(check.named("mesh", name, meshes)?),
@@ -350,28 +340,19 @@ fn read_object(
             equatorial_radius: length("equatorial_radius", &spheroid.equatorial_radius)?,
             polar_radius: length("polar_radius", &spheroid.polar_radius)?,
         },
-        _ => return Err(choice("one of `mesh`, `sphere` and `spheroid`")),
+        _ => return choice("one of `mesh`, `sphere` and `spheroid`"),
     };
     if object.mesh.is_none() {
-        let spans = [
-            ("normals", span(object.normals.as_ref())),
-            ("normalise", span(object.normalise.as_ref())),
-        ];
-        for (key, span) in spans {
-            if span.is_some() {
-                let fault = SceneFault::not_here(key, "objects with a mesh");
-                return Err(check.fault(fault, span));
-            }
-        }
+        let owner = "objects with a mesh";
+        check.only_for(owner, "normals", span(object.normals.as_ref()))?;
+        check.only_for(owner, "normalise", span(object.normalise.as_ref()))?;
     }
     let rotation_degrees = match (&object.yaw_degrees, &object.rotation_degrees) {
         (None, None) => [0.0; 3],
         (Some(yaw), None) => [check.number("yaw_degrees", yaw, DEGREES)?, 0.0, 0.0],
         (None, Some(rotation)) => check.numbers("rotation_degrees", rotation, DEGREES)?,
         (Some(_), Some(_)) => {
-            return Err(choice(
-                "at most one of `yaw_degrees` and `rotation_degrees`",
-            ));
+            return choice("at most one of `yaw_degrees` and `rotation_degrees`");
         }
     };
     let placement = Placement {

@@ -1,14 +1,14 @@
 //! Meshes from files: Wavefront OBJ, PLY and glTF 2.0.
 
 use crate::scene::mesh::{MeshError, TriangleMesh};
-use crate::scene::texture::{Image, ImageError, Pattern, Texture};
+use crate::scene::texture::{Image, Pattern, Texture};
 use glam::Vec3;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::fmt;
 use std::hash::Hash;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -36,26 +36,10 @@ impl fmt::Display for Place<'_> {
     }
 }
 
-/// Why a file gives no mesh.
+/// Why a file gives no mesh: what is wrong, where, and what to do.
 #[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum ImportError {
-    /// A file that is not there or cannot be read.
-    #[error("{}: {fault}; check the file's name and permissions", .path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        fault: std::io::Error,
-    },
-    /// A texture of one of its materials that cannot be loaded.
-    #[error(transparent)]
-    Texture(#[from] ImageError),
-    /// A file of no known format, or whose contents are no mesh that can be used: where, and what
-    /// to do.
-    #[error("{0}")]
-    Contents(String),
-}
+#[error("{0}")]
+pub struct ImportError(String);
 
 /// Reads a triangle mesh. The extension, in upper or lower case, decides the format.
 ///
@@ -98,7 +82,7 @@ pub fn load(path: &Path) -> Result<TriangleMesh, ImportError> {
         Some("ply") => ply::parse,
         Some("gltf" | "glb") => gltf::parse,
         _ => {
-            return Err(ImportError::Contents(format!(
+            return Err(ImportError(format!(
                 "{}: the file name's extension names no mesh format; export as .obj, .ply, .gltf \
                  or .glb",
                 path.display()
@@ -109,15 +93,20 @@ pub fn load(path: &Path) -> Result<TriangleMesh, ImportError> {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
-    crate::files::read(path).map_err(|fault| ImportError::Read {
-        path: path.to_owned(),
-        fault,
-    })
+    crate::files::read(path).map_err(|fault| unread(path, &fault))
+}
+
+/// The error of a file that cannot be read.
+fn unread(path: &Path, fault: &std::io::Error) -> ImportError {
+    ImportError(format!(
+        "{}: {fault}; check the file's name and permissions",
+        path.display()
+    ))
 }
 
 /// The error of a length or count beyond the end of the file.
 fn claim(path: &Path, what: &str, claimed: u128, available: usize) -> ImportError {
-    ImportError::Contents(format!(
+    ImportError(format!(
         "{}: {what} takes {claimed} bytes at least, but only {available} are there; the file is \
          cut off or damaged: export the mesh again",
         path.display()
@@ -126,7 +115,7 @@ fn claim(path: &Path, what: &str, claimed: u128, available: usize) -> ImportErro
 
 fn syntax<'p>(place: impl Into<Place<'p>>, problem: impl AsRef<str>) -> ImportError {
     let problem = problem.as_ref().trim_end_matches('.');
-    ImportError::Contents(format!(
+    ImportError(format!(
         "{}: {problem}; correct it there, or export the mesh again",
         place.into()
     ))
@@ -134,7 +123,7 @@ fn syntax<'p>(place: impl Into<Place<'p>>, problem: impl AsRef<str>) -> ImportEr
 
 /// The error of a file without faults whose mesh cannot be used.
 fn unusable<'p>(place: impl Into<Place<'p>>, fault: &MeshError) -> ImportError {
-    ImportError::Contents(format!(
+    ImportError(format!(
         "{}: {fault}; repair the mesh in a modelling program and export it again",
         place.into()
     ))
@@ -158,14 +147,10 @@ fn no_vertex<'p>(
 fn validated(
     mesh: TriangleMesh,
     path: &Path,
-    line_of: impl Fn(usize) -> Option<usize>,
+    line_of: impl FnOnce(usize) -> Option<usize>,
 ) -> Result<TriangleMesh, ImportError> {
     mesh.validate().map_err(|fault| {
-        let line = match fault {
-            MeshError::IndexOutOfRange { triangle, .. }
-            | MeshError::RepeatedVertex { triangle, .. } => line_of(triangle),
-            _ => None,
-        };
+        let line = fault.triangle.and_then(line_of);
         unusable(Place { path, line }, &fault)
     })?;
     Ok(mesh)
@@ -196,11 +181,11 @@ impl<K: Hash + Eq> Textures<K> {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(new) => {
                 let bytes = read()?;
-                new.insert(if Image::is_png(&bytes) {
-                    Some(Arc::new(Image::from_png(path, &bytes, &mut self.left)?))
-                } else {
-                    None
-                })
+                let image = Image::is_png(&bytes)
+                    .then(|| Image::from_png(path, &bytes, &mut self.left))
+                    .transpose();
+                let image = image.map_err(|error| ImportError(error.to_string()))?;
+                new.insert(image.map(Arc::new))
             }
         };
         Ok(image.clone().map(|image| Texture {

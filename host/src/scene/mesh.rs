@@ -26,55 +26,27 @@ pub struct TriangleMesh {
 }
 
 /// Why a mesh cannot be used.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
-pub enum MeshError {
-    /// Nothing to trace.
-    #[error("the mesh has no triangles")]
-    NoTriangles,
-    /// A coordinate that is NaN or infinite.
-    #[error(
-        "vertex {vertex} (counted from 0) has a coordinate that is not finite: {}, {}, {}",
-        .position[0], .position[1], .position[2]
-    )]
-    NotFinite { vertex: usize, position: [f32; 3] },
-    /// A coordinate too large for f32 arithmetic on it to stay finite.
-    #[error("vertex {vertex} (counted from 0) is farther out than {limit:e} units")]
-    TooFar { vertex: usize, limit: f32 },
-    /// An index past the last vertex.
-    #[error(
-        "triangle {triangle} (counted from 0) names vertex {index}, but the mesh has {vertices}"
-    )]
-    IndexOutOfRange {
-        triangle: usize,
-        index: u32,
-        vertices: usize,
-    },
-    /// A place on a texture that is NaN, infinite or far beyond it.
-    #[error(
-        "vertex {vertex} (counted from 0) is at {}, {} on its texture, but coordinates may be up \
-         to {limit:e}",
-        .coordinate[0], .coordinate[1]
-    )]
-    Coordinate {
-        vertex: usize,
-        coordinate: [f32; 2],
-        limit: f32,
-    },
-    /// The same vertex twice in one triangle.
-    #[error("triangle {triangle} (counted from 0) names vertex {index} twice")]
-    RepeatedVertex { triangle: usize, index: u32 },
-    /// Side tables of the wrong length, or a material that is not there.
-    #[error("{what}: {found} entries where {expected} belong")]
-    Length {
-        what: &'static str,
-        found: usize,
-        expected: usize,
-    },
-    /// More than the scene format holds.
-    #[error("{count} triangles are more than the {limit} that one mesh may have")]
-    TooMany { count: usize, limit: usize },
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{message}")]
+pub struct MeshError {
+    message: String,
+    /// The number of the triangle that is wrong, if one is.
+    pub(super) triangle: Option<usize>,
+}
+
+impl MeshError {
+    const fn new(message: String) -> Self {
+        let triangle = None;
+        Self { message, triangle }
+    }
+
+    /// The error of more triangles than the scene format holds.
+    pub(super) fn too_many(count: usize) -> Self {
+        let limit = TriangleMesh::MOST_TRIANGLES;
+        Self::new(format!(
+            "{count} triangles are more than the {limit} that one mesh may have"
+        ))
+    }
 }
 
 impl TriangleMesh {
@@ -90,83 +62,76 @@ impl TriangleMesh {
     /// # Errors
     /// The first fault found, with where it is.
     pub fn validate(&self) -> Result<(), MeshError> {
-        if self.triangles.is_empty() {
-            return Err(MeshError::NoTriangles);
+        let (vertices, triangles) = (self.positions.len(), self.triangles.len());
+        if triangles == 0 {
+            return Err(MeshError::new("the mesh has no triangles".to_owned()));
         }
-        if self.triangles.len() > Self::MOST_TRIANGLES {
-            return Err(MeshError::TooMany {
-                count: self.triangles.len(),
-                limit: Self::MOST_TRIANGLES,
-            });
+        if triangles > Self::MOST_TRIANGLES {
+            return Err(MeshError::too_many(triangles));
         }
         for (vertex, &position) in self.positions.iter().enumerate() {
             Self::check_position(vertex, position)?;
         }
-        let vertices = self.positions.len();
         for (triangle, &[a, b, c]) in self.triangles.iter().enumerate() {
-            if let Some(index) = [a, b, c].into_iter().find(|&i| i as usize >= vertices) {
-                return Err(MeshError::IndexOutOfRange {
-                    triangle,
-                    index,
-                    vertices,
-                });
-            }
-            if a == b || b == c || a == c {
-                let index = if a == b || a == c { a } else { b };
-                return Err(MeshError::RepeatedVertex { triangle, index });
-            }
-        }
-        let expect = |what, found: usize, expected: usize| {
-            if found == 0 || found == expected {
-                Ok(())
+            let beyond = [a, b, c].into_iter().find(|&i| i as usize >= vertices);
+            let fault = if let Some(index) = beyond {
+                format!("names vertex {index}, but the mesh has {vertices}")
+            } else if a == b || b == c || a == c {
+                format!("names vertex {} twice", if b == c { b } else { a })
             } else {
-                Err(MeshError::Length {
-                    what,
-                    found,
-                    expected,
-                })
+                continue;
+            };
+            return Err(MeshError {
+                message: format!("triangle {triangle} (counted from 0) {fault}"),
+                triangle: Some(triangle),
+            });
+        }
+        for (what, found, expected) in [
+            ("normals", self.normals.len(), vertices),
+            ("coordinates", self.coordinates.len(), vertices),
+            (
+                "triangle materials",
+                self.triangle_materials.len(),
+                triangles,
+            ),
+        ] {
+            if found != 0 && found != expected {
+                return Err(MeshError::new(format!(
+                    "{what}: {found} entries where {expected} belong"
+                )));
             }
-        };
-        expect("normals", self.normals.len(), vertices)?;
-        expect("coordinates", self.coordinates.len(), vertices)?;
+        }
         let limit = Self::FARTHEST_COORDINATE;
-        let usable = |c: &[f32; 2]| c.iter().all(|c| c.abs() <= limit);
-        if let Some(vertex) = self.coordinates.iter().position(|c| !usable(c)) {
-            return Err(MeshError::Coordinate {
-                vertex,
-                coordinate: self.coordinates[vertex],
-                limit,
-            });
+        for (vertex, [u, v]) in self.coordinates.iter().enumerate() {
+            if !(u.abs() <= limit && v.abs() <= limit) {
+                return Err(MeshError::new(format!(
+                    "vertex {vertex} (counted from 0) is at {u}, {v} on its texture, but \
+                     coordinates may be up to {limit:e}"
+                )));
+            }
         }
-        expect(
-            "triangle materials",
-            self.triangle_materials.len(),
-            self.triangles.len(),
-        )?;
-        if let Some(&index) = self
-            .triangle_materials
-            .iter()
-            .find(|&&index| index as usize >= self.materials.len())
-        {
-            return Err(MeshError::Length {
-                what: "materials",
-                found: self.materials.len(),
-                expected: index as usize + 1,
-            });
+        let (materials, last) = (self.materials.len(), self.triangle_materials.iter().max());
+        match last {
+            Some(&last) if last as usize >= materials => Err(MeshError::new(format!(
+                "materials: {materials} entries where {} belong",
+                last as usize + 1
+            ))),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// Checks one position.
     pub(super) fn check_position(vertex: usize, position: [f32; 3]) -> Result<(), MeshError> {
-        let limit = Self::FARTHEST;
-        if position.iter().any(|c| !c.is_finite()) {
-            Err(MeshError::NotFinite { vertex, position })
+        let (limit, [x, y, z]) = (Self::FARTHEST, position);
+        let fault = if position.iter().any(|c| !c.is_finite()) {
+            format!("has a coordinate that is not finite: {x}, {y}, {z}")
         } else if position.iter().any(|c| c.abs() > limit) {
-            Err(MeshError::TooFar { vertex, limit })
+            format!("is farther out than {limit:e} units")
         } else {
-            Ok(())
-        }
+            return Ok(());
+        };
+        let message = format!("vertex {vertex} (counted from 0) {fault}");
+        Err(MeshError::new(message))
     }
 
     /// Whether it shows a texture: that of `material`, or without one those of its own materials.

@@ -2,8 +2,9 @@
 
 use png::{BitDepth, ColorType, DecodingError, Limits, Transformations};
 use shisen_core::scene::format::LARGEST_SIDE;
+use std::fmt;
 use std::io::Cursor;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -35,44 +36,15 @@ pub struct Image {
     texels: Vec<[u8; 4]>,
 }
 
-/// Why an image cannot be loaded.
+/// Why an image cannot be loaded: what is wrong, where, and what to do.
 #[derive(Debug, Error)]
-#[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
-pub enum ImageError {
-    /// A file that is not there or cannot be read.
-    #[error("{}: {fault}; check the file's name and permissions", .path.display())]
-    Read {
-        path: PathBuf,
-        fault: std::io::Error,
-    },
-    /// A side longer than the scene format allows.
-    #[error(
-        "{}: the image has {width} × {height} texels, but either side may have {LARGEST_SIDE}: \
-         make it smaller",
-        .path.display()
-    )]
-    TooLarge {
-        path: PathBuf,
-        width: u32,
-        height: u32,
-    },
-    /// More texels than the images of a scene may have together.
-    #[error(
-        "{}: with its {width} × {height} texels the scene's images would take {bytes} bytes, \
-         but they may take {limit}: make it smaller",
-        .path.display(),
-        limit = Image::MOST_BYTES
-    )]
-    TooMany {
-        path: PathBuf,
-        width: u32,
-        height: u32,
-        bytes: u64,
-    },
-    /// Contents that are not a PNG file.
-    #[error("{}: not a whole PNG file: {fault}; save the image as PNG again", .path.display())]
-    Malformed { path: PathBuf, fault: DecodingError },
+#[error("{0}")]
+pub struct ImageError(String);
+
+impl ImageError {
+    fn new(path: &Path, fault: fmt::Arguments<'_>) -> Self {
+        Self(format!("{}: {fault}", path.display()))
+    }
 }
 
 impl Image {
@@ -93,21 +65,12 @@ impl Image {
         })
     }
 
-    /// Reads a PNG file of any kind. Its colours are taken to be sRGB, without
-    /// their alpha; of 16 bits a channel the upper 8 count.
-    ///
-    /// # Errors
-    /// If the file cannot be read, its sides are too long, or it is no PNG.
-    pub fn load(path: &Path) -> Result<Self, ImageError> {
-        let mut left = Self::MOST_BYTES;
-        Self::load_within(path, &mut left)
-    }
-
-    /// As [`load`](Self::load), of what bytes a scene has left.
-    pub(crate) fn load_within(path: &Path, left: &mut u64) -> Result<Self, ImageError> {
-        let bytes = crate::files::read(path).map_err(|fault| ImageError::Read {
-            path: path.to_owned(),
-            fault,
+    /// Reads a PNG file of any kind, within the bytes that a scene's images have left. Its
+    /// colours are taken to be sRGB, without their alpha; of 16 bits a channel the upper 8 count.
+    pub(crate) fn load(path: &Path, left: &mut u64) -> Result<Self, ImageError> {
+        let bytes = crate::files::read(path).map_err(|fault| {
+            let advice = "check the file's name and permissions";
+            ImageError::new(path, format_args!("{fault}; {advice}"))
         })?;
         Self::from_png(path, &bytes, left)
     }
@@ -117,17 +80,21 @@ impl Image {
         bytes.starts_with(b"\x89PNG\r\n\x1a\n")
     }
 
-    /// As [`load`](Self::load), from the bytes of a file. Nothing is decoded of
-    /// an image that is too large.
+    /// As [`load`](Self::load), from a file's bytes. An image that is too large is not decoded.
     pub(crate) fn from_png(path: &Path, bytes: &[u8], left: &mut u64) -> Result<Self, ImageError> {
-        let malformed = |fault| ImageError::Malformed {
-            path: path.to_owned(),
-            fault,
+        let malformed = |fault: DecodingError| {
+            let advice = "save the image as PNG again";
+            ImageError::new(
+                path,
+                format_args!("not a whole PNG file: {fault}; {advice}"),
+            )
         };
-        let too_large = |[width, height]: [u32; 2]| ImageError::TooLarge {
-            path: path.to_owned(),
-            width,
-            height,
+        let too_large = |[width, height]: [u32; 2]| {
+            let fault = format_args!(
+                "the image has {width} × {height} texels, but either side may have \
+                 {LARGEST_SIDE}: make it smaller"
+            );
+            ImageError::new(path, fault)
         };
         // Sixteen bits a channel, and a line before it.
         let limits = Limits {
@@ -146,11 +113,13 @@ impl Image {
             return Err(too_large([width, height]));
         }
         let taken = u64::from(width) * u64::from(height) * 4;
-        *left = left.checked_sub(taken).ok_or_else(|| ImageError::TooMany {
-            path: path.to_owned(),
-            width,
-            height,
-            bytes: Self::MOST_BYTES - *left + taken,
+        *left = left.checked_sub(taken).ok_or_else(|| {
+            let (bytes, limit) = (Self::MOST_BYTES - *left + taken, Self::MOST_BYTES);
+            let fault = format_args!(
+                "with its {width} × {height} texels the scene's images would take {bytes} bytes, \
+                 but they may take {limit}: make it smaller"
+            );
+            ImageError::new(path, fault)
         })?;
         let size = reader
             .output_buffer_size()
@@ -270,8 +239,10 @@ pub(super) mod tests {
     fn what_is_too_large_is_refused_before_it_is_decoded() {
         let wide = png([8193, 1], ColorType::Grayscale, BitDepth::One, &[0; 1025]);
         let error = read(&wide).unwrap_err();
-        assert!(matches!(error, ImageError::TooLarge { width: 8193, .. }));
-        assert!(error.to_string().contains("8192"), "{error}");
+        assert!(
+            error.to_string().contains("8193 × 1 texels, but"),
+            "{error}"
+        );
         // A header alone that claims much, with the sums that it needs.
         let mut header = png([1, 1], ColorType::Rgba, BitDepth::Eight, &[0; 4]);
         header[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
@@ -283,7 +254,7 @@ pub(super) mod tests {
         Image::from_png(path, &fits, &mut left).unwrap();
         assert_eq!(left, 0);
         let error = Image::from_png(path, &fits, &mut left).unwrap_err();
-        assert!(matches!(error, ImageError::TooMany { .. }), "{error}");
+        assert!(error.to_string().contains("would take"), "{error}");
     }
 
     #[test]
@@ -291,14 +262,14 @@ pub(super) mod tests {
         let whole = png([3, 2], ColorType::Rgb, BitDepth::Eight, &[77; 18]);
         for length in 0..whole.len() - 12 {
             let error = read(&whole[..length]).unwrap_err();
-            assert!(matches!(error, ImageError::Malformed { .. }), "{length}");
+            assert!(error.to_string().contains("not a whole PNG"), "{error}");
         }
         let mut damaged = whole.clone();
         damaged[20] ^= 1;
         assert!(read(&damaged).is_err());
         assert!(read(b"GIF89a").is_err() && !Image::is_png(b"GIF89a"));
         assert!(Image::is_png(&whole));
-        let error = Image::load(Path::new("/nowhere/a.png")).unwrap_err();
-        assert!(matches!(error, ImageError::Read { .. }), "{error}");
+        let error = Image::load(Path::new("/nowhere/a.png"), &mut 99).unwrap_err();
+        assert!(error.to_string().contains("permissions"), "{error}");
     }
 }

@@ -121,7 +121,7 @@ pub(super) struct ReportSize {
 
 impl ReportSize {
     /// Its bytes, with the id where there is one.
-    pub(super) const fn bytes(&self) -> usize {
+    pub(super) const fn bytes(self) -> usize {
         self.bits.div_ceil(8) as usize + (self.report_id != 0) as usize
     }
 }

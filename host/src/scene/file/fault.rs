@@ -41,16 +41,6 @@ impl SceneFault {
             source: Some(source.into()),
         }
     }
-
-    /// Keys that exclude each other, or a choice of keys of which none is there.
-    pub(super) fn choice(owner: &str, choice: &str) -> Self {
-        let help = "leave out or add keys until it does";
-        Self::new(format!("{owner} has {choice}"), help)
-    }
-
-    pub(super) fn not_here(key: &str, owner: &str) -> Self {
-        Self::new(format!("`{key}` is for {owner} only"), "remove it here")
-    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -85,18 +75,37 @@ pub(super) struct Check<'a> {
     pub(super) source: Source<'a>,
 }
 
-/// The table that things of a kind are in.
-fn plural(kind: &str) -> String {
-    match kind {
-        "mesh" => "meshes".to_owned(),
-        "medium" => "media".to_owned(),
-        other => format!("{other}s"),
-    }
-}
-
 impl Check<'_> {
     pub(super) fn fault(&self, fault: SceneFault, at: Option<Range<usize>>) -> Located<SceneFault> {
         Located::new(fault, &self.source, at)
+    }
+
+    /// Refuses a value: what is wrong with it, and what to do.
+    pub(super) fn refuse<T>(
+        &self,
+        message: impl Into<String>,
+        help: impl Into<String>,
+        at: Range<usize>,
+    ) -> Checked<T> {
+        Err(self.fault(SceneFault::new(message, help), Some(at)))
+    }
+
+    /// Refuses keys that exclude each other, or a choice of keys of which none is there.
+    pub(super) fn refuse_choice<T>(
+        &self,
+        owner: &str,
+        choice: &str,
+        at: Range<usize>,
+    ) -> Checked<T> {
+        let help = "leave out or add keys until it does";
+        self.refuse(format!("{owner} has {choice}"), help, at)
+    }
+
+    /// Refuses a key, if it is there, that is for others only.
+    pub(super) fn only_for(&self, owner: &str, key: &str, at: Option<Range<usize>>) -> Checked<()> {
+        at.map_or(Ok(()), |at| {
+            self.refuse(format!("`{key}` is for {owner} only"), "remove it here", at)
+        })
     }
 
     pub(super) fn numbers<const N: usize>(
@@ -112,11 +121,11 @@ impl Check<'_> {
         else {
             return Ok(checked);
         };
-        let fault = SceneFault::new(
+        self.refuse(
             format!("`{key}` is {value}, but it must be from {low} to {high}"),
             format!("give a number from {low} to {high}"),
-        );
-        Err(self.fault(fault, Some(values.span())))
+            values.span(),
+        )
     }
 
     pub(super) fn number(&self, key: &str, value: &Number, limits: Limits) -> Checked<f64> {
@@ -130,8 +139,7 @@ impl Check<'_> {
             return Ok(number as u32);
         }
         let message = format!("`{key}` is {number}, but it must be a whole number");
-        let fault = SceneFault::new(message, "give a number without a fraction");
-        Err(self.fault(fault, Some(value.span())))
+        self.refuse(message, "give a number without a fraction", value.span())
     }
 
     pub(super) fn colour(&self, key: &str, value: &Numbers, limits: Limits) -> Checked<[f32; 3]> {
@@ -167,13 +175,17 @@ impl Check<'_> {
         known: &BTreeMap<&str, T>,
     ) -> Checked<T> {
         let given = name.as_ref();
-        known.get(given.as_str()).copied().ok_or_else(|| {
-            let suggestion = suggestion(given, known.keys().copied()).unwrap_or_else(|| {
-                let tables = plural(kind);
-                format!("the file describes no {kind}: add [{tables}.{given}] with its keys")
-            });
-            let fault = SceneFault::new(format!("there is no {kind} \"{given}\""), suggestion);
-            self.fault(fault, Some(name.span()))
-        })
+        if let Some(&known) = known.get(given.as_str()) {
+            return Ok(known);
+        }
+        let help = suggestion(given, known.keys().copied()).unwrap_or_else(|| {
+            let tables = match kind {
+                "mesh" => "meshes".to_owned(),
+                "medium" => "media".to_owned(),
+                other => format!("{other}s"),
+            };
+            format!("the file describes no {kind}: add [{tables}.{given}] with its keys")
+        });
+        self.refuse(format!("there is no {kind} \"{given}\""), help, name.span())
     }
 }

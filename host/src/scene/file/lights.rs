@@ -48,8 +48,7 @@ pub(super) fn read_light(check: &Check<'_>, entry: &Spanned<LightEntry>) -> Chec
         let (direction, span) = vector("direction", &light.direction)?;
         if direction == DVec3::ZERO {
             let help = "give the way the light travels, such as [0, -1, 0] for straight down";
-            let fault = SceneFault::new("the light's `direction` is zero", help);
-            return Err(check.fault(fault, Some(span)));
+            return check.refuse("the light's `direction` is zero", help, span);
         }
         Ok(direction)
     };
@@ -92,11 +91,9 @@ fn right_of(check: &Check<'_>, light: &LightEntry, forward: DVec3) -> Checked<DV
             let left = forward.cross(vector.normalize_or_zero());
             // A ten-thousandth of a degree.
             if left.length() < 2e-6 {
-                let fault = SceneFault::new(
-                    "the light's `up` is zero or along its `direction`",
-                    "give the way to its upper side, or leave it out",
-                );
-                return Err(check.fault(fault, Some(up.span())));
+                let help = "give the way to its upper side, or leave it out";
+                let message = "the light's `up` is zero or along its `direction`";
+                return check.refuse(message, help, up.span());
             }
             left
         }
@@ -111,35 +108,35 @@ fn right_of(check: &Check<'_>, light: &LightEntry, forward: DVec3) -> Checked<DV
 fn check_keys(check: &Check<'_>, light: &LightEntry, kind: LightKind) -> Checked<()> {
     use LightKind::{Directional, Point, Rectangle};
 
-    const KEYS: [(&str, &[LightKind], &str); 7] = [
+    for (kinds, key, span) in [
         (
+            &[Point, Rectangle][..],
             "position",
-            &[Point, Rectangle],
-            "point lights and rectangles",
+            span(light.position.as_ref()),
         ),
         (
-            "direction",
             &[Directional, Rectangle],
-            "directional lights and rectangles",
+            "direction",
+            span(light.direction.as_ref()),
         ),
-        ("inverse_square", &[Point], "point lights"),
-        ("size", &[Rectangle], "rectangles"),
-        ("up", &[Rectangle], "rectangles"),
-        ("samples", &[Rectangle], "rectangles"),
-        ("two_sided", &[Rectangle], "rectangles"),
-    ];
-    let spans = [
-        span(light.position.as_ref()),
-        span(light.direction.as_ref()),
-        span(light.inverse_square.as_ref()),
-        span(light.size.as_ref()),
-        span(light.up.as_ref()),
-        span(light.samples.as_ref()),
-        span(light.two_sided.as_ref()),
-    ];
-    for ((key, kinds, owner), span) in KEYS.into_iter().zip(spans) {
-        if span.is_some() && !kinds.contains(&kind) {
-            return Err(check.fault(SceneFault::not_here(key, owner), span));
+        (
+            &[Point],
+            "inverse_square",
+            span(light.inverse_square.as_ref()),
+        ),
+        (&[Rectangle], "size", span(light.size.as_ref())),
+        (&[Rectangle], "up", span(light.up.as_ref())),
+        (&[Rectangle], "samples", span(light.samples.as_ref())),
+        (&[Rectangle], "two_sided", span(light.two_sided.as_ref())),
+    ] {
+        if !kinds.contains(&kind) {
+            let owner = match kinds {
+                [Point, _] => "point lights and rectangles",
+                [Directional, _] => "directional lights and rectangles",
+                [Point] => "point lights",
+                _ => "rectangles",
+            };
+            check.only_for(owner, key, span)?;
         }
     }
     Ok(())

@@ -16,8 +16,7 @@ use toml::Spanned;
 
 type TextureEntries = BTreeMap<Spanned<String>, Spanned<TextureEntry>>;
 
-/// The materials in the order of their names, each with the number of its
-/// texture, if it has one.
+/// The materials in the order of their names, with the numbers of their textures.
 pub(super) fn read_materials(
     check: &Check<'_>,
     entry: &SceneEntry,
@@ -34,7 +33,7 @@ pub(super) fn read_materials(
         .collect()
 }
 
-/// The materials with their textures, which are loaded for it.
+/// Loads the textures into the materials.
 pub(super) fn with_textures(
     check: &Check<'_>,
     entries: &TextureEntries,
@@ -49,7 +48,6 @@ pub(super) fn with_textures(
     Ok(materials.collect())
 }
 
-/// A material but for its texture, and the number of that.
 fn read_material(
     check: &Check<'_>,
     entry: &MaterialEntry,
@@ -70,26 +68,17 @@ fn read_material(
         .map(|name| check.named("texture", name, textures))
         .transpose()?;
     if entry.transmission.is_none() {
-        for (key, span) in [
-            ("medium", span(entry.medium.as_ref())),
-            (
-                "index_of_refraction",
-                span(entry.index_of_refraction.as_ref()),
-            ),
-            ("absorption", span(entry.absorption.as_ref())),
-        ] {
-            if span.is_some() {
-                let owner = "materials with a `transmission`";
-                return Err(check.fault(SceneFault::not_here(key, owner), span));
-            }
-        }
+        let owner = "materials with a `transmission`";
+        check.only_for(owner, "medium", span(entry.medium.as_ref()))?;
+        let index = span(entry.index_of_refraction.as_ref());
+        check.only_for(owner, "index_of_refraction", index)?;
+        check.only_for(owner, "absorption", span(entry.absorption.as_ref()))?;
     }
     let medium = match &entry.medium {
         None => None,
         Some(name) if entry.index_of_refraction.is_some() => {
             let choice = "at most one of `medium` and `index_of_refraction`";
-            let fault = SceneFault::choice("a material", choice);
-            return Err(check.fault(fault, Some(name.span())));
+            return check.refuse_choice("a material", choice, name.span());
         }
         Some(name) => Some(check.named("medium", name, media)?),
     };
@@ -134,14 +123,12 @@ fn read_medium(check: &Check<'_>, name: &Spanned<String>, entry: &MediumEntry) -
         .map(|(a, rest)| (*a, rest.as_chunks()));
     let Some((a, (terms, []))) = terms else {
         let found = coefficients.len();
-        let fault = SceneFault::new(
+        let most = Medium::MOST_TERMS;
+        return check.refuse(
             format!("the medium has {found} coefficients, which are not A and pairs of B and C"),
-            format!(
-                "give A, B, C, B, C and so on, with up to {} pairs",
-                Medium::MOST_TERMS
-            ),
+            format!("give A, B, C, B, C and so on, with up to {most} pairs"),
+            entry.coefficients.span(),
         );
-        return Err(check.fault(fault, Some(entry.coefficients.span())));
     };
     let medium = if form == 1 {
         Medium::form1(range, a, terms)
@@ -159,7 +146,6 @@ fn read_medium(check: &Check<'_>, name: &Spanned<String>, entry: &MediumEntry) -
     Ok(medium)
 }
 
-/// The textures in the order of their names.
 fn read_textures(
     check: &Check<'_>,
     entries: &TextureEntries,
@@ -181,7 +167,7 @@ fn read_textures(
         };
         let pattern = match (file, checker) {
             (Some(file), None) => {
-                let image = Image::load_within(&base_dir.join(file), &mut left);
+                let image = Image::load(&base_dir.join(file), &mut left);
                 let image = image.map_err(|source| {
                     let message = format!("the texture \"{}\" cannot be loaded", name.as_ref());
                     let fault = SceneFault::caused(message, Some(FOLDER), source);
@@ -197,8 +183,8 @@ fn read_textures(
                 ])
             }
             _ => {
-                let fault = SceneFault::choice("a texture", "one of `file` and `checker`");
-                return Err(check.fault(fault, Some(name.span())));
+                let choice = "one of `file` and `checker`";
+                return check.refuse_choice("a texture", choice, name.span());
             }
         };
         textures.push(Texture { pattern, repeats });

@@ -363,8 +363,7 @@ impl Importer<'_> {
     }
 
     fn too_many(&self, count: usize) -> ImportError {
-        let limit = TriangleMesh::MOST_TRIANGLES;
-        unusable(self.path, &MeshError::TooMany { count, limit })
+        unusable(self.path, &MeshError::too_many(count))
     }
 
     /// Reads an accessor, once it is certain that all of it is there.

@@ -120,6 +120,14 @@ fn packet_of(fields: &[(u8, &[f32])]) -> List<u8> {
     bytes
 }
 
+/// A field, the numbers of it that are missing, the part that they are, and what becomes of it.
+type Case<'c> = (
+    usize,
+    core::ops::Range<usize>,
+    Part,
+    &'c dyn Fn(&mut Sample),
+);
+
 /// One field of one eye without a value, and each other field.
 #[test]
 fn what_was_not_measured_is_said_and_leaves_the_rest() {
@@ -136,13 +144,12 @@ fn what_was_not_measured_is_said_and_leaves_the_rest() {
     assert!(whole.right.direction.unwrap().tracked && whole.left.direction.unwrap().tracked);
     let ahead = Some(Reading::held(Vec3::NEG_Z));
     let corner = Some(Reading::held(GazePoint::Normalized(Vec2::ZERO)));
-    // The numbers of a field that are missing, the part that they are, and what becomes of it.
-    let cases: [(usize, core::ops::Range<usize>, Part, &dyn Fn(&mut Sample)); 10] = [
+    let cases: [Case<'_>; 10] = [
         (0, 0..3, Part::CombinedDirection, &|s| {
-            s.combined.direction = ahead
+            s.combined.direction = ahead;
         }),
         (1, 0..3, Part::RightDirection, &|s| {
-            s.right.direction = ahead
+            s.right.direction = ahead;
         }),
         (1, 3..6, Part::LeftDirection, &|s| s.left.direction = ahead),
         (1, 4..5, Part::LeftDirection, &|s| s.left.direction = ahead),
@@ -152,7 +159,7 @@ fn what_was_not_measured_is_said_and_leaves_the_rest() {
         (3, 1..2, Part::LeftPupil, &|s| s.left.pupil = None),
         (4, 0..2, Part::GazePoint, &|s| s.gaze_point = corner),
         (5, 0..4, Part::HeadOrientation, &|s| {
-            s.head.orientation = None
+            s.head.orientation = None;
         }),
     ];
     for (at, missing, part, lose) in cases {

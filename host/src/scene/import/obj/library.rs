@@ -1,6 +1,6 @@
 //! The material libraries of OBJ files (MTL), and the images that they name.
 
-use super::super::{ImportError, Place, Textures, bounded, bounded_colour, read, syntax};
+use super::super::{ImportError, Place, Textures, bounded, bounded_colour, read, syntax, unread};
 use super::three_floats;
 use crate::scene::material::Material;
 use crate::scene::texture::Texture;
@@ -23,15 +23,11 @@ pub(super) fn texture(
 }
 
 pub(super) fn load_library(path: &Path) -> Result<Vec<tobj::Material>, ImportError> {
-    let bytes = match read(path) {
-        Ok(bytes) => bytes,
-        Err(ImportError::Read { fault, .. }) if fault.kind() == std::io::ErrorKind::NotFound => {
-            // Meshes are often passed on without theirs.
-            return Ok(Vec::new());
-        }
-        Err(error) => return Err(error),
-    };
-    parse_library(path, &String::from_utf8_lossy(&bytes))
+    match crate::files::read(path) {
+        Ok(bytes) => parse_library(path, &String::from_utf8_lossy(&bytes)),
+        Err(fault) if fault.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),
+        Err(fault) => Err(unread(path, &fault)),
+    }
 }
 
 fn parse_library(path: &Path, text: &str) -> Result<Vec<tobj::Material>, ImportError> {

@@ -33,33 +33,6 @@ fn cells(net: &Picture, side: u32) -> Vec<String> {
 }
 
 #[test]
-fn other_resolutions_are_resampled_to_the_first_walls() {
-    let walls = cube(["front", "right", "floor", "left"]);
-    let sizes = [[64, 64], [200, 160], [32, 48], [96, 64]];
-    let sized = walls.iter().zip(sizes);
-    let painted = sized.map(|(wall, size)| painted(wall, size, colour));
-    let pictures: Vec<_> = painted.collect();
-    let pairs: Vec<_> = walls.iter().zip(&pictures).collect();
-    let net = unfold(&pairs).unwrap();
-    assert_eq!(cells(&net, 64), ["###", ".#."]);
-    // Linear colours are interpolated exactly away from the coarsest picture's edges.
-    let margin = MARGIN as u32;
-    for (x, y, point) in [
-        (128 + 40, 40, DVec3::new(1.0, -0.265_625, 0.265_625)),
-        (64 + 40, 64 + 40, DVec3::new(0.265_625, -1.0, 0.265_625)),
-        (40, 40, DVec3::new(-1.0, -0.265_625, -0.265_625)),
-    ] {
-        let found = net.pixel(margin + x, margin + y).unwrap();
-        for (found, expected) in found.iter().zip(colour(point)) {
-            assert!(
-                (found - expected).abs() < 1e-6,
-                "{x} {y}: {found} {expected}"
-            );
-        }
-    }
-}
-
-#[test]
 fn walls_that_do_not_fit_together_lie_apart_or_where_they_touch() {
     // A wall on the upper half of the front wall's edge hangs there.
     let hung = wall("right", [[1., 0., -1.], [1., 0., 1.], [1., 1., -1.]]);
@@ -88,31 +61,6 @@ fn walls_that_do_not_fit_together_lie_apart_or_where_they_touch() {
     walls[2].lower_right = DVec3::new(2.0, -1.0, 0.0);
     let (net, _) = unfolded(&walls, 64);
     assert!(net.height == 64 + 32 && net.width > 3 * 64 + 3 * 16 - 20);
-}
-
-#[test]
-fn oblique_and_tilted_walls_keep_their_shape() {
-    // A parallelogram that rises along its lower edge.
-    let front = wall("front", [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]]);
-    let skewed = wall("side", [[1., 0., 0.], [1., 0.5, 1.], [1., 1., 0.]]);
-    let (net, _) = unfolded(&[front, skewed], 64);
-    // As high as the front and half of it.
-    assert_eq!([net.width, net.height], [128 + 32, 96 + 32]);
-    for x in 60..70 {
-        let found = net.pixel(16 + x, 16 + 32 + 40).unwrap();
-        let across = (f64::from(x) + 0.5) / 64.0;
-        let (right, back) = (across.min(1.0), (across - 1.0).max(0.0));
-        let expected = colour(DVec3::new(right, 1.0 - 40.5 / 64.0, back));
-        for (found, expected) in found.iter().zip(expected) {
-            assert!((found - expected).abs() < 0.005, "{x}: {found} {expected}");
-        }
-    }
-    // A screen over the front wall that leans towards the viewer by 45°.
-    let front = wall("front", [[-1., 0., 0.], [1., 0., 0.], [-1., 2., 0.]]);
-    let leaning = wall("leaning", [[-1., 2., 0.], [1., 2., 0.], [-1., 3., 1.]]);
-    let (net, _) = unfolded(&[front, leaning], 50);
-    let height = (2.0_f64.sqrt() / 2.0 * 50.0).ceil() as u32;
-    assert_eq!([net.width, net.height], [50 + 32, 50 + height + 32]);
 }
 
 #[test]
