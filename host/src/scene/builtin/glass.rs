@@ -14,8 +14,6 @@ use std::f64::consts::{FRAC_PI_3, FRAC_PI_6, PI};
 /// throws on it. Angles in the plane of the floor are from −Z towards −X.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PrismBench {
-    /// Its index of refraction at the wavelength that it stands for.
-    index: f64,
     /// The angle by which it turns that wavelength: radians, the least that it can.
     deviation: f64,
 }
@@ -40,17 +38,12 @@ impl PrismBench {
         // With an index of 2, which SF11 has nowhere, light would graze.
         let grazing = PI - Self::APEX;
         let deviation = minimum_deviation(index, Self::APEX).unwrap_or(grazing);
-        Self { index, deviation }
+        Self { deviation }
     }
 
     /// The angle by which light of its wavelength is turned: radians.
     pub const fn deviation(&self) -> f64 {
         self.deviation
-    }
-
-    /// The prism's index at its wavelength.
-    pub const fn index(&self) -> f64 {
-        self.index
     }
 
     /// The unit vector at an angle.
