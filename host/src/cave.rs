@@ -98,7 +98,6 @@ impl RoomError {
         ))
     }
 
-    /// Refuses sizes out of range. `whose` starts the message.
     fn check_pixels(
         key: &'static str,
         whose: fmt::Arguments<'_>,
@@ -292,19 +291,7 @@ pub enum BuiltInCave {
     Dome,
 }
 
-impl BuiltInCave {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::ThreeWall, Self::Cube, Self::Dome];
-
-    /// The name on command lines.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::ThreeWall => "three-wall",
-            Self::Cube => "cube",
-            Self::Dome => "dome",
-        }
-    }
-}
+named!(BuiltInCave { ThreeWall => "three-wall", Cube => "cube", Dome => "dome" });
 
 impl FromStr for BuiltInCave {
     type Err = UnknownName;

@@ -24,7 +24,6 @@ impl Fault {
         Self { message, help }
     }
 
-    /// The message and the help of another error.
     pub(crate) fn of(error: &impl Diagnostic) -> Self {
         let help = error
             .help()

@@ -104,6 +104,23 @@
 //! moves but the viewer and the camera of dome masters. Trackers have been read from mocks
 //! only. The README lists the rest under "What it does not do".
 
+/// Gives an enum its variants in order, and their names on command lines and in reports.
+macro_rules! named {
+    ($type:ident { $($variant:ident => $name:literal),+ $(,)? }) => {
+        impl $type {
+            /// All of them, in order.
+            pub const ALL: [Self; [$($name),+].len()] = [$(Self::$variant),+];
+
+            /// The name on command lines and in reports.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)+
+                }
+            }
+        }
+    };
+}
+
 pub mod bake;
 pub mod cave;
 #[doc(hidden)]

@@ -19,7 +19,7 @@ use png::{BitDepth, ColorType, SrgbRenderingIntent};
 use rayon::prelude::*;
 use shisen_core::frame::Pixel;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use thiserror::Error;
 use xxhash_rust::xxh3::Xxh3Default;
 use zerocopy::{FromBytes, IntoBytes};
@@ -51,51 +51,10 @@ pub struct Picture {
     pub pixels: Vec<[f32; 4]>,
 }
 
-/// Why a picture could not be made or written.
+/// Why a picture could not be made or written: what is wrong, where, and what to do.
 #[derive(Debug, Error)]
-#[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
-pub enum PictureError {
-    /// More than [`MAX_PIXELS`], or than there is memory for.
-    #[error(
-        "a picture of {width} × {height} pixels is too large: ask for fewer than {MAX_PIXELS} \
-         pixels, and for as many as fit into memory at 16 bytes each"
-    )]
-    TooLarge { width: u32, height: u32 },
-    /// The pixels do not fill the rows and columns.
-    #[error(
-        "a picture of {width} × {height} pixels was given {found} pixels: give width × height \
-         of them, row by row"
-    )]
-    PixelCount {
-        width: u32,
-        height: u32,
-        found: usize,
-    },
-    /// No columns or no rows: image files cannot hold that.
-    #[error("{}: a picture of {width} × {height} pixels cannot be written", path.display())]
-    Empty {
-        path: PathBuf,
-        width: u32,
-        height: u32,
-    },
-    /// A metadata key that PNG cannot hold.
-    #[error(
-        "{}: metadata key {key:?} cannot be written: use 1 to 79 printable ASCII characters, no \
-         space at either end and no two spaces in a row",
-        path.display()
-    )]
-    MetadataKey { path: PathBuf, key: String },
-    /// A metadata value that PNG cannot hold.
-    #[error(
-        "{}: the value of metadata key {key:?} cannot be written: remove its NUL characters",
-        path.display()
-    )]
-    MetadataValue { path: PathBuf, key: String },
-    /// The file could not be written. Whatever was there before still is.
-    #[error("{}: cannot write: {}", path.display(), explain(reason))]
-    Write { path: PathBuf, reason: io::Error },
-}
+#[error("{0}")]
+pub struct PictureError(String);
 
 impl Picture {
     /// A picture of transparent black.
@@ -106,13 +65,15 @@ impl Picture {
     /// memory for them.
     pub fn new(width: u32, height: u32) -> Result<Self, PictureError> {
         let count = u64::from(width) * u64::from(height);
-        let too_large = PictureError::TooLarge { width, height };
         let mut pixels = Vec::new();
         if count > MAX_PIXELS
             || (count > UNASKED_PIXELS && available_bytes().is_some_and(|free| 16 * count > free))
             || pixels.try_reserve_exact(count as usize).is_err()
         {
-            return Err(too_large);
+            return Err(PictureError(format!(
+                "a picture of {width} × {height} pixels is too large: ask for fewer than \
+                 {MAX_PIXELS} pixels, and for as many as fit into memory at 16 bytes each"
+            )));
         }
         pixels.resize(count as usize, [0.0; 4]);
         Ok(Self {
@@ -132,19 +93,25 @@ impl Picture {
         height: u32,
         pixels: Vec<[f32; 4]>,
     ) -> Result<Self, PictureError> {
-        if pixels.len() as u64 == u64::from(width) * u64::from(height) {
-            Ok(Self {
-                width,
-                height,
-                pixels,
-            })
-        } else {
-            Err(PictureError::PixelCount {
-                width,
-                height,
-                found: pixels.len(),
-            })
+        let picture = Self {
+            width,
+            height,
+            pixels,
+        };
+        picture.check_count()?;
+        Ok(picture)
+    }
+
+    /// Refuses pixels that do not fill the rows and columns.
+    fn check_count(&self) -> Result<(), PictureError> {
+        let (width, height, found) = (self.width, self.height, self.pixels.len());
+        if found as u64 == u64::from(width) * u64::from(height) {
+            return Ok(());
         }
+        Err(PictureError(format!(
+            "a picture of {width} × {height} pixels was given {found} pixels: give width × height \
+             of them, row by row"
+        )))
     }
 
     /// The pixel in column `x` from the left and row `y` from the top;
@@ -364,35 +331,27 @@ impl Picture {
 
     /// Refuses pictures and metadata that neither file format can hold.
     fn check(&self, path: &Path, metadata: &[(&str, String)]) -> Result<(), PictureError> {
-        let (width, height, found) = (self.width, self.height, self.pixels.len());
-        if found as u64 != u64::from(width) * u64::from(height) {
-            return Err(PictureError::PixelCount {
-                width,
-                height,
-                found,
-            });
-        }
-        if found == 0 {
-            return Err(PictureError::Empty {
-                path: path.to_owned(),
-                width,
-                height,
-            });
+        self.check_count()?;
+        let error = |fault: String| Err(PictureError(format!("{}: {fault}", path.display())));
+        let (width, height) = (self.width, self.height);
+        if self.pixels.is_empty() {
+            return error(format!(
+                "a picture of {width} × {height} pixels cannot be written"
+            ));
         }
         for (key, value) in metadata {
             let printable = key.bytes().all(|byte| (b' '..=b'~').contains(&byte));
             let spaced = key.trim() != *key || key.contains("  ");
             if !(1..=79).contains(&key.len()) || !printable || spaced {
-                return Err(PictureError::MetadataKey {
-                    path: path.to_owned(),
-                    key: (*key).to_owned(),
-                });
+                return error(format!(
+                    "metadata key {key:?} cannot be written: use 1 to 79 printable ASCII \
+                     characters, no space at either end and no two spaces in a row"
+                ));
             }
             if value.contains('\0') {
-                return Err(PictureError::MetadataValue {
-                    path: path.to_owned(),
-                    key: (*key).to_owned(),
-                });
+                return error(format!(
+                    "the value of metadata key {key:?} cannot be written: remove its NUL characters"
+                ));
             }
         }
         Ok(())
@@ -408,7 +367,6 @@ pub fn srgb_from_linear(linear: f32) -> u8 {
     fast_srgb8::f32_to_srgb8(linear)
 }
 
-/// [`srgb_from_linear`] of a pixel's colours.
 fn srgb_of_pixel(pixel: [f32; 4]) -> [u8; 3] {
     let [red, green, blue, _] = fast_srgb8::f32x4_to_srgb8(pixel);
     [red, green, blue]
@@ -454,9 +412,9 @@ fn write_file(
     path: &Path,
     write: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
 ) -> Result<(), PictureError> {
-    write_atomically(path, write).map_err(|reason| PictureError::Write {
-        path: path.to_owned(),
-        reason,
+    write_atomically(path, write).map_err(|reason| {
+        let (path, reason) = (path.display(), explain(&reason));
+        PictureError(format!("{path}: cannot write: {reason}"))
     })
 }
 

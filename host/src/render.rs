@@ -95,9 +95,7 @@ pub struct WallPicture {
     pub picture: Picture,
 }
 
-/// A tile to render.
 struct Job<'p> {
-    /// The number of its picture.
     picture: usize,
     tile: Tile,
     pixels: &'p mut [Pixel],
@@ -299,7 +297,6 @@ fn jobs<'p>(places: &[(usize, Tile)], pixels: &'p mut [Pixel]) -> Vec<Job<'p>> {
     jobs
 }
 
-/// Puts finished tiles into their pictures.
 fn write_back<'p>(jobs: &[Job<'_>], pictures: impl Iterator<Item = &'p mut Picture>) {
     let mut pictures: Vec<_> = pictures.collect();
     for job in jobs {
@@ -307,7 +304,6 @@ fn write_back<'p>(jobs: &[Job<'_>], pictures: impl Iterator<Item = &'p mut Pictu
     }
 }
 
-/// Puts a tile into its picture.
 pub(crate) fn put(picture: &mut Picture, tile: Tile, pixels: &[Pixel]) {
     for (row, from) in (tile.y..).zip(pixels.chunks_exact(tile.width as usize)) {
         for (column, pixel) in (tile.x..).zip(from) {

@@ -79,7 +79,7 @@ fn column(angle: f64) -> f64 {
 }
 
 /// The wall, summed over its rows.
-fn columns(bench: &PrismBench, samples: u16, spectrum: Spectrum<'_>) -> Vec<DVec3> {
+fn columns(bench: PrismBench, samples: u16, spectrum: Spectrum<'_>) -> Vec<DVec3> {
     let baked = Baked::<8>::new(&bench.scene()).expect("a scene");
     let pixels = render(&baked, &wall(), (3, samples), spectrum);
     let sum = |column: usize| {
@@ -105,7 +105,7 @@ fn spot(columns: &[f64]) -> f64 {
     moment / sum
 }
 
-fn spot_of(bench: &PrismBench, nm: f32) -> f64 {
+fn spot_of(bench: PrismBench, nm: f32) -> f64 {
     let columns = columns(bench, 16, Spectrum::Single(nm));
     let red: Vec<f64> = columns.iter().map(|sum| sum.x).collect();
     spot(&red)
@@ -120,7 +120,7 @@ fn refract(direction: DVec3, normal: DVec3, eta: f64) -> DVec3 {
 
 /// How far to the left of the slit's middle the ray passes that the eye sends at
 /// an angle: metres.
-fn misses_by(bench: &PrismBench, angle: f64, index: f64) -> f64 {
+fn misses_by(bench: PrismBench, angle: f64, index: f64) -> f64 {
     let inradius = PrismBench::SIDE / 12f64.sqrt();
     let [near, far] = bench.faces().map(PrismBench::towards);
     let meets = |from: DVec3, direction: DVec3, normal: DVec3| {
@@ -139,7 +139,7 @@ fn misses_by(bench: &PrismBench, angle: f64, index: f64) -> f64 {
 }
 
 /// The angle at which the eye sees the slit's middle in light of an index.
-fn seen_at(bench: &PrismBench, index: f64) -> f64 {
+fn seen_at(bench: PrismBench, index: f64) -> f64 {
     let (mut low, mut high) = (-0.2, 0.08);
     let sign = misses_by(bench, low, index).signum();
     assert!(sign != misses_by(bench, high, index).signum());
@@ -160,8 +160,8 @@ fn a_spectrum_lies_where_snell_says() {
     let mut before = 0.0;
     for nm in [700.0, line::C, 620.0, line::D, 550.0, line::F, 450.0, 400.0] {
         let index = Medium::SF11.index(nm).into();
-        let expected = column(seen_at(&bench, index));
-        let found = spot_of(&bench, nm);
+        let expected = column(seen_at(bench, index));
+        let found = spot_of(bench, nm);
         assert!(
             (found - expected).abs() < 1.0,
             "{nm} nm: {found}, not {expected}"
@@ -175,7 +175,7 @@ fn a_spectrum_lies_where_snell_says() {
 #[test]
 fn a_spectrum_has_the_colours_of_the_rainbow_without_stripes() {
     let bench = PrismBench::new(line::D);
-    let smooth = with_table(64, 32, |table| columns(&bench, 16, split(table)));
+    let smooth = with_table(64, 32, |table| columns(bench, 16, split(table)));
     let [red, green, blue] = [0, 1, 2].map(|channel| {
         let (mut sum, mut moment) = (0.0, 0.0);
         for (column, light) in smooth.iter().enumerate() {
@@ -206,8 +206,8 @@ fn a_spectrum_has_the_colours_of_the_rainbow_without_stripes() {
         let squares = pairs.map(|(a, b)| (luminance(a) - luminance(b)).powi(2));
         (squares.sum::<f64>() / 90.0).sqrt() / most
     };
-    let turns = with_table(14, 32, |table| columns(&bench, 56, comb(table)));
-    let fixed = with_table(14, 1, |table| columns(&bench, 56, comb(table)));
+    let turns = with_table(14, 32, |table| columns(bench, 56, comb(table)));
+    let fixed = with_table(14, 1, |table| columns(bench, 56, comb(table)));
     let (turns, fixed) = (rough(&turns), rough(&fixed));
     assert!(
         turns < 0.05 && 2.0 * turns < fixed,

@@ -48,10 +48,9 @@ pub enum Layout {
     Compact,
 }
 
-impl Layout {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Fast, Self::Compact];
+named!(Layout { Fast => "fast", Compact => "compact" });
 
+impl Layout {
     /// The default number of polygon levels. Pixels see faces within 5 % of the range from the
     /// number that their level asks for; with more levels, blocks of pixels share a mesh more
     /// often and are traced together. The compact layout has fewer, to save bytes.
@@ -59,14 +58,6 @@ impl Layout {
         match self {
             Self::Fast => 19,
             Self::Compact => 12,
-        }
-    }
-
-    /// `fast` or `compact`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Fast => "fast",
-            Self::Compact => "compact",
         }
     }
 

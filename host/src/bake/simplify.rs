@@ -28,22 +28,10 @@ pub struct PolygonLevels {
     rungs: u32,
 }
 
-/// Why there are no such polygon levels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
-pub enum LevelsError {
-    /// An empty range of faces, or one that starts at 0.
-    #[error("{min}..{max} is no range of faces: it takes 1 or more, and the fewest first")]
-    Faces { min: u32, max: u32 },
-    /// Too few rungs to be a ladder, or more than the format holds.
-    #[error(
-        "there cannot be {found} polygon levels: it takes {} to {}",
-        PolygonLevels::RUNGS.start(),
-        PolygonLevels::RUNGS.end()
-    )]
-    Rungs { found: u32 },
-}
+/// Why there are no such polygon levels, and what to give instead.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct LevelsError(String);
 
 impl PolygonLevels {
     /// How many rungs there may be.
@@ -59,10 +47,15 @@ impl PolygonLevels {
     pub fn new(faces: RangeInclusive<u32>, rungs: u32) -> Result<Self, LevelsError> {
         let (min, max) = (*faces.start(), *faces.end());
         if min == 0 || min > max {
-            return Err(LevelsError::Faces { min, max });
+            return Err(LevelsError(format!(
+                "{min}..{max} is no range of faces: it takes 1 or more, and the fewest first"
+            )));
         }
         if !Self::RUNGS.contains(&rungs) {
-            return Err(LevelsError::Rungs { found: rungs });
+            let (least, most) = (Self::RUNGS.start(), Self::RUNGS.end());
+            return Err(LevelsError(format!(
+                "there cannot be {rungs} polygon levels: it takes {least} to {most}"
+            )));
         }
         Ok(Self { faces, rungs })
     }
@@ -279,7 +272,6 @@ impl TriangleMesh {
     }
 }
 
-/// How often the simplifier is asked again where it goes too far.
 const ATTEMPTS: usize = 4;
 
 /// The versions of a mesh's triangles while it is simplified.

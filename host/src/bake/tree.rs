@@ -98,7 +98,6 @@ impl<const W: usize> WideTree<W> {
 /// Cost of visiting a node; a leaf costs [`LEAF_COST`]. Both are one vector
 /// operation over all lanes, so that the number of lanes in use is free.
 const NODE_COST: f64 = 1.0;
-/// See [`NODE_COST`].
 const LEAF_COST: f64 = 1.0;
 
 /// What a tree may take to build.

@@ -222,7 +222,6 @@ impl DomeScreen {
     }
 }
 
-/// The axes of a dome's picture in the room.
 fn axes(tilt_degrees: f64) -> DMat3 {
     let (sin, cos) = sin_cos_degrees(tilt_degrees);
     let zenith = DVec3::new(0.0, cos, -sin);

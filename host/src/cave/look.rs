@@ -85,7 +85,6 @@ impl ViewDirection {
 impl FromStr for ViewDirection {
     type Err = LookError;
 
-    /// Reads a direction in the grammar of this module.
     fn from_str(text: &str) -> Result<Self, LookError> {
         let named = match text.trim() {
             "front" => Some(DVec3::NEG_Z),
@@ -132,7 +131,6 @@ pub struct Point(pub DVec3);
 impl FromStr for Point {
     type Err = LookError;
 
-    /// Reads `X,Y,Z`: three finite numbers.
     fn from_str(text: &str) -> Result<Self, LookError> {
         match numbers(text).as_deref() {
             Some(&[x, y, z]) => Ok(Self(DVec3::new(x, y, z))),

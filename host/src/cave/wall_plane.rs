@@ -21,7 +21,6 @@ pub(crate) struct WallPlane {
 }
 
 impl WallPlane {
-    /// Fails for corners that [`Wall::validate`] rejects.
     pub(crate) fn new(wall: &Wall) -> Result<Self, RoomError> {
         wall.check_corners()?;
         let right = wall.lower_right - wall.lower_left;

@@ -326,7 +326,10 @@ impl Prepared {
         let eyes = arguments.lod.observers(places, directions, 0.0)?;
         let (ranks, pictures) = (share.ranks(), cave.screens().count() * eyes.len());
         if ranks > pictures {
-            return Err(Failure::from_error(SwapError::TooMany { ranks, pictures }));
+            return Err(Failure::from_error(SwapError(format!(
+                "{ranks} processes are too many for {pictures} pictures (walls times eyes): start \
+                 at most as many"
+            ))));
         }
         let show = Show {
             arguments,

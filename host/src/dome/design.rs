@@ -183,7 +183,6 @@ fn gradient(mirror: &Mirror, beta: f64) -> [f64; 2] {
     ]
 }
 
-/// All local extrema of θ − `r_d` between the zenith and the edge.
 fn extrema(mirror: &Mirror) -> Vec<Extremum> {
     let a = mirror.axis_ratio();
     let Parameters { k, c1, b1, beta1 } = mirror.parameters();
@@ -230,7 +229,6 @@ pub(super) fn crossing(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f
     }
 }
 
-/// The largest magnitude among the errors.
 fn largest(extrema: &[Extremum]) -> f64 {
     extrema.iter().fold(0.0, |most, e| most.max(e.error.abs()))
 }

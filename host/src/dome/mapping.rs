@@ -15,19 +15,9 @@ pub enum Mapping {
     True,
 }
 
+named!(Mapping { Mirror => "mirror", Exact => "exact", True => "true" });
+
 impl Mapping {
-    /// All mappings, the nearest to a photograph first.
-    pub const ALL: [Self; 3] = [Self::Mirror, Self::Exact, Self::True];
-
-    /// Its name on the command line.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Mirror => "mirror",
-            Self::Exact => "exact",
-            Self::True => "true",
-        }
-    }
-
     /// The core's mapping; `None` without a mirror.
     pub const fn core(self) -> Option<capture::Mapping> {
         match self {

@@ -18,31 +18,19 @@ pub enum Named {
     Best,
 }
 
+named!(Named {
+    Paper1 => "paper-1",
+    Paper2 => "paper-2",
+    Paper3 => "paper-3",
+    BestParallel => "best-parallel",
+    Best => "best",
+});
+
 /// The axis ratios that [`best`](super::best) finds.
 const BEST_PARALLEL: f64 = 1.288_248_331_186;
 const BEST: f64 = 4.504_149_71;
 
 impl Named {
-    /// In the order of the paper, then of projections.
-    pub const ALL: [Self; 5] = [
-        Self::Paper1,
-        Self::Paper2,
-        Self::Paper3,
-        Self::BestParallel,
-        Self::Best,
-    ];
-
-    /// Its name on the command line.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Paper1 => "paper-1",
-            Self::Paper2 => "paper-2",
-            Self::Paper3 => "paper-3",
-            Self::BestParallel => "best-parallel",
-            Self::Best => "best",
-        }
-    }
-
     /// The mirror, with its exact viewpoint.
     pub fn mirror(self) -> Mirror {
         let (a, projection) = match self {

@@ -64,7 +64,6 @@ pub fn px_4096(angle: f64) -> f64 {
 /// A line of sight behind the mirror, in the plane of the axis.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ray {
-    /// Its distance from the middle of the picture, radians.
     pub(super) r_d: f64,
     /// Where it starts: from the axis, and from the screen towards the zenith.
     pub(super) start: DVec2,
@@ -198,7 +197,6 @@ impl NearField {
         if near.angle >= far.angle { near } else { far }
     }
 
-    /// [`largest`](Self::largest) from another viewpoint.
     pub(super) fn largest_from(&self, offset: f64, distance: f64) -> Displacement {
         let none = Displacement {
             r_d: 0.0,

@@ -88,7 +88,6 @@ pub fn size_errors(
     Ok(errors)
 }
 
-/// A ray in the world.
 #[derive(Debug, Clone, Copy)]
 struct Ray {
     origin: DVec3,
@@ -113,7 +112,6 @@ impl Ray {
     }
 }
 
-/// The optics in double precision.
 fn true_ray(mirror: &Mirror, mapping: Mapping, pixel: Vec2, eye: DVec3, size: f64) -> Ray {
     let b1 = mirror.parameters().b1;
     let rho = pixel.as_dvec2().length().min(1.0);
@@ -160,11 +158,8 @@ struct World {
     centre: Vec3,
     /// The screen's centre, where the eye is.
     screen: Vec3,
-    /// None in parallel projection.
     viewpoint: Option<Vec3>,
-    /// Half the screen's width.
     half_width: f32,
-    /// One over the half axes, squared.
     squeeze: Vec3,
 }
 

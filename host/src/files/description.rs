@@ -91,7 +91,6 @@ pub enum FileError<F: Diagnostic + 'static> {
     Fault(#[from] Located<F>),
 }
 
-/// The text of a file that describes `what`.
 pub(crate) fn read_description<F: Diagnostic>(
     path: &Path,
     what: &'static str,
@@ -108,9 +107,7 @@ pub(crate) fn read_description<F: Diagnostic>(
 /// A description's text and what messages call it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Source<'a> {
-    /// The file's name, for messages.
     pub(crate) name: &'a str,
-    /// All of it.
     pub(crate) text: &'a str,
 }
 

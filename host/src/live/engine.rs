@@ -41,10 +41,8 @@ const LEAST_EXPECTED: u64 = 8;
 /// One part in so many of the fovea's expected steps is kept back for it.
 const RESERVE: u64 = 4;
 
-/// The tiles to which steps are dealt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Allotment {
-    /// Unfinished tiles at the line of sight.
     Fovea,
     All,
     /// All unfinished tiles, less a reserve for the fovea.

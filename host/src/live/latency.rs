@@ -41,31 +41,17 @@ pub enum Leg {
     MotionToWall,
 }
 
+named!(Leg {
+    SampleToArrive => "sample_to_arrive",
+    ArriveToLatch => "arrive_to_latch",
+    LatchToFirstRay => "latch_to_first_ray",
+    FirstRayToDone => "first_ray_to_done",
+    DoneToPresent => "done_to_present",
+    ArriveToFirstRay => "arrive_to_first_ray",
+    MotionToWall => "motion_to_wall",
+});
+
 impl Leg {
-    /// All legs, in the order of a frame.
-    pub const ALL: [Self; 7] = [
-        Self::SampleToArrive,
-        Self::ArriveToLatch,
-        Self::LatchToFirstRay,
-        Self::FirstRayToDone,
-        Self::DoneToPresent,
-        Self::ArriveToFirstRay,
-        Self::MotionToWall,
-    ];
-
-    /// The name in reports.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::SampleToArrive => "sample_to_arrive",
-            Self::ArriveToLatch => "arrive_to_latch",
-            Self::LatchToFirstRay => "latch_to_first_ray",
-            Self::FirstRayToDone => "first_ray_to_done",
-            Self::DoneToPresent => "done_to_present",
-            Self::ArriveToFirstRay => "arrive_to_first_ray",
-            Self::MotionToWall => "motion_to_wall",
-        }
-    }
-
     /// The duration in a frame; `None` without a sample.
     pub fn duration(self, stamps: &Stamps) -> Option<Duration> {
         let (from, to) = match self {
@@ -94,7 +80,6 @@ const WIDER: f64 = 1.2;
 /// while they are filled.
 #[derive(Debug, Clone)]
 pub struct Latencies {
-    /// By [`Leg::ALL`], nanoseconds.
     legs: Vec<Histogram<u64>>,
 }
 
@@ -116,7 +101,6 @@ pub struct Summary {
 }
 
 impl Default for Latencies {
-    /// Empty histograms.
     fn default() -> Self {
         let most = LONGEST.as_nanos() as u64;
         // Never an error: the bounds are constants.

@@ -165,58 +165,14 @@ impl Share {
     }
 }
 
-/// Why machines do not show the same frame.
+/// Why machines do not show the same frame, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum SwapError {
-    /// Machines that did not report a frame in time.
-    #[error(
-        "frame {frame} is not there after {} s on {}: see what has stopped there, and start all \
-         of them again",
-        wait.as_secs_f64(),
-        names.join(", ")
-    )]
-    Late {
-        /// The frame.
-        frame: u64,
-        /// The wait.
-        wait: Duration,
-        /// Their ranks and names.
-        names: Vec<String>,
-    },
-    /// A machine that is silent.
-    #[error(
-        "{name} has said nothing for {} s: see what has stopped there, and start all of them again",
-        wait.as_secs_f64()
-    )]
-    Silent {
-        /// Its rank and name.
-        name: String,
-        /// The wait.
-        wait: Duration,
-    },
-    /// A message that this version does not know.
-    #[error("{0} sent a message of another version: start the same version on all machines")]
-    Unknown(String),
-    /// More machines than pictures.
-    #[error(
-        "{ranks} processes are too many for {pictures} pictures (walls times eyes): start at most as many"
-    )]
-    TooMany {
-        /// The number of processes.
-        ranks: usize,
-        /// The number of pictures.
-        pictures: usize,
-    },
-    /// MPI that does not start.
-    #[error("MPI cannot be started: {0}")]
-    Mpi(String),
-}
+#[error("{0}")]
+pub struct SwapError(pub(crate) String);
 
 /// Keeps machines together: the leader, of rank 0, orders frames and the others render them.
-/// The default methods are those of one machine alone.
-///
-/// Errors are [`SwapError::Late`], [`SwapError::Silent`] and [`SwapError::Unknown`].
+/// The default methods are those of one machine alone. Errors are machines that are late, silent,
+/// or of another version.
 #[expect(clippy::missing_errors_doc, reason = "the trait names the errors")]
 pub trait SwapLock {
     /// This machine's share.

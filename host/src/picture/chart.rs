@@ -32,7 +32,6 @@ const KEY: i32 = 22 * PARTS as i32;
 const NAMES_A_ROW: usize = 3;
 const NAME_ROW: u32 = 20;
 
-/// Radius of a dot.
 const DOT: u32 = 5 * PARTS;
 
 /// Okabe and Ito's colours, which people with any kind of colour vision can distinguish.
@@ -373,7 +372,6 @@ impl Chart {
         joined.filter(|line| line.points.len() > 1).count()
     }
 
-    /// Whether a place is inside the chart.
     fn shows(&self, (x, y): (f64, f64)) -> bool {
         let within = |axis: &Axis, at: f64| (axis.range.start..=axis.range.end).contains(&at);
         within(&self.x, x) && within(&self.y, y)

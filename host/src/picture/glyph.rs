@@ -4,7 +4,6 @@ use font8x8::{
     BASIC_FONTS, BLOCK_FONTS, BOX_FONTS, GREEK_FONTS, HIRAGANA_FONTS, LATIN_FONTS, UnicodeFonts,
 };
 
-/// Columns and rows of a letter.
 pub(crate) const GLYPH: u32 = 8;
 
 /// The dots of a line of letters: columns and rows from its upper left corner.

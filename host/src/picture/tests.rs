@@ -1,7 +1,6 @@
 use super::*;
 use std::fs;
 
-/// Every pixel another value, some outside 0 to 1.
 fn gradient(width: u32, height: u32) -> Picture {
     let mut picture = Picture::new(width, height).unwrap();
     for y in 0..height {
@@ -58,10 +57,8 @@ fn pixel_count_is_checked() {
     let error = Picture::from_pixels(2, 3, vec![[0.0; 4]; 5]).unwrap_err();
     assert!(error.to_string().contains("2 × 3"), "{error}");
     assert!(error.to_string().contains("given 5"), "{error}");
-    assert!(matches!(
-        Picture::new(u32::MAX, u32::MAX),
-        Err(PictureError::TooLarge { .. })
-    ));
+    let error = Picture::new(u32::MAX, u32::MAX).unwrap_err();
+    assert!(error.to_string().contains("too large"), "{error}");
 }
 
 #[test]
@@ -178,28 +175,22 @@ fn what_the_formats_cannot_hold_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("wall.png");
     let mut picture = gradient(2, 2);
-    let key = |key: &str| {
-        picture
-            .write_png(&path, &[(key, String::new())])
-            .unwrap_err()
+    let refused = |written: Result<(), PictureError>, says: &str| {
+        let error = written.unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
     };
     for bad in ["", " a", "a ", "a  b", "a\n", "é", &"k".repeat(80)] {
-        assert!(
-            matches!(key(bad), PictureError::MetadataKey { .. }),
-            "{bad:?}"
-        );
+        let written = picture.write_png(&path, &[(bad, String::new())]);
+        refused(written, &format!("metadata key {bad:?} cannot"));
     }
-    let value = picture
-        .write_exr(&path, &[("key", "a\0b".to_owned())])
-        .unwrap_err();
-    assert!(matches!(value, PictureError::MetadataValue { .. }));
+    let value = picture.write_exr(&path, &[("key", "a\0b".to_owned())]);
+    refused(value, "NUL characters");
     for (width, height) in [(0, 0), (0, 4), (4, 0)] {
-        let empty = Picture::new(width, height).unwrap().write_png(&path, &[]);
-        assert!(matches!(empty, Err(PictureError::Empty { .. })));
+        let empty = Picture::new(width, height).unwrap();
+        refused(empty.write_png(&path, &[]), "cannot be written");
     }
     picture.pixels.pop();
-    let torn = picture.write_exr(&path, &[]).unwrap_err();
-    assert!(matches!(torn, PictureError::PixelCount { .. }));
+    refused(picture.write_exr(&path, &[]), "given 3 pixels");
     assert!(!path.exists());
 }
 

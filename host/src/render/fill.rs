@@ -161,7 +161,6 @@ where
         (statistics, start.elapsed().as_secs_f64())
     }
 
-    /// The surroundings in the pictures of the two views.
     pub(super) fn surroundings<'p>(
         &self,
         hemispheres: &'p [Picture; 2],
@@ -217,7 +216,6 @@ pub(super) enum Source<'s> {
 }
 
 impl Source<'_> {
-    /// Fills a finished tile.
     pub(super) fn fill<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,

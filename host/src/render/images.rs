@@ -46,7 +46,6 @@ fn shares(
     table.phase(0).iter().enumerate().map(share).collect()
 }
 
-/// A result that is summed up over wavelengths.
 pub(super) trait Image {
     /// All its pictures, in an order that is always the same.
     fn pictures(&mut self) -> Vec<&mut Picture>;

@@ -59,7 +59,6 @@ impl Observer {
         gaze.or(self.ahead)
     }
 
-    /// A renderer that follows its gaze.
     pub(crate) fn follow<'a, const W: usize>(&self, renderer: &Renderer<'a, W>) -> Renderer<'a, W>
     where
         Simd: Runs<W>,

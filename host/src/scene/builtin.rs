@@ -30,6 +30,8 @@ pub enum PaperScene {
     D,
 }
 
+named!(PaperScene { A => "A", B => "B", C => "C", D => "D" });
+
 /// A mesh without extent along x, which cannot be scaled to a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error(
@@ -69,19 +71,6 @@ const LENGTH: f64 = 2.0;
 const LIGHT: [f64; 3] = [0.0, 2.5, 0.5];
 
 impl PaperScene {
-    /// In the order of the paper.
-    pub const ALL: [Self; 4] = [Self::A, Self::B, Self::C, Self::D];
-
-    /// Its letter.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::A => "A",
-            Self::B => "B",
-            Self::C => "C",
-            Self::D => "D",
-        }
-    }
-
     const fn stands(self) -> &'static [Stand; 8] {
         match self {
             Self::A | Self::B => &AROUND,

@@ -96,7 +96,6 @@ fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
     crate::files::read(path).map_err(|fault| unread(path, &fault))
 }
 
-/// The error of a file that cannot be read.
 fn unread(path: &Path, fault: &std::io::Error) -> ImportError {
     ImportError(format!(
         "{}: {fault}; check the file's name and permissions",

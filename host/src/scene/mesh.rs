@@ -120,7 +120,6 @@ impl TriangleMesh {
         }
     }
 
-    /// Checks one position.
     pub(super) fn check_position(vertex: usize, position: [f32; 3]) -> Result<(), MeshError> {
         let (limit, [x, y, z]) = (Self::FARTHEST, position);
         let fault = if position.iter().any(|c| !c.is_finite()) {

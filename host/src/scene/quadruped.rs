@@ -11,7 +11,6 @@ use meshopt::SimplifyOptions;
 
 use crate::scene::mesh::TriangleMesh;
 
-/// How many triangles [`quadruped`] aims for.
 const TRIANGLES: usize = 5_804;
 /// Edge of a grid cell. The thinnest tip has to span three, or the surface
 /// net pinches.
@@ -32,9 +31,7 @@ struct Part {
 }
 
 enum Form {
-    /// A capsule whose radius goes from the first to the second.
     Limb { ends: [Vec3; 2], radii: [f32; 2] },
-    /// An ellipsoid with semi-axes along x, y and z.
     Ellipsoid { centre: Vec3, radii: Vec3 },
 }
 

@@ -28,7 +28,6 @@ const BACKGROUND: Colour = 0x18_1818;
 const TEXT: Colour = 0xE0_E0E0;
 const NOTICE: Colour = 0xFF_D040;
 
-/// Rows of the line at the top.
 const HEADER: u32 = 18;
 
 /// The horizontal field of the viewer's eye, radians (100°).
@@ -198,7 +197,6 @@ impl<'c> Dashboard<'c> {
         area.direction(self.cave, frame, x, y)
     }
 
-    /// Places the eyes on the canvas.
     fn lay_out(&mut self, walls: Rect, frame: &Frame, turn: usize) -> Result<(), ShowError> {
         let last = frame.eyes.len().saturating_sub(1);
         let (mut left, mut above) = (walls, walls);

@@ -24,6 +24,14 @@ pub enum Stereo {
     Anaglyph,
 }
 
+named!(Stereo {
+    Mono => "mono",
+    Sequential => "sequential",
+    SideBySide => "side-by-side",
+    TopBottom => "top-bottom",
+    Anaglyph => "anaglyph",
+});
+
 /// A picture and the eye that it is for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Presented {
@@ -61,26 +69,6 @@ const DUBOIS: [[[f32; 3]; 2]; 3] = [
 ];
 
 impl Stereo {
-    /// All formats.
-    pub const ALL: [Self; 5] = [
-        Self::Mono,
-        Self::Sequential,
-        Self::SideBySide,
-        Self::TopBottom,
-        Self::Anaglyph,
-    ];
-
-    /// The name on command lines and in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Mono => "mono",
-            Self::Sequential => "sequential",
-            Self::SideBySide => "side-by-side",
-            Self::TopBottom => "top-bottom",
-            Self::Anaglyph => "anaglyph",
-        }
-    }
-
     /// The eyes in the order in which they are shown: by time, from the left, from above, or
     /// behind red and behind cyan.
     pub const fn eye_order(self) -> &'static [Eye] {

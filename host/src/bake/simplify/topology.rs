@@ -10,8 +10,6 @@ pub struct Topology {
     pub open_edges: usize,
     /// Edges of more than two faces.
     pub crowded_edges: usize,
-    /// Vertices at which more than one fan of faces meets.
-    pub pinched_vertices: usize,
 }
 
 impl Topology {
@@ -19,27 +17,9 @@ impl Topology {
     pub fn of(mesh: &TriangleMesh) -> Self {
         let weld = Weld::new(mesh);
         let sides = weld.sides(&weld.faces);
-        let (mut open_edges, mut crowded_edges) = (0, 0);
-        // The corners at a vertex, joined where their faces share an edge.
-        let mut fans = Fans::new(3 * weld.faces.len());
-        for edge in Side::edges(&sides) {
-            open_edges += Side::open(edge);
-            crowded_edges += usize::from(edge.len() > 2);
-            for side in &edge[1..] {
-                for (a, b) in edge[0].corners().into_iter().zip(side.corners()) {
-                    fans.join(a, b);
-                }
-            }
-        }
-        let mut fans_at = vec![0u32; weld.places.len()];
-        for (corner, &vertex) in weld.faces.as_flattened().iter().enumerate() {
-            let place = weld.first_at_place[vertex as usize];
-            fans_at[place as usize] += u32::from(fans.root(corner) == corner);
-        }
         Self {
-            open_edges,
-            crowded_edges,
-            pinched_vertices: fans_at.into_iter().filter(|&fans| fans > 1).count(),
+            open_edges: Side::edges(&sides).map(Side::open).sum(),
+            crowded_edges: Side::edges(&sides).filter(|edge| edge.len() > 2).count(),
         }
     }
 
@@ -114,14 +94,11 @@ impl Weld {
         let at = |vertex: u32| self.first_at_place[vertex as usize];
         let mut sides: Vec<Side> = faces
             .iter()
-            .enumerate()
-            .flat_map(|(face, corners)| {
+            .flat_map(|corners| {
                 (0..3).map(move |slot| {
                     let (from, to) = (at(corners[slot]), at(corners[(slot + 1) % 3]));
                     Side {
                         ends: [from.min(to), from.max(to)],
-                        face: face as u32,
-                        slot: slot as u8,
                         ascends: from < to,
                     }
                 })
@@ -144,13 +121,11 @@ impl Weld {
     }
 }
 
-/// A side of a face: its ends in ascending order, and which corner of which
-/// face it starts at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Side {
+    /// In ascending order.
     ends: [u32; 2],
-    face: u32,
-    slot: u8,
+    /// Whether it leads from the lesser end to the greater.
     ascends: bool,
 }
 
@@ -163,38 +138,5 @@ impl Side {
     fn open(edge: &[Self]) -> usize {
         let ascending = edge.iter().filter(|side| side.ascends).count();
         ascending.abs_diff(edge.len() - ascending)
-    }
-
-    /// Numbers of the face's corners at the lesser and at the greater end.
-    fn corners(&self) -> [usize; 2] {
-        let first = 3 * self.face as usize;
-        let ends = [self.slot, (self.slot + 1) % 3].map(|slot| first + slot as usize);
-        if self.ascends {
-            ends
-        } else {
-            [ends[1], ends[0]]
-        }
-    }
-}
-
-/// Corners that belong together: each knows another, or is the root.
-struct Fans(Vec<usize>);
-
-impl Fans {
-    fn new(corners: usize) -> Self {
-        Self((0..corners).collect())
-    }
-
-    fn root(&mut self, mut corner: usize) -> usize {
-        while self.0[corner] != corner {
-            self.0[corner] = self.0[self.0[corner]];
-            corner = self.0[corner];
-        }
-        corner
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b)] = a.min(b);
     }
 }

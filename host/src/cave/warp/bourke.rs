@@ -12,7 +12,6 @@
 use super::Warp;
 use std::io::{self, Write};
 
-/// A grid of rows and columns.
 const RECTANGULAR: u32 = 2;
 
 /// Writes the mesh.

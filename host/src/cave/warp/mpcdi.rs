@@ -17,10 +17,8 @@ use std::io::{self, Seek, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-/// The date of archives without a clock.
 const DATE: &str = "1980-01-01 00:00:00";
 
-/// The name of the archive's description.
 const DESCRIPTION: &str = "mpcdi.xml";
 
 /// Writes the archive.
@@ -150,7 +148,6 @@ fn description(warp: &Warp<'_>, points: &str, weights: &str) -> String {
     )
 }
 
-/// An element a line.
 fn values(values: &[(&str, f64)]) -> String {
     let element = |(name, value): &(&str, f64)| format!("          <{name}>{value:.9}</{name}>\n");
     values.iter().map(element).collect()

@@ -19,14 +19,6 @@ pub struct Projector {
     resolution: [u32; 2],
 }
 
-/// The direction of a projector.
-enum Aim {
-    /// Along a direction, with the part of another that is square to it upwards.
-    Look { look: DVec3, up: DVec3 },
-    /// Level to the front (−Z), then turned to the right, upwards, and clockwise as it looks.
-    Angles { yaw: f64, pitch: f64, roll: f64 },
-}
-
 const SYNTAX: &str = "a projector has name, position ([x, y, z] in metres), look ([x, y, z]) and, \
     if wanted, up, or else yaw_degrees, pitch_degrees and roll_degrees, horizontal_degrees or \
     throw, resolution ([columns, rows]) and, if wanted, vertical_degrees and lens_shift ([widths, \
@@ -124,63 +116,6 @@ impl Projector {
     }
 }
 
-impl Aim {
-    /// To the picture's right, to its top, and against its light.
-    fn axes(self) -> Result<DMat3, RoomError> {
-        match self {
-            Self::Look { look, up } => {
-                let DVec3 { x, y, z } = look;
-                let ahead = look.try_normalize().ok_or_else(|| {
-                    RoomError::new(
-                        "look",
-                        format!("the projector looks along {x}, {y}, {z}"),
-                        "give three numbers of which at least one is not 0, such as [0, 0, -1]",
-                    )
-                })?;
-                let right = ahead.cross(up.normalize_or_zero());
-                if !(right.length() >= 1.0e-6) {
-                    return Err(RoomError::new(
-                        "up",
-                        format!(
-                            "what is up for the projector is {}, {}, {}",
-                            up.x, up.y, up.z
-                        ),
-                        "give a direction that is not along where it looks",
-                    ));
-                }
-                let right = right.normalize();
-                Ok(DMat3::from_cols(right, right.cross(ahead), -ahead))
-            }
-            Self::Angles { yaw, pitch, roll } => {
-                for (key, angle, degrees) in [
-                    ("yaw_degrees", "yaw", yaw),
-                    ("pitch_degrees", "pitch", pitch),
-                    ("roll_degrees", "roll", roll),
-                ] {
-                    if !(degrees.abs() <= 360.0) {
-                        return Err(RoomError::new(
-                            key,
-                            format!("the projector's {angle} is {degrees}°"),
-                            "give degrees from -360 to 360",
-                        ));
-                    }
-                }
-                let (sin_yaw, cos_yaw) = sin_cos_degrees(yaw);
-                let (sin_pitch, cos_pitch) = sin_cos_degrees(pitch);
-                let (sin_roll, cos_roll) = sin_cos_degrees(roll);
-                let ahead = DVec3::new(sin_yaw * cos_pitch, sin_pitch, -cos_yaw * cos_pitch);
-                let level = DVec3::new(cos_yaw, 0.0, sin_yaw);
-                let above = level.cross(ahead);
-                Ok(DMat3::from_cols(
-                    cos_roll * level - sin_roll * above,
-                    cos_roll * above + sin_roll * level,
-                    -ahead,
-                ))
-            }
-        }
-    }
-}
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Entry {
@@ -200,13 +135,12 @@ struct Entry {
 
 impl Entry {
     fn projector(self) -> Result<Projector, RoomError> {
-        let (aim, across) = (self.aim()?, self.half_width()?);
+        let (axes, across) = (self.axes()?, self.half_width()?);
         let help = "files are named after projectors: use letters, digits, '-' and '_', such as \
                     \"left\"";
         RoomError::check_name("projector", &self.name, help)?;
         let position = self.position.into();
         RoomError::check_place("position", format_args!("the projector is"), position)?;
-        let axes = aim.axes()?;
         let resolution = self.resolution;
         RoomError::check_pixels("resolution", format_args!("the projector"), resolution)?;
         Ok(Projector {
@@ -218,7 +152,6 @@ impl Entry {
         })
     }
 
-    /// The picture's left, right, lower and upper edge at distance 1.
     fn edges(&self, across: f64) -> Result<[f64; 4], RoomError> {
         let [columns, rows] = self.resolution.map(f64::from);
         let upwards = match self.vertical_degrees {
@@ -241,7 +174,10 @@ impl Entry {
         ])
     }
 
-    fn aim(&self) -> Result<Aim, RoomError> {
+    /// To the picture's right, to its top, and against its light: along `look`, with the part of
+    /// `up` that is square to it upwards, or level to the front (−Z), then turned to the right,
+    /// upwards, and clockwise as it looks.
+    fn axes(&self) -> Result<DMat3, RoomError> {
         let choice = |key, found| {
             RoomError::new(
                 key,
@@ -251,26 +187,45 @@ impl Entry {
             )
         };
         let angles = [
-            ("yaw_degrees", self.yaw_degrees),
-            ("pitch_degrees", self.pitch_degrees),
-            ("roll_degrees", self.roll_degrees),
+            ("yaw_degrees", "yaw", self.yaw_degrees),
+            ("pitch_degrees", "pitch", self.pitch_degrees),
+            ("roll_degrees", "roll", self.roll_degrees),
         ];
-        let turned = angles.iter().find(|(_, angle)| angle.is_some());
+        let turned = angles.iter().find(|(.., angle)| angle.is_some());
         match (self.look, turned) {
-            (look, Some((key, _))) if look.or(self.up).is_some() => Err(choice(key, "both")),
-            (Some(look), _) => Ok(Aim::Look {
-                look: look.into(),
-                up: self.up.map_or(DVec3::Y, DVec3::from_array),
-            }),
-            (None, Some(_)) => {
-                let [yaw, pitch, roll] = angles.map(|(_, angle)| angle.unwrap_or(0.0));
-                Ok(Aim::Angles { yaw, pitch, roll })
-            }
+            (look, Some((key, ..))) if look.or(self.up).is_some() => Err(choice(key, "both")),
+            (Some(look), _) => looking(look.into(), self.up.map_or(DVec3::Y, DVec3::from_array)),
             (None, None) => Err(choice("", "none")),
+            (None, Some(_)) => {
+                for (key, name, angle) in angles {
+                    let degrees = angle.unwrap_or(0.0);
+                    if !(degrees.abs() <= 360.0) {
+                        let message = format!("the projector's {name} is {degrees}°");
+                        return Err(RoomError::new(
+                            key,
+                            message,
+                            "give degrees from -360 to 360",
+                        ));
+                    }
+                }
+                let turns = angles.map(|(.., angle)| sin_cos_degrees(angle.unwrap_or(0.0)));
+                let [
+                    (sin_yaw, cos_yaw),
+                    (sin_pitch, cos_pitch),
+                    (sin_roll, cos_roll),
+                ] = turns;
+                let ahead = DVec3::new(sin_yaw * cos_pitch, sin_pitch, -cos_yaw * cos_pitch);
+                let level = DVec3::new(cos_yaw, 0.0, sin_yaw);
+                let above = level.cross(ahead);
+                Ok(DMat3::from_cols(
+                    cos_roll * level - sin_roll * above,
+                    cos_roll * above + sin_roll * level,
+                    -ahead,
+                ))
+            }
         }
     }
 
-    /// Half the picture's width at distance 1.
     fn half_width(&self) -> Result<f64, RoomError> {
         let choice = |key, found| {
             RoomError::new(
@@ -300,4 +255,27 @@ fn tangent(key: &'static str, direction: &str, degrees: f64) -> Result<f64, Room
     }
     let message = format!("the projector's {direction} field of view is {degrees}°");
     Err(RoomError::new(key, message, "give degrees from 1 to 179"))
+}
+
+/// The axes of a projector that looks along a direction.
+fn looking(look: DVec3, up: DVec3) -> Result<DMat3, RoomError> {
+    let DVec3 { x, y, z } = look;
+    let Some(ahead) = look.try_normalize() else {
+        return Err(RoomError::new(
+            "look",
+            format!("the projector looks along {x}, {y}, {z}"),
+            "give three numbers of which at least one is not 0, such as [0, 0, -1]",
+        ));
+    };
+    let right = ahead.cross(up.normalize_or_zero());
+    if !(right.length() >= 1.0e-6) {
+        let DVec3 { x, y, z } = up;
+        return Err(RoomError::new(
+            "up",
+            format!("what is up for the projector is {x}, {y}, {z}"),
+            "give a direction that is not along where it looks",
+        ));
+    }
+    let right = right.normalize();
+    Ok(DMat3::from_cols(right, right.cross(ahead), -ahead))
 }

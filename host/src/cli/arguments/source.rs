@@ -108,7 +108,6 @@ fn warn_of_levels(scene: &Scene, levels: &PolygonLevels) {
         let Topology {
             open_edges,
             crowded_edges,
-            ..
         } = Topology::of(mesh);
         if open_edges > 0 {
             warn(&format!(

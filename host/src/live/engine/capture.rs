@@ -7,7 +7,6 @@ use shisen_core::frame::{DomePose, Pixel, Renderer, Spectrum, Surroundings, View
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 
-/// A picture of a frame and its renderer.
 type Part<'s, const W: usize> = (View, Renderer<'s, W>);
 
 /// A capture of all directions from between the eyes, along the room's axes.

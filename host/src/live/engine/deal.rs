@@ -67,7 +67,6 @@ pub(super) fn everything<'t>(
     }
 }
 
-/// The steps still expected of unfinished tiles.
 pub(super) fn expected<'t>(tiles: impl Iterator<Item = &'t Mutex<LiveTile>>) -> u64 {
     let unfinished = tiles.map(lock).filter(|tile| !tile.job.is_finished());
     unfinished.map(|tile| tile.expected_rest()).sum()

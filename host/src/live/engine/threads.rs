@@ -18,7 +18,6 @@ pub(super) struct Shared<'s, const W: usize> {
     /// Nanoseconds after the epoch; `u64::MAX` before a frame's first ray.
     pub(super) first_ray: AtomicU64,
     pub(super) spent: AtomicU64,
-    /// The most steps that a group took above its allotment.
     pub(super) excess: AtomicU64,
     pub(super) statistics: Mutex<Statistics>,
     pub(super) begin: Barrier,

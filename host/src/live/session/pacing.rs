@@ -23,7 +23,6 @@ pub(super) struct Pacing {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Schedule {
     pub(super) begin: Instant,
-    /// The expected refresh.
     pub(super) display: Instant,
 }
 
@@ -64,7 +63,6 @@ impl Pacing {
         now.saturating_duration_since(self.start)
     }
 
-    /// The number of refreshes that a time lasts, rounded up.
     fn refreshes(&self, time: Duration) -> u64 {
         time.as_nanos().div_ceil(self.period.as_nanos()) as u64
     }

@@ -30,6 +30,8 @@ pub trait Wire {
     fn finish(&mut self) {}
 }
 
+const RESTART: &str = "see what has stopped there, and start all of them again";
+
 /// How many times longer a machine waits for an order than the leader waits for a frame.
 const PATIENCE: u32 = 10;
 
@@ -197,7 +199,7 @@ impl<T: Wire> Cluster<T> {
         let ranks = wire.ranks();
         // From 1 µs to an hour, to a thousandth.
         let times = Histogram::new_with_bounds(1, 3_600_000_000, 3)
-            .map_err(|error| SwapError::Mpi(error.to_string()))?;
+            .map_err(|error| SwapError(error.to_string()))?;
         let mut cluster = Self {
             names: (0..ranks).map(|rank| format!("rank {rank}")).collect(),
             wire,
@@ -216,12 +218,7 @@ impl<T: Wire> Cluster<T> {
             cluster.wire.send(rank, &name);
         }
         for rank in others {
-            let said = cluster
-                .wait_for(rank, until)
-                .ok_or_else(|| SwapError::Silent {
-                    name: cluster.names[rank].clone(),
-                    wait: wait * PATIENCE,
-                })?;
+            let said = cluster.wait_for(rank, until)?;
             let said = cluster.contents(rank, &said, NAME)?;
             let said = String::from_utf8_lossy(said).into_owned();
             cluster.names[rank] = format!("rank {rank} ({said})");
@@ -229,13 +226,17 @@ impl<T: Wire> Cluster<T> {
         Ok(cluster)
     }
 
-    fn wait_for(&mut self, rank: usize, until: Instant) -> Option<Vec<u8>> {
+    fn wait_for(&mut self, rank: usize, until: Instant) -> Result<Vec<u8>, SwapError> {
         loop {
             if let Some(message) = self.wire.poll(rank) {
-                return Some(message);
+                return Ok(message);
             }
             if Instant::now() >= until {
-                return None;
+                return Err(SwapError(format!(
+                    "{} has said nothing for {} s: {RESTART}",
+                    self.names[rank],
+                    (self.wait * PATIENCE).as_secs_f64()
+                )));
             }
             pause();
         }
@@ -254,16 +255,14 @@ impl<T: Wire> Cluster<T> {
     }
 
     fn unknown(&self, rank: usize) -> SwapError {
-        SwapError::Unknown(self.names[rank].clone())
+        let name = &self.names[rank];
+        SwapError(format!(
+            "{name} sent a message of another version: start the same version on all machines"
+        ))
     }
 
     fn receive_from_leader(&mut self) -> Result<Vec<u8>, SwapError> {
-        let wait = self.wait * PATIENCE;
-        let said = self.wait_for(0, Instant::now() + wait);
-        said.ok_or_else(|| SwapError::Silent {
-            name: self.names[0].clone(),
-            wait,
-        })
+        self.wait_for(0, Instant::now() + self.wait * PATIENCE)
     }
 
     fn broadcast(&mut self, message: &[u8]) {
@@ -326,16 +325,18 @@ impl<T: Wire> SwapLock for Cluster<T> {
                     found[rank] = Some(done);
                 }
             }
-            let mut missing = (0..ranks).filter(|rank| found[*rank].is_none()).peekable();
-            if missing.peek().is_none() {
+            if found.iter().all(Option::is_some) {
                 break;
             }
             if begun.elapsed() >= self.wait {
-                return Err(SwapError::Late {
-                    frame: own.frame,
-                    wait: self.wait,
-                    names: missing.map(|rank| self.names[rank].clone()).collect(),
-                });
+                let missing = (0..ranks).filter(|rank| found[*rank].is_none());
+                let missing: Vec<&str> = missing.map(|rank| self.names[rank].as_str()).collect();
+                return Err(SwapError(format!(
+                    "frame {} is not there after {} s on {}: {RESTART}",
+                    own.frame,
+                    self.wait.as_secs_f64(),
+                    missing.join(", ")
+                )));
             }
             pause();
         }

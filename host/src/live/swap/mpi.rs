@@ -9,6 +9,8 @@ use ::mpi::point_to_point::{Destination, Source};
 use ::mpi::topology::{Communicator, SimpleCommunicator};
 use std::fmt;
 
+const STARTED: &str = "MPI cannot be started: it has been started before";
+
 /// The processes that `mpirun` started.
 pub struct Mpi {
     world: SimpleCommunicator,
@@ -32,8 +34,7 @@ impl Mpi {
     pub fn join() -> Result<Self, SwapError> {
         // One thread sends and receives.
         let joined = initialize_with_threading(Threading::Funneled);
-        let (universe, _) =
-            joined.ok_or_else(|| SwapError::Mpi("it has been started before".to_owned()))?;
+        let (universe, _) = joined.ok_or_else(|| SwapError(STARTED.to_owned()))?;
         let world = universe.world();
         Ok(Self {
             rank: world.rank() as usize,

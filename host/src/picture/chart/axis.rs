@@ -83,7 +83,6 @@ impl Axis {
         decades > 0.5 && !is_round
     }
 
-    /// The number at a tick.
     pub(super) fn tick(&self, value: f64) -> String {
         if self.logarithmic && self.is_crowded_at(value) {
             return String::new();

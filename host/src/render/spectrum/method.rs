@@ -14,20 +14,9 @@ pub enum Method {
     Paper,
 }
 
+named!(Method { Fixed => "fixed", Comb => "comb", Split => "split", Paper => "paper" });
+
 impl Method {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Fixed, Self::Comb, Self::Split, Self::Paper];
-
-    /// Its name on the command line.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Fixed => "fixed",
-            Self::Comb => "comb",
-            Self::Split => "split",
-            Self::Paper => "paper",
-        }
-    }
-
     /// The default range: nanometres.
     pub const fn range(self) -> [f32; 2] {
         match self {

@@ -142,7 +142,6 @@ impl PrismBench {
     }
 }
 
-/// Glass that does nothing but let light through.
 fn clear(medium: Medium) -> Material {
     Material {
         diffuse: [0.0; 3],

@@ -63,7 +63,6 @@ pub(super) const WAVELENGTH: Limits =
 pub(super) const REPEATS: Limits = Limits(1.0e-3, 1.0e4);
 pub(super) const LIGHT_SAMPLES: Limits = Limits(1.0, 64.0);
 
-/// A checked value, or the fault and its place.
 pub(super) type Checked<T> = Result<T, Located<SceneFault>>;
 
 /// Where a value is in the text, if it is there.
@@ -167,7 +166,6 @@ impl Check<'_> {
         value.map_or(Ok(default), read)
     }
 
-    /// Returns the entry of a name.
     pub(super) fn named<T: Copy>(
         &self,
         kind: &str,

@@ -104,7 +104,6 @@ fn right_of(check: &Check<'_>, light: &LightEntry, forward: DVec3) -> Checked<DV
     Ok(-left.normalize())
 }
 
-/// Refuses keys that are for other types of light.
 fn check_keys(check: &Check<'_>, light: &LightEntry, kind: LightKind) -> Checked<()> {
     use LightKind::{Directional, Point, Rectangle};
 

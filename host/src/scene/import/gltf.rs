@@ -32,7 +32,6 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, ImportErr
     validated(mesh, path, |_| None)
 }
 
-/// The JSON, and the binary chunk of a GLB file.
 type Chunks<'a> = (Cow<'a, [u8]>, Option<Vec<u8>>);
 
 fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Chunks<'a>, ImportError> {

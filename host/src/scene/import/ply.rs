@@ -87,7 +87,6 @@ impl PropertyAccess for Face {
     }
 }
 
-/// An element that is read and dropped.
 struct Skipped;
 
 impl PropertyAccess for Skipped {

@@ -49,7 +49,6 @@ impl<'c> Coordinates<'c> {
         Ok(self.places_of(&net::unfold(&self.seen())?))
     }
 
-    /// All screens as an eye sees them by [`viewer::render`].
     pub(super) fn view(&self, camera: &ViewerCamera) -> Result<PlaceMap, ShowError> {
         Ok(self.places_of(&viewer::render(camera, &self.seen())?))
     }

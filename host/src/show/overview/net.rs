@@ -13,7 +13,6 @@ use std::collections::VecDeque;
 pub const BACKGROUND: [f32; 4] = [0.02, 0.02, 0.02, 1.0];
 const BORDER: [f32; 4] = [0.25, 0.25, 0.25, 1.0];
 const BORDER_WIDTH: f64 = 1.0;
-/// Background around the net and between its pieces, in pixels.
 const MARGIN: f64 = 16.0;
 
 /// The largest gap of a shared corner as a part of its edge: calibrated walls leave gaps.
@@ -30,7 +29,6 @@ struct Sheet<'a> {
     picture: &'a Picture,
     /// The corners in the room, counterclockwise; `None` for a dome, which shares no edge.
     corners: Option<[DVec3; 4]>,
-    /// The same corners in the plane.
     outline: [DVec2; 4],
 }
 
