@@ -14,9 +14,7 @@ use crate::cave::{BuiltInCave, Cave, Wall};
 use crate::cli::prelude::*;
 use crate::render::effects::Effects;
 use crate::scene::builtin::PaperScene;
-use clap::builder::{
-    EnumValueParser, OsStringValueParser, PossibleValue, PossibleValuesParser, TypedValueParser,
-};
+use clap::builder::{EnumValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, Command};
 use shisen_core::Simd;
 use shisen_core::gaze::{FaceRange, HeadPose};
@@ -106,13 +104,6 @@ impl fmt::Display for SceneName {
     }
 }
 
-impl SceneName {
-    /// The parser: any text is a name.
-    pub fn parser() -> impl TypedValueParser<Value = Self> {
-        OsStringValueParser::new().map(Self::from)
-    }
-}
-
 /// `--walls`: a name or a file.
 #[derive(Debug, Clone)]
 pub enum WallsName {
@@ -137,11 +128,6 @@ impl WallsName {
             Self::BuiltIn(which) => Cave::built_in(*which, size)?,
             Self::File(path) => Cave::load(path, size)?,
         })
-    }
-
-    /// The parser: any text is a name.
-    pub fn parser() -> impl TypedValueParser<Value = Self> {
-        OsStringValueParser::new().map(Self::from)
     }
 }
 
@@ -415,20 +401,6 @@ pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn letters_and_names_come_before_files() {
-        let scene = |text: &str| SceneName::from(OsString::from(text));
-        assert!(matches!(scene("A"), SceneName::Paper(PaperScene::A)));
-        assert!(matches!(scene("d"), SceneName::Paper(PaperScene::D)));
-        assert!(matches!(scene("./A"), SceneName::File(path) if path == Path::new("./A")));
-        let walls = |text: &str| WallsName::from(OsString::from(text));
-        assert!(matches!(
-            walls("cube"),
-            WallsName::BuiltIn(BuiltInCave::Cube)
-        ));
-        assert!(matches!(walls("cube.toml"), WallsName::File(_)));
-    }
 
     #[test]
     fn ranges_of_faces_have_an_order() {

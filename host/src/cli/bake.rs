@@ -15,7 +15,7 @@ use crate::with_scene;
 pub(super) struct Arguments {
     /// A TOML scene, a built-in one such as A or prism, or mesh files, each of which becomes an
     /// object
-    #[arg(required = true, value_parser = SceneName::parser())]
+    #[arg(required = true)]
     input: Vec<SceneName>,
     /// File of the baked scene
     #[arg(short, long, visible_alias = "out", value_name = "FILE")]

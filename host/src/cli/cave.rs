@@ -33,8 +33,11 @@ pub(super) struct Arguments {
     /// A, B, C or D of the paper, grid (meridians and parallels on a sphere of 100 m), prism (light
     /// through a slit, seen through a 60° prism), spheres (three balls of quartz), a TOML
     /// description or a baked scene
-    #[arg(long, value_name = "A|B|C|D|grid|prism|spheres|FILE", default_value = "A",
-          value_parser = SceneName::parser())]
+    #[arg(
+        long,
+        value_name = "A|B|C|D|grid|prism|spheres|FILE",
+        default_value = "A"
+    )]
     scene: SceneName,
     #[command(flatten)]
     model: Model,
@@ -177,7 +180,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         domes: cave.domes.len(),
         eyes: eyes.count(),
     };
-    print(&report::Json::Frame(Box::new(report)), arguments.json)
+    print(&report, arguments.json)
 }
 
 /// Renders frame after frame as a tracker moves.
@@ -230,7 +233,7 @@ fn follow(
         size: arguments.room.size,
         scene,
     };
-    print(&report::Json::Frames(report), arguments.json)
+    print(&report, arguments.json)
 }
 
 /// What all frames of one run share.

@@ -31,11 +31,10 @@ use shisen_core::scene::EffectSet;
 pub(super) struct Arguments {
     /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked scene
     /// [default: A]
-    #[arg(id = "explained", value_name = "SCENE", value_parser = SceneName::parser(),
-          conflicts_with = "scene")]
+    #[arg(id = "explained", value_name = "SCENE", conflicts_with = "scene")]
     explained: Option<SceneName>,
     /// The scene, as other commands take it
-    #[arg(long, value_name = "SCENE", value_parser = SceneName::parser())]
+    #[arg(long, value_name = "SCENE")]
     scene: Option<SceneName>,
     #[command(flatten)]
     model: Model,

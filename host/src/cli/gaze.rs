@@ -189,28 +189,18 @@ struct Levels {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let levels = Levels::new(arguments)?;
-    let mut wrong = None;
+    let mut fault = None;
     let written = output::write(|stdout| {
         let mut output = BufWriter::new(stdout);
-        match levels.of_input(arguments, &mut output) {
-            Ok(()) => {}
-            // Lines before a wrong one are printed.
-            Err(Stop::Input(fault)) => wrong = Some(fault),
-            Err(Stop::Output(reason)) => return Err(reason),
-        }
+        fault = levels.of_input(arguments, &mut output)?;
         output.flush()
     });
     // A wrong line counts even if nobody reads the output.
-    if let Some(fault) = wrong {
+    if let Some(fault) = fault {
         return Err(fault.into());
     }
     written?;
     Ok(())
-}
-
-enum Stop {
-    Input(InputFault),
-    Output(io::Error),
 }
 
 impl Levels {
@@ -251,50 +241,60 @@ impl Levels {
         })
     }
 
-    fn of_input(&self, arguments: &Arguments, output: &mut impl Write) -> Result<(), Stop> {
+    /// Prints a line for each direction, up to a wrong one.
+    fn of_input(
+        &self,
+        arguments: &Arguments,
+        output: &mut impl Write,
+    ) -> io::Result<Option<InputFault>> {
         if !arguments.json {
-            writeln!(output, "{HEADING}").map_err(Stop::Output)?;
+            writeln!(output, "{HEADING}")?;
         }
         let mut input = BufReader::new(io::stdin().lock());
         let mut bytes = Vec::new();
         for line in 1.. {
             // A program that sends one direction at a time waits for the answer.
             if input.buffer().is_empty() {
-                output.flush().map_err(Stop::Output)?;
+                output.flush()?;
             }
             bytes.clear();
             let mut limited = input.by_ref().take(LONGEST_LINE);
-            let read = limited.read_until(b'\n', &mut bytes);
-            let read = read.map_err(|reason| Stop::Input(InputFault::Read { line, reason }))?;
-            if read == 0 {
-                break;
-            }
+            let read = match limited.read_until(b'\n', &mut bytes) {
+                Ok(0) => break,
+                Ok(read) => read as u64,
+                Err(reason) => return Ok(Some(InputFault::Read { line, reason })),
+            };
             let given = String::from_utf8_lossy(&bytes);
             let given = given.split('#').next().unwrap_or_default().trim();
-            let fault = |reason: String| {
-                Stop::Input(InputFault::Line {
-                    line,
-                    given: given.chars().take(80).collect(),
-                    reason,
-                })
-            };
-            if read as u64 == LONGEST_LINE && bytes.last() != Some(&b'\n') {
-                return Err(fault(format!("is longer than {LONGEST_LINE} bytes")));
-            }
-            if given.is_empty() {
+            let direction = if read == LONGEST_LINE && bytes.last() != Some(&b'\n') {
+                Err(format!("is longer than {LONGEST_LINE} bytes"))
+            } else if given.is_empty() {
                 continue;
-            }
-            let direction = direction(given).map_err(fault)?;
-            let json = arguments.json;
-            let printed = if arguments.f64 {
-                self.double(direction).map(|line| line.print(json, output))
             } else {
-                self.single(direction).map(|line| line.print(json, output))
+                direction(given)
             };
-            let printed = printed.ok_or_else(|| fault("points nowhere".into()))?;
-            printed.map_err(Stop::Output)?;
+            let json = arguments.json;
+            let printed = direction.and_then(|direction| {
+                let printed = if arguments.f64 {
+                    self.double(direction).map(|line| line.print(json, output))
+                } else {
+                    self.single(direction).map(|line| line.print(json, output))
+                };
+                printed.ok_or_else(|| "points nowhere".to_owned())
+            });
+            match printed {
+                Ok(printed) => printed?,
+                Err(reason) => {
+                    let given = given.chars().take(80).collect();
+                    return Ok(Some(InputFault::Line {
+                        line,
+                        given,
+                        reason,
+                    }));
+                }
+            }
         }
-        Ok(())
+        Ok(None)
     }
 
     fn single(&self, direction: DVec3) -> Option<Line<f32>> {
@@ -359,21 +359,5 @@ impl<T: Copy + Into<f64> + Serialize> Line<T> {
         let (zone, bounces, faces) = (self.zone, self.bounces, self.faces);
         let level: f64 = self.level.into();
         writeln!(output, "{level:>9.6}  {zone:<10} {bounces:>8} {faces:>6}")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn vectors_of_any_length_fit_single_precision() {
-        let v = DVec3::new(0.1, -0.7, 0.3);
-        assert_eq!(single(v), v.as_vec3());
-        for power in [-1000, -200, 200, 1000] {
-            let scaled = single(v * 2f64.powi(power));
-            let ratio = scaled / single(v);
-            assert!(scaled.is_finite() && ratio.x == ratio.y && ratio.y == ratio.z);
-        }
     }
 }

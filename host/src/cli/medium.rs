@@ -2,7 +2,6 @@
 
 use crate::cli::prelude::*;
 use crate::render::spectrum::{self, UnknownMedium};
-use clap::builder::{StringValueParser, TypedValueParser};
 use shisen_core::spectrum::{Medium, line};
 
 /// Says how a clear medium bends light of each wavelength
@@ -10,7 +9,7 @@ use shisen_core::spectrum::{Medium, line};
 pub(super) struct Arguments {
     /// fused-silica, quartz-o, quartz-e (the ordinary and the extraordinary ray), n-bk7, sf11,
     /// diamond or water
-    #[arg(value_name = "NAME", value_parser = NamedMedium::parser())]
+    #[arg(value_name = "NAME", value_parser = named_medium)]
     medium: NamedMedium,
     /// Wavelengths, nanometres [default: the lines F, d and C]
     #[arg(long, value_name = "NM", num_args = 1.., value_delimiter = ',',
@@ -33,13 +32,9 @@ pub(super) struct NamedMedium {
     pub(super) medium: Medium,
 }
 
-impl NamedMedium {
-    pub(super) fn parser() -> impl TypedValueParser<Value = Self> {
-        StringValueParser::new().try_map(|name| {
-            let medium = spectrum::medium(&name)?;
-            Ok::<Self, UnknownMedium>(Self { name, medium })
-        })
-    }
+pub(super) fn named_medium(name: &str) -> Result<NamedMedium, UnknownMedium> {
+    let (medium, name) = (spectrum::medium(name)?, name.to_owned());
+    Ok(NamedMedium { name, medium })
 }
 
 fn prism(text: &str) -> Result<f64, String> {

@@ -32,21 +32,19 @@ use shisen_core::gaze::HeadPose;
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 
-/// Hides `--look`, for the tracker says where the viewer looks.
-fn hidden(look: Arg) -> Arg {
-    look.hide(true)
-}
-
 #[derive(Debug, Clone, Args)]
 #[command(
-    mut_arg("look", hidden),
+    mut_arg("look", |look| look.hide(true)),
     mut_arg("dispersion", in_one_frame),
     mut_arg("range", range_in_one_frame)
 )]
 pub struct LiveArguments {
     /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked scene
-    #[arg(long, value_name = "A|B|C|D|grid|prism|spheres|FILE", default_value = "A",
-          value_parser = SceneName::parser())]
+    #[arg(
+        long,
+        value_name = "A|B|C|D|grid|prism|spheres|FILE",
+        default_value = "A"
+    )]
     scene: SceneName,
     #[command(flatten)]
     model: Model,
@@ -98,10 +96,6 @@ pub struct Prepared {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    not(all(unix, feature = "window")),
-    allow(dead_code, reason = "keys of a window ask for it")
-)]
 pub enum Change {
     Scene(PaperScene),
     /// To the next `--lod`.

@@ -90,7 +90,7 @@ pub fn main<P: Program>() -> ExitCode {
         Box::new(options.wrap_lines(is_terminal).break_words(false).build())
     }));
     let result = read::<P>(env::args_os())
-        .map_err(Failure::from_clap)
+        .map_err(|error| Failure::Usage(Box::new(error)))
         .and_then(|request| match request {
             Request::Run(asked, names) => {
                 let result = asked.run();

@@ -1,7 +1,7 @@
 //! `shisen spectrum`: the wavelengths that rays take, and their colours.
 
 use crate::cli::arguments::choices;
-use crate::cli::medium::{NamedMedium, decimal};
+use crate::cli::medium::{NamedMedium, decimal, named_medium};
 use crate::cli::prelude::*;
 use crate::render::spectrum::{CIE_1931, Method};
 use shisen_core::spectrum::{Matching, SpectralSample, SpectralTable, Wavelengths};
@@ -24,7 +24,7 @@ pub(super) struct Arguments {
     #[arg(long, value_enum)]
     matching: Option<MatchingChoice>,
     /// A medium of `shisen medium`, to whose known wavelengths --method paper keeps
-    #[arg(long, value_name = "NAME", value_parser = NamedMedium::parser())]
+    #[arg(long, value_name = "NAME", value_parser = named_medium)]
     medium: Option<NamedMedium>,
     /// Phase of a comb to show, from 0
     #[arg(long, value_name = "K", default_value_t = 0, value_parser = whole::<u32>(0..))]

@@ -12,8 +12,7 @@ use shisen_core::gaze::HeadPose;
 pub struct RoomArguments {
     /// three-wall (front, right and floor), cube, dome (a hemisphere of 2.5 m on the floor, whose
     /// centre is 1.5 m below the origin), or a TOML file of walls and domes
-    #[arg(long, value_name = "NAME|FILE", default_value = "three-wall",
-          value_parser = WallsName::parser())]
+    #[arg(long, value_name = "NAME|FILE", default_value = "three-wall")]
     walls: WallsName,
     /// Pixels along each side of a wall or dome whose file does not say
     #[arg(long, value_name = "PIXELS", default_value_t = 256,

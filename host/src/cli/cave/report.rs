@@ -7,8 +7,9 @@ use crate::cli::prelude::*;
 use shisen_tracker::estimate::Estimate;
 
 /// The report of one frame, or with --tracker of several.
-#[derive(Debug, Serialize, JsonSchema)]
+#[derive(JsonSchema)]
 #[serde(untagged)]
+#[allow(dead_code, reason = "only its schema is used")]
 pub(in crate::cli) enum Json {
     Frame(Box<Report>),
     Frames(TrackedFrames),
@@ -242,15 +243,6 @@ impl TrackedFrame {
             gaze_age_us: estimate.gaze_age.map(|age| age.0),
             frame_hash,
             images,
-        }
-    }
-}
-
-impl fmt::Display for Json {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Frame(report) => write!(f, "{report}"),
-            Self::Frames(frames) => write!(f, "{frames}"),
         }
     }
 }

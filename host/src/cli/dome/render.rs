@@ -22,8 +22,11 @@ pub(in crate::cli) struct Arguments {
     /// A, B, C or D of Mochizuki and Makino, grid (meridians and parallels every 10° on a sphere
     /// about the screen's centre), prism (light through a slit, seen through a 60° prism), spheres
     /// (three balls of quartz), a TOML description or a baked scene
-    #[arg(long, value_name = "A|B|C|D|grid|prism|spheres|FILE", default_value = "A",
-          value_parser = SceneName::parser())]
+    #[arg(
+        long,
+        value_name = "A|B|C|D|grid|prism|spheres|FILE",
+        default_value = "A"
+    )]
     scene: SceneName,
     #[command(flatten)]
     model: Model,

@@ -11,8 +11,7 @@ use crate::files::write_atomically;
 pub(in crate::cli) struct Arguments {
     /// dome (a hemisphere of 2.5 m on the floor, whose centre is 1.5 m below the origin), or a
     /// TOML file of walls and domes
-    #[arg(long, value_name = "NAME|FILE", default_value = "dome",
-          value_parser = WallsName::parser())]
+    #[arg(long, value_name = "NAME|FILE", default_value = "dome")]
     walls: WallsName,
     /// Name of the dome [default: the only one]
     #[arg(long, value_name = "NAME")]

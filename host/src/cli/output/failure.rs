@@ -157,11 +157,6 @@ impl Failure {
         ))
     }
 
-    /// An error of clap's, or the help that was asked for.
-    pub fn from_clap(error: clap::Error) -> Self {
-        Self::Usage(Box::new(error))
-    }
-
     /// An error without a remedy beside its message.
     pub fn from_error(error: impl StdError + Send + Sync + 'static) -> Self {
         Self::Failed(miette::Report::from_err(error))

@@ -143,38 +143,3 @@ impl fmt::Display for FeatureReport {
         f.write_str(&parts.join("; "))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use shisen_tracker::hid::eye_tracker;
-
-    #[test]
-    fn what_a_device_does_not_say_is_left_open() {
-        let features = Features {
-            capabilities: Some(eye_tracker::Capabilities {
-                quality: Some(1),
-                nearest: Some(0.5),
-                best: None,
-                furthest: Some(0.9),
-                widest_screen: Some(0.7),
-                highest_screen: Some(0.4),
-            }),
-            configuration: None,
-            status: Some(eye_tracker::Status {
-                configuration: Some(3),
-                sampling_frequency: Some(90.0),
-            }),
-            unread: vec!["configuration (0x12): no".into()],
-            refused: Some("broken pipe".into()),
-        };
-        let report = FeatureReport::from(&features);
-        assert_eq!(
-            report.to_string(),
-            "tracks from 0.500 to 0.900 m (best ?), screens up to 0.700 by 0.400 m, quality 1; \
-             status 3 (the screen has to be set up), 90 Hz; \
-             cannot be read: configuration (0x12): no; \
-             refused the request to send everything: broken pipe"
-        );
-    }
-}

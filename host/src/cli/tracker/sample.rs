@@ -64,8 +64,6 @@ pub(in crate::cli) struct Record {
 /// Most things that a device says between two samples and that are kept.
 const MOST_SAID: usize = 64;
 
-const NO_CLOCK: &str = "none";
-const RUNS: &str = "runs";
 const STANDS_STILL: &str = "stands still";
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -366,9 +364,9 @@ impl Records {
                 .filter(|stamp| stamp.source == StampSource::Device && moved && !frozen)
                 .map(|stamp| arrival.since(stamp.time).0),
             clock: match sample.device_time {
-                None => NO_CLOCK,
+                None => "none",
                 Some(_) if frozen => STANDS_STILL,
-                Some(_) => RUNS,
+                Some(_) => "runs",
             },
             sensor: sample.sensor,
             sequence: sample.sequence,
@@ -488,36 +486,9 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
-    fn sample(i: u64, device: Option<u64>) -> Sample {
-        let mut sample = Sample::arrived(Micros(1_000_000 + 2_000 * i));
-        sample.device_time = device.map(DeviceTime::unwrapped);
-        sample
-    }
-
-    #[test]
-    fn a_clock_that_stands_still_makes_nothing_late() {
-        let mut records = Records::new(None);
-        let counts = Counts::new();
-        let mut record = |i: u64, time| records.next(&sample(i, time), &counts);
-        for i in 0..1_000 {
-            let record = record(i, Some(2_000 * i));
-            assert_eq!((record.late_us, record.clock), (Some(0), RUNS));
-        }
-        let stopped = Some(2_000 * 999);
-        for i in 1_000..2_000 {
-            assert_eq!(record(i, stopped).late_us, None, "{i}");
-        }
-        let last = record(2_000, stopped);
-        assert_eq!(last.clock, STANDS_STILL);
-        let said = last.to_string();
-        assert!(said.ends_with("the device's clock stands still"), "{said}");
-        let without = Records::new(None).next(&sample(0, None), &counts);
-        assert_eq!((without.late_us, without.clock), (None, NO_CLOCK));
-    }
-
     #[test]
     fn lines_have_what_is_not_tracked_and_drops_by_reason() {
-        let mut sample = sample(0, None);
+        let mut sample = Sample::arrived(Micros(1_000_000));
         sample.left.direction = Some(Reading::tracked(Vec3::NEG_Z));
         sample.right.direction = Some(Reading::held(Vec3::NEG_Z));
         sample.head.position = Some(Reading::held(Vec3::X));

@@ -79,8 +79,11 @@ struct Arguments {
     image: Option<PathBuf>,
     /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a
     /// scene baked in the compact layout
-    #[arg(long, value_name = "A|B|C|D|grid|prism|spheres|FILE", default_value = "A",
-          value_parser = SceneName::parser())]
+    #[arg(
+        long,
+        value_name = "A|B|C|D|grid|prism|spheres|FILE",
+        default_value = "A"
+    )]
     scene: SceneName,
     #[command(flatten)]
     model: Model,
@@ -91,8 +94,7 @@ struct Arguments {
     #[arg(long, value_name = "SPEC", default_value = "mock:rate=120")]
     tracker: TrackerChoice,
     /// three-wall, cube or a TOML file of up to 6 walls
-    #[arg(long, value_name = "NAME|FILE", default_value = "three-wall",
-          value_parser = WallsName::parser())]
+    #[arg(long, value_name = "NAME|FILE", default_value = "three-wall")]
     walls: WallsName,
     /// Pixels along each side of a wall that does not say itself
     #[arg(long, value_name = "PIXELS", default_value_t = 64,
