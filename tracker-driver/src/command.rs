@@ -44,8 +44,7 @@ const MOST_SCRIPT_BYTES: usize = 640;
 /// Most steps of a script.
 const MOST_STEPS: usize = 48;
 
-/// How long bytes may flow without a record among them, or nothing may come
-/// at all, before something is wrong.
+/// How long bytes may flow without a record, or nothing may come, before something is wrong.
 pub const PATIENCE: Micros = Micros::from_millis(1_000);
 
 /// How often a script is played before it fails.
@@ -89,16 +88,6 @@ fn short(span: Micros) -> u32 {
 /// The commands for a device, and the answers that it owes.
 ///
 /// It is more than a kilobyte, and is filled where it stands.
-///
-/// ```
-/// use shisen_tracker::command::{Awaited, PATIENCE, Script};
-/// use shisen_tracker::time::Micros;
-///
-/// let mut script = Script::new();
-/// script.send(b"R").pause(Micros::from_millis(500)).once_only();
-/// script.send(b"S").expect(Awaited::Sample, PATIENCE);
-/// assert!(script.is_complete());
-/// ```
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Script {
     bytes: Vec<u8, MOST_SCRIPT_BYTES>,
@@ -111,13 +100,8 @@ pub struct Script {
 
 impl Script {
     /// Nothing to say.
-    pub const fn new() -> Self {
-        Self {
-            bytes: Vec::new(),
-            steps: Vec::new(),
-            again_from: 0,
-            cut: false,
-        }
+    pub fn new() -> Self {
+        Self::default()
     }
 
     /// These bytes to send, and no answer.
@@ -149,8 +133,7 @@ impl Script {
         self.step(Step::Await { what, within })
     }
 
-    /// The commands so far (a reset, which takes long) are not repeated where an answer
-    /// fails to come.
+    /// The commands so far (a reset) are not repeated where an answer fails to come.
     pub fn once_only(&mut self) -> &mut Self {
         self.again_from = self.steps.len();
         self
@@ -209,7 +192,7 @@ pub enum Action<'a> {
 }
 
 /// Plays a [`Script`].
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Session {
     script: Script,
     step: usize,
@@ -234,16 +217,8 @@ impl Session {
         let failed = (!script.is_complete()).then_some(Failure::TooLong);
         Self {
             script,
-            step: 0,
-            since: None,
-            tries: 0,
-            bytes: 0,
-            useless: Useless::default(),
-            records: 0,
-            samples: 0,
-            reply: None,
-            refused: None,
             failed,
+            ..Self::default()
         }
     }
 
@@ -252,8 +227,7 @@ impl Session {
         self.tries
     }
 
-    /// Whether all commands were sent. Before that, a device may send records in the units
-    /// that an earlier host asked for.
+    /// Whether all commands were sent; records before that may be in units of an earlier host.
     pub fn has_said_all(&self) -> bool {
         let mut rest = self.script.steps.iter().skip(self.step);
         rest.all(|step| matches!(step, Step::Await { .. }))
@@ -284,8 +258,7 @@ impl Session {
         self.records = self.records.saturating_add(1);
     }
 
-    /// What to do now. After [`Action::Done`] and [`Action::Failed`] it stays
-    /// the same.
+    /// What to do now; [`Action::Done`] and [`Action::Failed`] stay.
     pub fn poll(&mut self, now: Micros) -> Action<'_> {
         // Each round but the last goes a step on, or back once.
         for _ in 0..2 * MOST_STEPS {

@@ -14,10 +14,8 @@
 use crate::sample::{Parts, Sample};
 use crate::time::{DeviceTime, Micros};
 
-/// A state machine that bytes go into and events come out of.
-///
-/// It keeps a bounded piece of the stream, never waits for more, and is back
-/// in step after any garbage. What it threw away it says.
+/// A state machine that bytes go into and events come out of. It keeps a bounded piece of
+/// the stream, never waits for more, is back in step after any garbage, and reports that.
 pub trait Decoder {
     /// Takes the next bytes of the stream, of which the last came in at
     /// `arrival`, and hands each event to `sink`, in the order of the bytes.
@@ -26,20 +24,15 @@ pub trait Decoder {
     /// What became of the bytes so far.
     fn counts(&self) -> &Counts;
 
-    /// Forgets the piece of a record that has come in, as after a gap in the
-    /// stream: the device was unplugged, or the line's speed changed. The
-    /// counts stay.
+    /// Forgets the record under way, as after a gap in the stream; the counts stay.
     fn reset(&mut self);
 
-    /// Takes note of a command that was sent at `now`: some devices answer in
-    /// bytes that only the question tells from garbage (a
-    /// [`Flock`](crate::head::flock::Flock)'s answers to `O`). Most have nothing
-    /// to note.
+    /// Takes note of a command that was sent at `now`: a [`Flock`](crate::head::flock::Flock)'s
+    /// answers to `O` are told from garbage by that. Most decoders have nothing to note.
     fn on_sent(&mut self, _command: &[u8], _now: Micros) {}
 
-    /// How many fields the records have that come in, where these are not as many as
-    /// were told to the decoder and it can tell: an ISCAN's outputs. `None` where
-    /// records are read, and of other devices.
+    /// How many fields an ISCAN's records have where these are not as many as the decoder was
+    /// told; `None` where records are read, and of other devices.
     fn fields_seen(&self) -> Option<usize> {
         None
     }
@@ -56,6 +49,20 @@ pub enum Event {
     Message(Message),
     /// Bytes that belong to no record, or a record that cannot be used.
     Dropped(Dropped),
+}
+
+impl Event {
+    pub(crate) const fn dropped(bytes: u32, reason: DropReason) -> Self {
+        Self::Dropped(Dropped { bytes, reason })
+    }
+
+    pub(crate) const fn reply(to: u32, result: u32, meaning: &'static str) -> Self {
+        Self::Message(Message::Reply(Reply {
+            to,
+            result,
+            meaning,
+        }))
+    }
 }
 
 /// Bytes that were thrown away.
@@ -209,8 +216,7 @@ pub struct Text {
 }
 
 impl Text {
-    /// The text up to its first zero byte, without white space at its ends;
-    /// what is not printable ASCII becomes `?`.
+    /// The text up to its first zero byte, trimmed; what is not printable ASCII becomes `?`.
     pub fn new(bytes: &[u8]) -> Self {
         let end = bytes.iter().position(|&b| b == 0).unwrap_or(bytes.len());
         let mut text = Self {
@@ -247,13 +253,11 @@ pub struct Reply {
     pub to: u32,
     /// 0 where the device agrees.
     pub result: u32,
-    /// What the manual says about the result; empty where it says nothing, and where
-    /// the device agrees.
+    /// What the manual says about a refusal; empty where it says nothing.
     pub meaning: &'static str,
 }
 
-/// What became of the bytes that a decoder took. The counts stop at their
-/// largest value.
+/// What became of the bytes that a decoder took; each count stops at its largest value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counts {
@@ -265,8 +269,7 @@ pub struct Counts {
     pub messages: u64,
     /// Records that the device's own count says are missing.
     pub lost: u64,
-    /// Times that bytes were thrown away, in the order of
-    /// [`DropReason::ALL`].
+    /// Times that bytes were thrown away, in the order of [`DropReason::ALL`].
     pub dropped: [u32; DropReason::ALL.len()],
     /// Bytes thrown away.
     pub dropped_bytes: u64,

@@ -7,21 +7,15 @@ pub mod adhawk;
 pub mod asl;
 pub mod iscan;
 
-use crate::sample::{GazePoint, Pupil, Sample};
+use crate::sample::{Pupil, Sample};
 use glam::Vec2;
 
-/// The gaze point and the pupil as mere numbers, zero where there is none: what
-/// devices whose units mean nothing write of a sample.
+/// The gaze point and the pupil as mere numbers, zero where there is none.
 fn numbers(sample: &Sample) -> (Vec2, f32) {
-    let gaze = match sample.gaze_point.map(|point| point.value) {
-        Some(GazePoint::Raw(point) | GazePoint::Plane(point) | GazePoint::Normalized(point)) => {
-            point
-        }
-        None => Vec2::ZERO,
-    };
+    let gaze = sample.gaze_point.map(|point| point.value.numbers());
     let pupil = match sample.combined.pupil {
         Some(Pupil::Raw(pupil) | Pupil::Diameter(pupil)) => pupil,
         None => 0.0,
     };
-    (gaze, pupil)
+    (gaze.unwrap_or_default(), pupil)
 }

@@ -27,7 +27,7 @@ use embedded_hal::i2c::{I2c, SevenBitAddress};
 use heapless::Vec;
 
 /// Bytes of the HID descriptor.
-pub const DESCRIPTOR_LENGTH: usize = 30;
+const DESCRIPTOR_LENGTH: usize = 30;
 
 /// The version of the protocol.
 const VERSION: u16 = 0x0100;
@@ -38,8 +38,7 @@ pub const WAKE_TIME: Micros = Micros::from_millis(60);
 /// How long a device may take to reset.
 pub const RESET_TIMEOUT: Micros = Micros::from_millis(1_000);
 
-/// After how long a device is read again that has not come back yet, though its
-/// interrupt line is low.
+/// The wait before a device that has not come back is read again, its interrupt line low.
 pub const READ_AGAIN: Micros = Micros::from_millis(1);
 
 /// How long a reset is waited for where the interrupt line is not wired.
@@ -64,58 +63,51 @@ const SET_POWER: u8 = 8;
 const POWER_ON: u8 = 0;
 const POWER_SLEEP: u8 = 1;
 
-/// What a device says about itself.
+/// What a device says about itself, as far as it is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct HidDescriptor {
-    /// Bytes of the report descriptor.
-    pub report_descriptor_length: u16,
-    /// Where it is.
-    pub report_descriptor_register: u16,
-    /// Where input reports are.
-    pub input_register: u16,
+struct HidDescriptor {
+    report_descriptor_length: u16,
+    report_descriptor_register: u16,
     /// Most bytes of an input report, with the two of its length.
-    pub longest_input: u16,
-    /// Where output reports go.
-    pub output_register: u16,
-    /// Most bytes of an output report, with the two of its length.
-    pub longest_output: u16,
-    /// Where commands go.
-    pub command_register: u16,
+    longest_input: u16,
+    command_register: u16,
     /// Where reports of commands are.
-    pub data_register: u16,
-    /// The maker.
-    pub vendor: u16,
-    /// The maker's number for it.
-    pub product: u16,
-    /// Its version.
-    pub version: u16,
+    data_register: u16,
 }
 
 impl HidDescriptor {
-    /// Reads the 30 bytes; `None` where they are not a descriptor of version
-    /// 1.0.
-    pub fn from_bytes(bytes: &[u8; DESCRIPTOR_LENGTH]) -> Option<Self> {
-        let mut words = bytes
-            .chunks_exact(2)
-            .filter_map(|word| word.first_chunk())
-            .map(|word| u16::from_le_bytes(*word));
-        let mut next = || words.next();
-        if usize::from(next()?) != DESCRIPTOR_LENGTH || next()? != VERSION {
-            return None;
+    /// Reads the 30 bytes; `None` where they are not a descriptor of version 1.0.
+    fn from_bytes(bytes: &[u8; DESCRIPTOR_LENGTH]) -> Option<Self> {
+        let mut words = [0; DESCRIPTOR_LENGTH / 2];
+        for (word, pair) in words.iter_mut().zip(bytes.as_chunks().0) {
+            *word = u16::from_le_bytes(*pair);
         }
-        Some(Self {
-            report_descriptor_length: next()?,
-            report_descriptor_register: next()?,
-            input_register: next()?,
-            longest_input: next()?,
-            output_register: next()?,
-            longest_output: next()?,
-            command_register: next()?,
-            data_register: next()?,
-            vendor: next()?,
-            product: next()?,
-            version: next()?,
+        let [
+            length,
+            VERSION,
+            descriptor_length,
+            register,
+            _,
+            longest_input,
+            _,
+            _,
+            rest @ ..,
+        ] = words
+        else {
+            return None;
+        };
+        let [command_register, data_register, ..] = rest;
+        (usize::from(length) == DESCRIPTOR_LENGTH).then_some(Self {
+            report_descriptor_length: descriptor_length,
+            report_descriptor_register: register,
+            longest_input,
+            command_register,
+            data_register,
         })
+    }
+
+    fn ready(&self) -> Progress {
+        Progress::Ready(self.report_descriptor_length.into())
     }
 }
 
@@ -133,11 +125,9 @@ pub enum Interrupt {
 /// How far a device has been brought up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
-    /// Call again: at once, or at this time, or when the interrupt line is
-    /// low, whichever is first.
+    /// Call again: at once, at this time, or when the interrupt line is low.
     Again(Micros),
-    /// It can be used. So many bytes of the caller's buffer are its report
-    /// descriptor.
+    /// It can be used, and its report descriptor is this many bytes of the buffer.
     Ready(usize),
 }
 
@@ -186,13 +176,12 @@ pub enum I2cHidError<E> {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
-    /// Nothing was done.
     Down,
     /// The power was switched on; it wakes until then.
-    Waking(Micros),
+    Waking(HidDescriptor, Micros),
     /// It was reset, and that has to be over by then.
-    Resetting(Micros),
-    Up,
+    Resetting(HidDescriptor, Micros),
+    Up(HidDescriptor),
 }
 
 /// A device on a bus.
@@ -201,26 +190,18 @@ pub struct I2cHid<B> {
     bus: B,
     address: SevenBitAddress,
     descriptor_register: u16,
-    descriptor: Option<HidDescriptor>,
     state: State,
 }
 
 impl<B: I2c> I2cHid<B> {
-    /// A device at an address, whose HID descriptor is at a register that its
-    /// board says: 0x0001 and 0x0020 are usual.
+    /// A device whose HID descriptor is at a register of its board: 0x0001 or 0x0020 usually.
     pub fn new(bus: B, address: SevenBitAddress, descriptor_register: u16) -> Self {
         Self {
             bus,
             address,
             descriptor_register,
-            descriptor: None,
             state: State::Down,
         }
-    }
-
-    /// What the device says about itself, once it was asked.
-    pub fn descriptor(&self) -> Option<&HidDescriptor> {
-        self.descriptor.as_ref()
     }
 
     /// Gives the bus back.
@@ -228,14 +209,12 @@ impl<B: I2c> I2cHid<B> {
         self.bus
     }
 
-    /// Brings the device up, step by step: power, reset, and its report
-    /// descriptor into `buffer`. Once it is ready this does nothing.
+    /// Brings the device up, step by step: power, reset, and its report descriptor into
+    /// `buffer`. Once it is ready this does nothing.
     ///
     /// # Errors
-    /// Where the bus fails (to switch the power on is tried twice, as Linux
-    /// does: some devices wake up over the first), the device is none, or
-    /// does not reset, or `buffer` is smaller than its report descriptor. The
-    /// next call begins anew.
+    /// Where the bus fails (power is tried twice: some devices wake up over the first), the
+    /// device is none or does not reset, or `buffer` is too small. The next call begins anew.
     pub fn poll(
         &mut self,
         now: Micros,
@@ -259,17 +238,15 @@ impl<B: I2c> I2cHid<B> {
             State::Down => {
                 let descriptor = self.read_descriptor()?;
                 room(buffer, descriptor.report_descriptor_length.into())?;
-                self.descriptor = Some(descriptor);
-                if self.power(POWER_ON).is_err() {
-                    self.power(POWER_ON)?;
+                if self.power(descriptor, POWER_ON).is_err() {
+                    self.power(descriptor, POWER_ON)?;
                 }
                 let until = now.after(WAKE_TIME);
-                self.state = State::Waking(until);
+                self.state = State::Waking(descriptor, until);
                 Ok(Progress::Again(until))
             }
-            State::Waking(until) if now < until => Ok(Progress::Again(until)),
-            State::Waking(_) => {
-                let descriptor = self.descriptor.ok_or(I2cHidError::NotReady)?;
+            State::Waking(_, until) if now < until => Ok(Progress::Again(until)),
+            State::Waking(descriptor, _) => {
                 let register = descriptor.command_register.to_le_bytes();
                 self.write(&[register[0], register[1], 0, RESET])?;
                 let into = room(buffer, descriptor.report_descriptor_length.into())?;
@@ -279,10 +256,10 @@ impl<B: I2c> I2cHid<B> {
                     Interrupt::NotWired => BLIND_RESET_TIME,
                     Interrupt::Asserted | Interrupt::Idle => RESET_TIMEOUT,
                 });
-                self.state = State::Resetting(until);
+                self.state = State::Resetting(descriptor, until);
                 Ok(Progress::Again(until))
             }
-            State::Resetting(until) => {
+            State::Resetting(descriptor, until) => {
                 let late = now >= until;
                 match interrupt {
                     Interrupt::Idle if late => return Err(I2cHidError::ResetTimeout),
@@ -302,33 +279,27 @@ impl<B: I2c> I2cHid<B> {
                         Ok(Progress::Again(now.after(READ_AGAIN)))
                     };
                 }
-                self.power(POWER_ON)?;
-                self.state = State::Up;
-                self.ready()
+                self.power(descriptor, POWER_ON)?;
+                self.state = State::Up(descriptor);
+                Ok(descriptor.ready())
             }
-            State::Up => self.ready(),
+            State::Up(descriptor) => Ok(descriptor.ready()),
         }
     }
 
-    fn ready(&self) -> Result<Progress, I2cHidError<B::Error>> {
-        let descriptor = self.ready_descriptor()?;
-        let length = descriptor.report_descriptor_length;
-        Ok(Progress::Ready(usize::from(length)))
-    }
-
     fn ready_descriptor(&self) -> Result<HidDescriptor, I2cHidError<B::Error>> {
-        self.descriptor
-            .filter(|_| self.state == State::Up)
-            .ok_or(I2cHidError::NotReady)
+        match self.state {
+            State::Up(descriptor) => Ok(descriptor),
+            _ => Err(I2cHidError::NotReady),
+        }
     }
 
-    /// Reads the input report that the device has, when its interrupt line is
-    /// low. `None` where it has none, or has reset itself.
+    /// Reads the input report when the interrupt line is low. `None` where there is none, or
+    /// the device has reset itself.
     ///
     /// # Errors
-    /// Where the bus fails, the buffer is smaller than
-    /// [`HidDescriptor::longest_input`], or the report has no length that it
-    /// can have.
+    /// Where the bus fails, the report's length is impossible, or the buffer is smaller than
+    /// the longest one and two bytes.
     pub fn input<'a>(
         &mut self,
         buffer: &'a mut [u8],
@@ -339,13 +310,11 @@ impl<B: I2c> I2cHid<B> {
         report(into)
     }
 
-    /// Asks for the feature report with this id, 0 where the device has no
-    /// ids. `length` is that of the report, as its descriptor says, with its
-    /// id; the buffer has to have two bytes more.
+    /// Asks for the feature report with this id, 0 without ids. `length` is the report's, with
+    /// its id; the buffer has two bytes more.
     ///
     /// # Errors
-    /// Where the bus fails, the buffer is too small, or the report has no
-    /// length that it can have.
+    /// Where the bus fails, the buffer is too small, or the report's length is impossible.
     pub fn get_feature<'a>(
         &mut self,
         id: u8,
@@ -358,12 +327,10 @@ impl<B: I2c> I2cHid<B> {
         report(into)
     }
 
-    /// Sets the feature report with this id, 0 where the device has no ids;
-    /// the report begins with its id where there is one.
+    /// Sets the feature report with this id, 0 without ids; it begins with its id if any.
     ///
     /// # Errors
-    /// Where the bus fails, or the report has more than [`LONGEST_SET`]
-    /// bytes.
+    /// Where the bus fails, or the report has more than [`LONGEST_SET`] bytes.
     pub fn set_feature(&mut self, id: u8, report: &[u8]) -> Result<(), I2cHidError<B::Error>> {
         let descriptor = self.ready_descriptor()?;
         let mut bytes = command(&descriptor, id, SET_REPORT);
@@ -383,9 +350,9 @@ impl<B: I2c> I2cHid<B> {
     /// # Errors
     /// Where the bus fails.
     pub fn sleep(&mut self) -> Result<(), I2cHidError<B::Error>> {
-        self.ready_descriptor()?;
+        let descriptor = self.ready_descriptor()?;
         self.state = State::Down;
-        self.power(POWER_SLEEP)
+        self.power(descriptor, POWER_SLEEP)
     }
 
     fn read_descriptor(&mut self) -> Result<HidDescriptor, I2cHidError<B::Error>> {
@@ -401,8 +368,7 @@ impl<B: I2c> I2cHid<B> {
         })
     }
 
-    fn power(&mut self, state: u8) -> Result<(), I2cHidError<B::Error>> {
-        let descriptor = self.descriptor.ok_or(I2cHidError::NotReady)?;
+    fn power(&mut self, descriptor: HidDescriptor, state: u8) -> Result<(), I2cHidError<B::Error>> {
         let [low, high] = descriptor.command_register.to_le_bytes();
         self.write(&[low, high, state, SET_POWER])
     }

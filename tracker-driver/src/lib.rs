@@ -37,14 +37,11 @@
 //! assert_eq!((dropped, samples), (5, 1));
 //! ```
 //!
-//! The folder `examples` goes on from there: `gaze_from_bytes` makes a line of sight of
-//! samples, `uart_loop` is a firmware's loop over a port that also tells the device what
-//! to send (`uart::HostEnd`), `mock_tracker` has the simulated viewer. The front page of
-//! the crate `shisen` shows where the driver stands.
+//! In `examples`, `gaze_from_bytes` makes a line of sight of samples, `uart_loop` is a firmware's
+//! loop over a port that also tells the device what to send (`uart::HostEnd`), `mock_tracker` has
+//! the simulated viewer.
 //!
-//! # Where things are
-//!
-//! In the order in which data go:
+//! # Where things are, in the order in which data go
 //!
 //! | Module | What |
 //! |---|---|
@@ -66,8 +63,7 @@
 //! - No allocation, no `unsafe`, and in decoders no input or output.
 //! - No panic, whatever bytes come in.
 //! - Work in proportion to the bytes handed in, and memory that never grows.
-//! - A report is decoded whole or refused with an error that says why; what
-//!   the device did not send is `None`, never a made-up value.
+//! - A report is decoded whole or refused with a reason; what was not sent is `None`.
 //!
 //! # Features
 //!
@@ -84,9 +80,8 @@
 //!
 //! # What it does not do
 //!
-//! It reads no camera pictures and shows no targets: for a
-//! [calibration](estimate::Calibration) the caller shows them (as `shisen tracker calibrate`
-//! does). No device has been at hand: the decoders are tested by mocks.
+//! It reads no camera pictures and shows no targets: for a [calibration](estimate::Calibration) the
+//! caller does. No device has been at hand: the decoders are tested by mocks.
 #![no_std]
 #![forbid(unsafe_code)]
 

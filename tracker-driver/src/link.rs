@@ -56,11 +56,10 @@
 //!
 //! # How far the decoder can be trusted
 //!
-//! A fault costs the frames that it touches and no other. CRC-16 notices
-//! every change within 16 bits; a fault in a byte of the COBS encoding moves
-//! two places of the frame, and passes once in 65,536. Random bytes pass for
-//! a frame with a probability below 2⁻⁸ (delimiter) 2⁻⁸ (version) 2⁻⁵ (kind)
-//! 2⁻⁸ (length) 2⁻¹⁶ (CRC) = 2⁻⁴⁵ at each byte. Of the faults of one byte
+//! A fault costs the frames that it touches and no other. CRC-16 notices every change within 16
+//! bits; a fault in a byte of the COBS encoding moves two places of the frame, and passes once in
+//! 65,536. Random bytes pass for a frame with a probability below 2⁻⁸ (delimiter) 2⁻⁸ (version)
+//! 2⁻⁵ (kind) 2⁻⁸ (length) 2⁻¹⁶ (CRC) = 2⁻⁴⁵ at each byte. Of the faults of one byte
 //! ([how](crate::decoder#how-strong-a-check-is)) none let a wrong sample through.
 //!
 //! [COBS]: https://doi.org/10.1109/90.769765
@@ -72,20 +71,19 @@ mod frame;
 mod messages;
 
 use crate::command::{Awaited, PATIENCE, Script};
-use crate::decoder::{Counts, Decoder, DropReason, Dropped, Event, Message};
+use crate::decoder::{Counts, Decoder, DropReason, Event, Message};
 use crate::sample::Sample;
 use crate::time::Micros;
 use crate::valid;
 use fields::{read_sample, write_sample};
-use frame::{Checked, Content, Frames, Received};
-pub use frame::{Frame, LONGEST_FRAME};
+use frame::{Content, Frames, Received, Said};
+pub use frame::{Frame, LONGEST_FRAME, Listener};
 use messages::{read_message, write_eye_event};
 
 /// The version that is spoken here.
 pub const VERSION: u8 = 1;
 
-/// How far a direction or a quaternion may be from norm 1. Whoever sends one
-/// has normalised it in `f32`; the bits are handed on as they came.
+/// How far a direction or a quaternion may be from norm 1; its bits stay as they came.
 pub const NORM_TOLERANCE: f32 = valid::UNIT_TOLERANCE;
 
 const SAMPLE: u8 = 1;
@@ -126,19 +124,15 @@ impl Encoder {
         Self::default()
     }
 
-    /// The frame of a sample. Its time of arrival is not sent: who receives
-    /// it has another clock.
-    ///
-    /// What is not a number, or no unit vector, is sent like the rest, and
-    /// refused by the decoder.
+    /// The frame of a sample, without its time of arrival. What is no number or unit vector is
+    /// sent, and refused by the decoder.
     pub fn sample(&mut self, sample: &Sample) -> Frame {
         let mut content = self.begin(SAMPLE);
         write_sample(&mut content, sample);
         content.finish()
     }
 
-    /// The frame of a message. The meaning of a fault, a state or a reply is not
-    /// sent, only its code.
+    /// The frame of a message; of a fault, a state or a reply only the code.
     pub fn message(&mut self, message: &Message) -> Frame {
         let mut content;
         match message {
@@ -234,8 +228,7 @@ impl Link {
 }
 
 impl Log {
-    /// Counts the frames that are missing; whether this one is the last one
-    /// again.
+    /// Counts the frames that are missing; whether this one is the last again.
     fn repeats(&mut self, count: u8, crc: u16) -> bool {
         let last = self.last.replace((count, crc));
         let Some((last_count, last_crc)) = last else {
@@ -249,16 +242,8 @@ impl Log {
     // Not inlined: keeps its stack frame out of the caller's.
     #[inline(never)]
     fn event(&mut self, received: Received<'_>, arrival: Micros) -> Event {
-        let dropped = |reason| {
-            Event::Dropped(Dropped {
-                bytes: received.bytes,
-                reason,
-            })
-        };
-        let Checked {
-            bytes: content,
-            crc,
-        } = match received.content {
+        let dropped = |reason| Event::dropped(received.bytes, reason);
+        let (content, crc) = match received.content {
             Ok(content) => content,
             Err(reason) => return dropped(reason),
         };
@@ -299,47 +284,25 @@ impl Decoder for Link {
     fn reset(&mut self) {
         let bytes = self.frames.reset();
         if bytes > 0 {
-            self.log.counts.note(&Event::Dropped(Dropped {
-                bytes,
-                reason: DropReason::Truncated,
-            }));
+            let cut = Event::dropped(bytes, DropReason::Truncated);
+            self.log.counts.note(&cut);
         }
         self.log.last = None;
     }
 }
 
-/// The decoder of what a host sends, for the device's side. It passes over
-/// everything but commands.
-#[derive(Debug, Clone, Default)]
-pub struct Commands {
-    frames: Frames,
-}
+/// The decoder of a host's commands, for the device's side.
+pub type Commands = Listener<Command>;
 
-impl Commands {
-    /// A decoder that has seen nothing.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Takes the next bytes and hands each command to `sink`.
-    pub fn feed(&mut self, bytes: &[u8], sink: &mut dyn FnMut(Command)) {
-        for &byte in bytes {
-            let Some(Received {
-                content: Ok(content),
-                ..
-            }) = self.frames.push(byte)
-            else {
-                continue;
-            };
-            let command = match *content.bytes {
-                [VERSION, COMMAND, _, 0] => Command::Stop,
-                [VERSION, COMMAND, _, 1] => Command::Start,
-                [VERSION, COMMAND, _, 2, low, high] if low != 0 || high != 0 => Command::Rate {
-                    hertz: u16::from_le_bytes([low, high]),
-                },
-                _ => continue,
-            };
-            sink(command);
+impl Said for Command {
+    fn read(kind: u8, body: &[u8]) -> Result<Self, DropReason> {
+        match (kind, body) {
+            (COMMAND, [0]) => Ok(Self::Stop),
+            (COMMAND, [1]) => Ok(Self::Start),
+            (COMMAND, &[2, low, high]) if low != 0 || high != 0 => Ok(Self::Rate {
+                hertz: u16::from_le_bytes([low, high]),
+            }),
+            _ => Err(DropReason::Unknown),
         }
     }
 }

@@ -8,8 +8,7 @@ use crate::decoder::{Counts, DropReason, Dropped, Event, Message};
 use crate::time::Micros;
 use core::cell::Cell;
 
-/// Report a dropped run once it reaches this many bytes, so that a line at the wrong speed is
-/// not silent; a shorter one is reported when the next record has come.
+/// Report a dropped run once it reaches this many bytes; shorter ones when a record has come.
 const LONGEST_RUN: u32 = 256;
 
 /// What a protocol makes of the front of the window.
@@ -23,8 +22,7 @@ pub(crate) enum Step {
     Wait,
     /// A record of this many bytes, and what it says first.
     Take(usize, Option<Message>, Event),
-    /// A record of this many bytes that cannot be used: they are thrown away
-    /// together.
+    /// A record of this many bytes that cannot be used, thrown away together.
     Discard(usize, DropReason),
     /// No record: the first byte is thrown away.
     Skip(DropReason),
@@ -35,16 +33,14 @@ pub(crate) enum Step {
 pub(crate) struct Front<'a> {
     /// The bytes that have not become anything yet; at least one.
     pub(crate) bytes: &'a [u8],
-    /// The byte before the first one ended a record: this one should begin
-    /// the next.
+    /// The byte before the first one ended a record.
     pub(crate) in_step: bool,
     /// When the last byte came in; of a record that waited, its own last byte.
     pub(crate) arrival: Micros,
 }
 
 impl Front<'_> {
-    /// What looks like a record of this many bytes, but cannot be used. Out
-    /// of step it may be none, and a true one may begin among its bytes.
+    /// A record that cannot be used. Out of step a true one may begin among its bytes.
     pub(crate) fn unusable(self, length: usize, reason: DropReason) -> Step {
         if self.in_step {
             Step::Discard(length, reason)
@@ -63,8 +59,7 @@ impl Front<'_> {
     }
 }
 
-/// The last bytes of a stream, `N` at most: as many as the protocol's longest
-/// record, and what it looks at behind it.
+/// The last bytes of a stream: the protocol's longest record, and what it looks at behind it.
 #[derive(Debug, Clone)]
 pub(crate) struct Stream<const N: usize> {
     bytes: [u8; N],
@@ -74,6 +69,8 @@ pub(crate) struct Stream<const N: usize> {
     whole: Option<Micros>,
     /// Dropped bytes that are not reported yet.
     run: Option<Dropped>,
+    /// The last sample's number, where it is looked at.
+    number: Option<u32>,
     /// The account of all bytes.
     pub(crate) counts: Counts,
 }
@@ -86,14 +83,14 @@ impl<const N: usize> Default for Stream<N> {
             in_step: false,
             whole: None,
             run: None,
+            number: None,
             counts: Counts::default(),
         }
     }
 }
 
 impl<const N: usize> Stream<N> {
-    /// Takes bytes, the last of which came in at `arrival`, and asks `step` about every new
-    /// front.
+    /// Takes bytes, the last of which came in at `arrival`, and asks `step` about every front.
     pub(crate) fn feed(
         &mut self,
         bytes: &[u8],
@@ -133,8 +130,7 @@ impl<const N: usize> Stream<N> {
                         taken
                     }
                     Step::Discard(taken, reason) => {
-                        let bytes = taken as u32;
-                        self.hand_over(Event::Dropped(Dropped { bytes, reason }), sink);
+                        self.hand_over(Event::dropped(taken as u32, reason), sink);
                         taken
                     }
                 };
@@ -153,6 +149,34 @@ impl<const N: usize> Stream<N> {
         }
     }
 
+    /// Feeds, and counts the samples that are missing by their numbers, which wrap at
+    /// `wraps_at`; after a gap of more than `most` the device began anew.
+    pub(crate) fn feed_numbered(
+        &mut self,
+        [wraps_at, most]: [u32; 2],
+        bytes: &[u8],
+        arrival: Micros,
+        sink: &mut dyn FnMut(Event),
+        mut step: impl FnMut(Front<'_>) -> Step,
+    ) {
+        let (mut last, mut lost) = (self.number, 0);
+        self.feed(bytes, arrival, sink, |front| {
+            let step = step(front);
+            if let Step::Take(_, _, Event::Sample(sample)) = &step
+                && let Some(number) = sample.sequence
+            {
+                let before = last.replace(number);
+                let gap = before.map_or(0, |last| {
+                    (number + wraps_at - last % wraps_at - 1) % wraps_at
+                });
+                lost += if gap <= most { u64::from(gap) } else { 0 };
+            }
+            step
+        });
+        self.number = last;
+        self.counts.lost = self.counts.lost.saturating_add(lost);
+    }
+
     #[allow(clippy::large_types_passed_by_value, reason = "it is handed on")]
     fn hand_over(&mut self, event: Event, sink: &mut dyn FnMut(Event)) {
         self.tell(sink);
@@ -168,8 +192,7 @@ impl<const N: usize> Stream<N> {
         1
     }
 
-    /// One byte more of the run. A cause of its own begins another run; bytes
-    /// that merely belong to no record go with what came before them.
+    /// One byte more of the run; a cause of its own begins another.
     fn throw_away(&mut self, reason: DropReason, sink: &mut dyn FnMut(Event)) {
         if reason != DropReason::OutOfStep {
             self.tell(sink);
@@ -193,14 +216,13 @@ impl<const N: usize> Stream<N> {
     pub(crate) fn reset(&mut self) {
         self.tell(&mut |_| ());
         if self.length > 0 {
-            self.counts.note(&Event::Dropped(Dropped {
-                bytes: self.length as u32,
-                reason: DropReason::Truncated,
-            }));
+            let cut = Event::dropped(self.length as u32, DropReason::Truncated);
+            self.counts.note(&cut);
         }
         self.length = 0;
         self.in_step = false;
         self.whole = None;
+        self.number = None;
     }
 }
 

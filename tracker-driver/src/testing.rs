@@ -1,7 +1,7 @@
 //! What the decoders' tests share: faults in a stream, random bytes, cuts, round trips.
 
 use crate::command::{Action, Script, Session};
-use crate::decoder::{Decoder, DropReason, Dropped, Event, Message, Reply};
+use crate::decoder::{Decoder, DropReason, Event};
 use crate::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
 use crate::protocol::Protocol;
 use crate::sample::{Pupil, Reading, Sample};
@@ -40,19 +40,13 @@ pub(crate) fn dropped(decoder: &mut impl Decoder, bytes: &[u8]) -> Vec<DropReaso
 }
 
 /// The event of bytes that were dropped.
-pub(crate) fn thrown(bytes: u32, reason: DropReason) -> Event {
-    Event::Dropped(Dropped { bytes, reason })
+pub(crate) const fn thrown(bytes: u32, reason: DropReason) -> Event {
+    Event::dropped(bytes, reason)
 }
 
 /// The event of a reply without a meaning.
 pub(crate) fn reply(to: u32, result: u32) -> Event {
-    let meaning = "";
-    let reply = Reply {
-        to,
-        result,
-        meaning,
-    };
-    Event::Message(Message::Reply(reply))
+    Event::reply(to, result, "")
 }
 
 /// The commands that a script sends to a device that streams samples.
@@ -127,8 +121,7 @@ pub(crate) fn moving_head(count: usize) -> Vec<Sample> {
 /// How many records faults are put into.
 const RECORDS: usize = if cfg!(miri) { 10 } else { 24 };
 
-/// The mock's records in a protocol, ten times a second, without those that repeat an
-/// earlier one (a blink's).
+/// The mock's records in a protocol, ten a second, no two the same.
 pub(crate) fn mock_records(protocol: &Protocol) -> Vec<Vec<u8>> {
     let mut wire = Wire::new(tracker_at(60, 9), protocol.clone());
     let mut records: Vec<Vec<u8>> = Vec::new();
@@ -157,8 +150,7 @@ pub(crate) fn head_records(
     [moving, mock_records(protocol)]
 }
 
-/// Samples of a head that moves much come back from the wire, the place and the turn as
-/// close as this: metres and radians.
+/// Samples of a moving head come back from the wire as close as this: metres and radians.
 pub(crate) fn come_back<D: Decoder>(
     mut decoder: D,
     encode: impl Fn(&Sample) -> Vec<u8>,
@@ -181,15 +173,11 @@ pub(crate) fn come_back<D: Decoder>(
         if let Some(time) = came.device_time {
             assert_eq!(time.microseconds, sent.device_time.unwrap().microseconds);
         }
-        assert!(
-            came.sequence
-                .is_none_or(|count| Some(count) == sent.sequence)
-        );
+        assert!(came.sequence.is_none() || came.sequence == sent.sequence);
     }
 }
 
-/// All protocols of serial lines as is usual, and Flock's other modes, which believe
-/// more.
+/// All protocols of serial lines as is usual, and Flock's other modes.
 pub(crate) fn serial_lines() -> Vec<(std::string::String, Protocol)> {
     use crate::head::flock::{self, Mode};
     let serial = Protocol::NAMES.map(|name| (name.into(), Protocol::named(name).unwrap()));
@@ -204,62 +192,38 @@ pub(crate) fn serial_lines() -> Vec<(std::string::String, Protocol)> {
     serial.chain(modes).collect()
 }
 
-/// What can happen to one byte.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Fault {
-    Dropped,
-    /// Its bits exclusive-or this.
-    Flipped(u8),
-    /// This before it.
-    Inserted(u8),
-    Duplicated,
+/// What can happen to one byte: a kind, by its place in [`Tally::wrong`], and another byte.
+type Fault = (usize, u8);
+
+/// Each kind, with telling bytes; with every byte where `SHISEN_HEAVY` asks for it.
+fn all_faults() -> Vec<Fault> {
+    let (flips, inserts): (Vec<u8>, Vec<u8>) = if is_heavy() {
+        ((1..=255).collect(), (0..=255).collect())
+    } else {
+        (
+            [0x01, 0x04, 0x10, 0x40, 0x55, 0x80, 0x82, 0x88, 0xA0, 0xFF].into(),
+            [0x00, 0x01, 0x20, 0x44, 0x7F, 0x80, 0x9C, 0xAA, 0xC3, 0xFF].into(),
+        )
+    };
+    let flips = flips.into_iter().map(|bits| (1, bits));
+    let inserts = inserts.into_iter().map(|byte| (2, byte));
+    let others = [(0, 0), (3, 0)].into_iter();
+    others.chain(flips).chain(inserts).collect()
 }
 
-impl Fault {
-    /// Each kind, with bytes that mean something to one protocol or another, half of them
-    /// with the highest bit set; with every byte where `SHISEN_HEAVY` asks for it.
-    fn all() -> Vec<Self> {
-        let (flips, inserts): (Vec<u8>, Vec<u8>) = if is_heavy() {
-            ((1..=255).collect(), (0..=255).collect())
-        } else {
-            (
-                [0x01, 0x04, 0x10, 0x40, 0x55, 0x80, 0x82, 0x88, 0xA0, 0xFF].into(),
-                [0x00, 0x01, 0x20, 0x44, 0x7F, 0x80, 0x9C, 0xAA, 0xC3, 0xFF].into(),
-            )
-        };
-        [Self::Dropped, Self::Duplicated]
-            .into_iter()
-            .chain(flips.into_iter().map(Self::Flipped))
-            .chain(inserts.into_iter().map(Self::Inserted))
-            .collect()
-    }
-
-    fn apply(self, stream: &[u8], offset: usize) -> Vec<u8> {
-        let (before, after) = stream.split_at(offset);
-        let (byte, rest) = (after[0], &after[1..]);
-        let instead = match self {
-            Self::Dropped => Vec::new(),
-            Self::Flipped(bits) => [byte ^ bits].to_vec(),
-            Self::Inserted(other) => [other, byte].to_vec(),
-            Self::Duplicated => [byte, byte].to_vec(),
-        };
-        [before, &instead, rest].concat()
-    }
-
-    /// The place in [`Tally::wrong`].
-    fn kind(self) -> usize {
-        match self {
-            Self::Dropped => 0,
-            Self::Flipped(_) => 1,
-            Self::Inserted(_) => 2,
-            Self::Duplicated => 3,
-        }
-    }
+/// The stream with a fault at this byte.
+fn with_fault((kind, other): Fault, stream: &[u8], offset: usize) -> Vec<u8> {
+    let byte = stream[offset];
+    let instead: &[u8] = match kind {
+        0 => &[],
+        1 => &[byte ^ other],
+        2 => &[other, byte],
+        _ => &[byte, byte],
+    };
+    [&stream[..offset], instead, &stream[offset + 1..]].concat()
 }
 
-/// What single-byte faults did: for each kind of fault (dropped, flipped,
-/// inserted, duplicated) how many there were and how many wrong samples came
-/// through, and the most intact records that any of them cost.
+/// What faults of one byte did, by kind: dropped, flipped, inserted, doubled.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     faults: [u32; 4],
@@ -268,8 +232,7 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    /// Holds the faults to the bounds in the row of that name in a module's docs, and prints
-    /// what they are. Where only some faults were done, rates may be a little above the bounds.
+    /// Holds the faults to the row of that name in a module's docs, and prints what they are.
     pub(crate) fn assert_stated(&self, name: &str, docs: &str) {
         let lost = self.most_intact_lost;
         let rates = [0, 1, 2, 3].map(|kind| self.wrong[kind] as f32 / self.faults[kind] as f32);
@@ -286,12 +249,8 @@ impl Tally {
         assert!(lost as f32 <= stated[4], "{name}: {lost} lost, {row}");
         for ((rate, &stated), some) in rates.iter().zip(&stated).zip(SOME) {
             // Where there is to be none, there is none of any.
-            let most = stated
-                + if is_heavy() || stated == 0.0 {
-                    0.0
-                } else {
-                    some
-                };
+            let exact = is_heavy() || stated == 0.0;
+            let most = stated + if exact { 0.0 } else { some };
             assert!(*rate <= most, "{name}: {rates:?}, {row}");
         }
     }
@@ -306,8 +265,7 @@ const CLEAN_HEAD: usize = 2;
 /// How many records follow the one that is damaged.
 const CLEAN_TAIL: usize = 6;
 
-/// Holds a decoder to all that a line can do to it: faults of one byte in these records,
-/// cuts anywhere, and random bytes, of which about this share may pass for samples.
+/// Holds a decoder to faults of one byte, any cut, and random bytes, of which this share may pass.
 pub(crate) fn hostile<D: Decoder>(
     new: impl Fn() -> D,
     records: &[Vec<Vec<u8>>],
@@ -325,21 +283,14 @@ pub(crate) fn hostile<D: Decoder>(
     tally
 }
 
-/// Puts each fault at each offset of a stream of records, each of which is
-/// one sample and no two the same, and looks at what comes out. The decoder
-/// is in step before the fault: it sees the records from [`CLEAN_HEAD`] before
-/// it to [`CLEAN_TAIL`] behind it.
-///
-/// An intact record is one that the fault did not touch. Of these only the
-/// one before (which may be waiting for what is touched) and the three after
-/// may be lost; how many are is in [`Tally::most_intact_lost`].
+/// Puts each fault at each offset; only the intact record before and the three after may be lost.
 fn every_fault<D: Decoder>(new: impl Fn() -> D, records: &[Vec<u8>], tally: &mut Tally) {
     let truth = samples(&mut new(), &records.concat().repeat(2));
     let truth = &truth[..records.len()];
     for (i, sample) in truth.iter().enumerate() {
         assert!(!truth[..i].contains(sample), "record {i} is not unlike");
     }
-    let faults = Fault::all();
+    let faults = all_faults();
     let step = if cfg!(miri) { 37 } else { 1 };
     let places = records.iter().enumerate();
     let places = places.flat_map(|(i, record)| (0..record.len()).map(move |at| (i, at)));
@@ -351,11 +302,11 @@ fn every_fault<D: Decoder>(new: impl Fn() -> D, records: &[Vec<u8>], tally: &mut
         let truth = &truth[seen];
         let offset = records[first..touched].concat().len() + at;
         for &fault in &faults {
-            let found = samples(&mut new(), &fault.apply(&stream, offset));
+            let found = samples(&mut new(), &with_fault(fault, &stream, offset));
             let place = |sample| truth.iter().position(|t| t == sample);
             let seen: Vec<Option<usize>> = found.iter().map(place).collect();
-            tally.faults[fault.kind()] += 1;
-            tally.wrong[fault.kind()] += seen.iter().filter(|s| s.is_none()).count() as u32;
+            tally.faults[fault.0] += 1;
+            tally.wrong[fault.0] += seen.iter().filter(|s| s.is_none()).count() as u32;
             // The last of all may still wait for the one behind it.
             let lost: Vec<usize> = (0..truth.len() - 1)
                 .filter(|&i| i != CLEAN_HEAD && !seen.contains(&Some(i)))
@@ -404,8 +355,7 @@ fn is_heavy() -> bool {
     std::env::var("SHISEN_HEAVY").is_ok_and(|value| !value.is_empty() && value != "0")
 }
 
-/// How many random bytes a test feeds: a million, or the whole number where
-/// `SHISEN_HEAVY` asks for it; few in miri.
+/// How many random bytes a test feeds: a million, or `heavy` where `SHISEN_HEAVY` asks for it.
 pub(crate) fn random_count(heavy: u64) -> u64 {
     match (cfg!(miri), is_heavy()) {
         (true, _) => 1_000,
@@ -414,8 +364,7 @@ pub(crate) fn random_count(heavy: u64) -> u64 {
     }
 }
 
-/// Feeds random bytes and gives back how many samples came of them, all of
-/// which hold usable numbers; every byte is accounted for.
+/// Feeds random bytes and returns how many usable samples came; every byte is accounted for.
 fn random_bytes(decoder: &mut impl Decoder, count: u64, seed: u64) -> u64 {
     let mut random = Random(seed);
     let (mut found, mut reported) = (0, 0);

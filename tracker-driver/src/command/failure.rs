@@ -14,8 +14,7 @@ pub enum Failure {
          lines crossed or not"
     )]
     Silent,
-    /// Bytes come in without a record: the line's speed, the
-    /// protocol or what it is set up to is not the device's.
+    /// Bytes come in without a record.
     #[error(
         "{bytes} bytes came in, and no record among them: the line's speed, the protocol or its \
          settings (list of items, outputs, format) are not the device's; try another baud rate, \
@@ -45,8 +44,7 @@ pub enum Failure {
         /// Bytes behind the last whole record.
         bytes: u64,
     },
-    /// Records come in, but much else as well: the protocol, its settings or
-    /// the line's speed is not the device's, or the line is disturbed.
+    /// Records come in, but much else as well.
     #[error(
         "{dropped} of {bytes} bytes in a second belong to no record: the protocol, its settings \
          (list of items, outputs, format) or the line's speed is not the device's, or the line \

@@ -4,22 +4,8 @@ use crate::time::Micros;
 
 /// Holds the samples of a device back while it is set up.
 ///
-/// What a device sends before everything was said to it may be in other units than it is
-/// asked for: until then its samples count for nothing. One that takes longer than is
-/// usual, or takes no commands at all, is believed in the end.
-///
-/// ```
-/// use shisen_tracker::command::{Session, SettingUp};
-/// use shisen_tracker::head::hatire;
-/// use shisen_tracker::time::Micros;
-///
-/// let mut session = Session::new(hatire::start(false));
-/// let setting_up = SettingUp::since(Micros(5), Micros(0));
-/// assert!(!setting_up.is_over(session.has_said_all(), Micros(9)));
-/// // `S` is all that there is to be said.
-/// session.poll(Micros(9));
-/// assert!(setting_up.is_over(session.has_said_all(), Micros(9)));
-/// ```
+/// What it sends before everything was said may be in other units than it is asked for. A device
+/// that takes longer than is usual, or takes no commands at all, is believed in the end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SettingUp {
     /// From then on it is believed in any case, once it began.
@@ -35,8 +21,7 @@ impl SettingUp {
         Self { until: None }
     }
 
-    /// Began at `now`, and takes so much longer than is usual: a reset, or a change of the
-    /// line's speed.
+    /// Began at `now`, and takes `longer` than is usual: for a reset, or a change of speed.
     pub const fn since(now: Micros, longer: Micros) -> Self {
         Self {
             until: Some(now.after(longer).after(Self::MOST)),
@@ -50,9 +35,8 @@ impl SettingUp {
         }
     }
 
-    /// Whether samples that come at `now` are believed. `has_said_all` is what
-    /// [`Session::has_said_all`](super::Session::has_said_all) says, and true where nothing
-    /// is to be said.
+    /// Whether samples that come at `now` are believed; `has_said_all` is
+    /// [`Session`](super::Session::has_said_all)'s, or true where nothing is to be said.
     pub fn is_over(&self, has_said_all: bool, now: Micros) -> bool {
         has_said_all || self.until.is_some_and(|until| now >= until)
     }

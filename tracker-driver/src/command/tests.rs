@@ -22,30 +22,23 @@ fn script() -> Script {
     script
 }
 
-/// Whether samples count at these times of a device that says nothing.
-fn believed(setting_up: SettingUp, session: &Session, times: [u64; 3]) -> [bool; 3] {
-    times.map(|now| setting_up.is_over(session.has_said_all(), Micros(now)))
-}
-
 #[test]
 fn a_device_that_takes_long_is_believed_in_the_end() {
     let session = Session::new(script());
-    let mut setting_up = SettingUp::new();
-    for now in [1_000, 2_000] {
-        // The first time counts.
-        setting_up.begin(Micros(now));
-        let times = [999, 800_999, 801_000];
-        assert_eq!(
-            believed(setting_up, &session, times),
-            [false, false, true],
-            "{now}"
-        );
+    let longer = Micros::from_millis(10_000);
+    let mut begun = SettingUp::new();
+    // The first time counts.
+    begun.begin(Micros(1_000));
+    begun.begin(Micros(2_000));
+    for (setting_up, until) in [
+        (SettingUp::new(), u64::MAX),
+        (begun, 801_000),
+        (SettingUp::since(Micros(1_000), longer), 10_801_000),
+    ] {
+        let at = |now| setting_up.is_over(session.has_said_all(), Micros(now));
+        assert!(!at(until - 1) && setting_up.is_over(true, Micros(0)));
+        assert_eq!(at(until), until != u64::MAX);
     }
-    let reset = SettingUp::since(Micros(1_000), Micros::from_millis(10_000));
-    assert_eq!(
-        believed(reset, &session, [801_000, 10_800_999, 10_801_000]),
-        [false, false, true]
-    );
 }
 
 #[test]
@@ -99,64 +92,47 @@ fn failures_say_what_is_wrong() {
     let (failure, when, sent) = fail(script(), |_| {});
     assert_eq!(failure, Failure::Silent);
     assert_eq!((when, sent), (Micros(3_000_500), 1 + 3 * 2));
-
-    let (failure, ..) = fail(script(), |session| session.on_bytes(40));
-    assert_eq!(failure, Failure::NoRecord { bytes: 40 });
-    assert!(format!("{failure}").contains("baud"), "{failure}");
-
-    let text = Event::Message(Message::Text(Text::new(b"HAT")));
-    let (failure, ..) = fail(script(), |session| {
-        session.on_bytes(30);
-        session.on_event(&text);
-    });
-    let awaited = Awaited::Sample;
-    assert_eq!(
-        failure,
-        Failure::NoAnswer {
-            records: 1,
-            awaited
-        }
-    );
-    assert!(
-        format!("{failure}").contains("none of a sensor"),
-        "{failure}"
-    );
-
-    // It sends samples and answers nothing.
     let mut asking = Script::sending(b"a");
     asking.expect(Awaited::Reply(0x9C), PATIENCE);
-    let (failure, ..) = fail(asking, |session| session.on_event(&sample()));
-    let said = format!("{failure}");
-    assert!(said.contains("no answer to command 0x9c"), "{said}");
-    assert!(!said.contains("items"), "{said}");
-
-    let (failure, ..) = fail(script(), |session| {
-        session.on_bytes(40);
-        session.on_event(&useless(DropReason::NotUnit));
-    });
-    let reason = DropReason::NotUnit;
-    assert_eq!(failure, Failure::Unusable { records: 1, reason });
-
-    let (failure, ..) = fail(script(), |session| {
-        session.on_event(&reply(u32::from(b'O'), 3));
-    });
-    let refused = Failure::Refused {
-        command: u32::from(b'O'),
-        result: 3,
-        meaning: "",
-    };
-    assert_eq!(failure, refused);
-    assert!(
-        format!("{failure}").contains("'O' with code 3"),
-        "{failure}"
-    );
+    let text = Event::Message(Message::Text(Text::new(b"HAT")));
+    let useless = useless(DropReason::NotUnit);
+    let refusal = reply(u32::from(b'O'), 3);
+    for (script, bytes, event, expected) in [
+        (script(), 40, None, "40 bytes came in, and no record"),
+        (script(), 30, Some(text), "none of a sensor: check"),
+        (asking, 32, Some(sample()), "no answer to command 0x9c:"),
+        (
+            script(),
+            40,
+            Some(useless),
+            "cannot be used (no direction):",
+        ),
+        (
+            script(),
+            9,
+            Some(refusal),
+            "refused command 'O' with code 3",
+        ),
+    ] {
+        let (failure, ..) = fail(script, |session| {
+            session.on_bytes(bytes);
+            if let Some(event) = &event {
+                session.on_event(event);
+            }
+        });
+        let said = format!("{failure}");
+        assert!(said.contains(expected), "{said}");
+    }
+    let (command, result, meaning) = (0x9C, 1, "failed");
     let binary = Failure::Refused {
-        command: 0x9C,
-        result: 1,
-        meaning: "failed",
+        command,
+        result,
+        meaning,
     };
-    let said = "the device refused command 0x9c: failed (code 1)";
-    assert_eq!(format!("{binary}"), said);
+    assert_eq!(
+        format!("{binary}"),
+        "the device refused command 0x9c: failed (code 1)"
+    );
 }
 
 #[test]
@@ -219,18 +195,26 @@ fn a_watch_notices_silence_and_the_wrong_speed() {
     assert_eq!(watch.trouble(Micros(3_000_000)), Some(Failure::Silent));
 }
 
+/// What a watch says after these steps of 10 ms, each with 32 bytes and these events.
+fn listen<const N: usize>(
+    watch: &mut Watch,
+    steps: core::ops::Range<u64>,
+    events: impl Fn(u64) -> [Event; N],
+) -> Option<Failure> {
+    for step in steps.clone() {
+        let now = Micros::from_millis(10 * step);
+        watch.on_bytes(32, now);
+        for event in events(step) {
+            watch.on_event(&event, now);
+        }
+    }
+    watch.trouble(Micros::from_millis(10 * steps.end - 5))
+}
+
 #[test]
 fn a_watch_tells_useless_records_from_a_wrong_speed() {
-    let at = |ms| Micros::from_millis(ms);
-    let listen = |watch: &mut Watch, event: &Event| {
-        let mut said = None;
-        for step in 0..150 {
-            watch.on_bytes(32, at(10 * step));
-            watch.on_event(event, at(10 * step));
-            said = watch.trouble(at(10 * step + 5));
-        }
-        said
-    };
+    let hear = |mut watch, reason| listen(&mut watch, 0..150, |_| [useless(reason)]);
+    let unusable = |records, reason| Some(Failure::Unusable { records, reason });
     for (reason, words) in [
         (DropReason::NotUnit, "sensor and transmitter"),
         (DropReason::OutOfRange, "list of items"),
@@ -238,20 +222,14 @@ fn a_watch_tells_useless_records_from_a_wrong_speed() {
         (DropReason::Unknown, "another version"),
         (DropReason::Duplicate, "repeats itself"),
     ] {
-        let said = listen(&mut Watch::new(), &useless(reason)).unwrap();
-        assert_eq!(
-            said,
-            Failure::Unusable {
-                records: 150,
-                reason
-            }
-        );
-        let said = format!("{said}");
+        let failure = hear(Watch::new(), reason);
+        assert_eq!(failure, unusable(150, reason));
+        let said = format!("{}", failure.unwrap());
+        let says = |words| said.contains(words);
         assert!(
-            said.contains(words) && said.contains(reason.name()),
+            says(words) && says(reason.name()) && !says("speed"),
             "{said}"
         );
-        assert!(!said.contains("speed"), "{said}");
     }
     // These are signs of a wrong speed, unless the transport delimits reports.
     for reason in [
@@ -259,47 +237,27 @@ fn a_watch_tells_useless_records_from_a_wrong_speed() {
         DropReason::Length,
         DropReason::Truncated,
     ] {
-        let said = listen(&mut Watch::new(), &useless(reason));
-        assert_eq!(said, Some(Failure::NoRecord { bytes: 150 * 32 }));
-        let said = listen(&mut Watch::of_reports(), &useless(reason));
-        assert_eq!(
-            said,
-            Some(Failure::Unusable {
-                records: 150,
-                reason
-            })
-        );
+        let wrong_speed = Some(Failure::NoRecord { bytes: 150 * 32 });
+        assert_eq!(hear(Watch::new(), reason), wrong_speed);
+        assert_eq!(hear(Watch::of_reports(), reason), unusable(150, reason));
     }
+    // Every second record is of no use.
+    let reason = DropReason::NotUnit;
+    let half = [sample(), useless(reason)];
+    let said = listen(
+        &mut Watch::new(),
+        0..300,
+        |step| [half[(step % 2) as usize]],
+    );
+    assert_eq!(said, unusable(50, reason));
 }
 
 #[test]
-fn a_watch_tells_half_the_records_and_a_cut_line_from_a_wrong_speed() {
+fn a_watch_notices_a_cut_line_and_is_content_again_when_the_line_is() {
     let at = |ms| Micros::from_millis(ms);
-    // Every second record is of no use.
-    let mut watch = Watch::new();
-    for step in 0..300 {
-        watch.on_bytes(32, at(10 * step));
-        let event = if step % 2 == 0 {
-            sample()
-        } else {
-            useless(DropReason::NotUnit)
-        };
-        watch.on_event(&event, at(10 * step));
-    }
-    let reason = DropReason::NotUnit;
-    assert_eq!(
-        watch.trouble(at(2_995)),
-        Some(Failure::Unusable {
-            records: 50,
-            reason
-        })
-    );
     // 200 records, then 9 bytes of one, then nothing.
     let mut watch = Watch::new();
-    for step in 0..200 {
-        watch.on_bytes(32, at(10 * step));
-        watch.on_event(&sample(), at(10 * step));
-    }
+    assert_eq!(listen(&mut watch, 0..200, |_| [sample()]), None);
     watch.on_bytes(9, at(1_995));
     assert_eq!(watch.trouble(at(2_980)), None);
     let cut = watch.trouble(at(2_990)).unwrap();
@@ -307,13 +265,38 @@ fn a_watch_tells_half_the_records_and_a_cut_line_from_a_wrong_speed() {
     assert!(format!("{cut}").contains("within a record"), "{cut}");
     // More that is no record, and it is no cut.
     watch.on_bytes(7, at(3_000));
-    assert_eq!(
-        watch.trouble(at(3_001)),
-        Some(Failure::NoRecord { bytes: 16 })
-    );
+    let wrong_speed = Some(Failure::NoRecord { bytes: 16 });
+    assert_eq!(watch.trouble(at(3_001)), wrong_speed);
+
+    let mut watch = Watch::new();
+    let garbage = thrown(17, DropReason::OutOfStep);
+    assert_eq!(listen(&mut watch, 0..100, |_| [sample()]), None);
+    let said = listen(&mut watch, 100..200, |_| [garbage, sample()]);
+    assert_eq!(said, None, "not before a second is over");
+    let (dropped, bytes) = (1_700, 3_200);
+    let unlike = Failure::Unlike { dropped, bytes };
+    assert_eq!(listen(&mut watch, 200..300, |_| [sample()]), Some(unlike));
+    assert_eq!(listen(&mut watch, 300..400, |_| [sample()]), None);
+    let words = format!("{unlike}");
+    assert!(words.starts_with("1700 of 3200 bytes"), "{words}");
+
+    // What is repeated, or of another version, is no other protocol.
+    for reason in [DropReason::Duplicate, DropReason::Unknown] {
+        let mut watch = Watch::new();
+        for start in [0, 100, 200] {
+            let said = listen(&mut watch, start..start + 100, |step| {
+                [if step % 10 == 0 {
+                    sample()
+                } else {
+                    useless(reason)
+                }]
+            });
+            assert_eq!(said, None, "{reason:?}");
+        }
+    }
 }
-/// What a watch says of a line on which one device speaks and another is
-/// listened to: for how many of 30 tenths of a second something was wrong.
+
+/// Of 30 tenths of a second, those in which a watch of `heard` finds fault, and its last words.
 fn watched(spoken: &Protocol, heard: &Protocol, corrupt: f32) -> (usize, Option<Failure>) {
     let tracker = tracker(crate::mock::TrackerConfig::default(), 5);
     let faults = FaultsConfig {
@@ -339,8 +322,7 @@ fn watched(spoken: &Protocol, heard: &Protocol, corrupt: f32) -> (usize, Option<
     (wrong, last)
 }
 
-/// Records alike in all that can be checked: twelve or six bytes, of which the
-/// first alone has its highest bit set. What a Flock sends it is told.
+/// Records alike in all that can be checked: the first byte alone has its highest bit set.
 const ALIKE: [(&str, &str); 3] = [
     ("asl", "PositionAngles"),
     ("Angles", "Position"),
@@ -370,53 +352,4 @@ fn a_watch_tells_another_protocol_from_damage() {
         "{silent:?}"
     );
     assert_eq!(silent.len(), ALIKE.len());
-}
-
-#[test]
-fn a_watch_is_content_again_when_the_line_is() {
-    let mut watch = Watch::new();
-    let mut second = |from: u64, dropped: u32| {
-        let mut said = None;
-        for step in 0..100 {
-            let now = Micros::from_millis(1_000 * from + 10 * step);
-            said = watch.trouble(now);
-            watch.on_bytes(20, now);
-            if dropped > 0 {
-                watch.on_event(&thrown(dropped, DropReason::OutOfStep), now);
-            }
-            watch.on_event(&sample(), now);
-        }
-        said
-    };
-    assert_eq!(second(0, 0), None);
-    assert_eq!(second(1, 11), None, "not before a second is over");
-    let unlike = Failure::Unlike {
-        dropped: 1_100,
-        bytes: 2_000,
-    };
-    assert_eq!(second(2, 0), Some(unlike));
-    assert_eq!(second(3, 0), None);
-    let words = std::format!("{unlike}");
-    assert!(
-        words.contains("1100 of 2000 bytes") && words.contains("settings"),
-        "{words}"
-    );
-}
-
-#[test]
-fn what_is_repeated_or_of_another_version_is_no_other_protocol() {
-    for reason in [DropReason::Duplicate, DropReason::Unknown] {
-        let mut watch = Watch::new();
-        for step in 0..300 {
-            let now = Micros::from_millis(10 * step);
-            assert_eq!(watch.trouble(now), None, "{reason:?}");
-            watch.on_bytes(20, now);
-            let event = if step % 10 == 0 {
-                sample()
-            } else {
-                thrown(20, reason)
-            };
-            watch.on_event(&event, now);
-        }
-    }
 }

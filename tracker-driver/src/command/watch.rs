@@ -4,12 +4,9 @@ use super::{Failure, PATIENCE};
 use crate::decoder::{DropReason, Dropped, Event};
 use crate::time::Micros;
 
-/// Notices that nothing comes in, or nothing that can be understood, or much
-/// that cannot.
-///
-/// The last is looked for each second: where most of its bytes belong to no
-/// record, or some do behind most of its records, what the decoder takes for
-/// records are chance, or records of another form.
+/// Notices that nothing comes in, or nothing that can be understood, or much that cannot:
+/// where most bytes of a second, or some behind most of its records, belong to no record,
+/// the records are chance, or of another form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Watch {
     /// Whether the transport delimits records.
@@ -49,8 +46,7 @@ impl Watch {
         Self::default()
     }
 
-    /// A watch of a transport that delimits records, as HID does: there is no line
-    /// whose speed could be wrong.
+    /// A watch of a transport that delimits records, as HID does: no speed can be wrong.
     pub fn of_reports() -> Self {
         Self {
             delimited: true,
@@ -89,8 +85,7 @@ impl Watch {
         }
     }
 
-    /// What is wrong, if no record came for as long as [`PATIENCE`], or if the
-    /// last whole second was not like this protocol's.
+    /// What is wrong: no record for [`PATIENCE`], or a last second unlike this protocol's.
     pub fn trouble(&mut self, now: Micros) -> Option<Failure> {
         let since = self.at(now);
         if now.since(since) < PATIENCE {
@@ -125,8 +120,7 @@ impl Watch {
 
 const SECOND: Micros = Micros::from_millis(1_000);
 
-/// A device that sent records and then nothing for this long is silent: none pauses as
-/// long within a record.
+/// A device that has sent records pauses less within one.
 const SILENCE: Micros = Micros::from_millis(500);
 
 impl Second {

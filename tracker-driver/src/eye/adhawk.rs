@@ -32,17 +32,15 @@
 //! | 7 gaze on the screen | f32 x, y | `gaze_point`, 0 to 1 |
 //! | 8 inertial sensor | f32 x, y, z, w | `head.orientation` |
 //!
-//! NaN, as C writes it (0x7FC00000 or 0xFFC00000), stands for what was not measured:
-//! the headers say nothing of an eye that is not seen, and NaN is no measurement. What it stands in is then not tracked
-//! (a direction, a gaze point) or not there (the rest), the packet's other fields are
-//! as they are, and a [`Message::Unmeasured`] says so whenever it begins, changes or
-//! ends.
+//! NaN, as C writes it (0x7FC00000 or 0xFFC00000), stands for what was not measured: the headers
+//! say nothing of an eye that is not seen. What it stands in is then not tracked (a direction, a
+//! gaze point) or not there (the rest), the packet's other fields stay, and a
+//! [`Message::Unmeasured`] says so whenever it begins, changes or ends.
 //!
-//! The right eye comes before the left; one eye alone has one value. +X
-//! is to the right, +Y up and +Z behind, as in a [`Head`](crate::sample::Head).
-//! The headers are silent about three things, for which there are defaults: that
-//! the screen's gaze counts from 0 to 1, that an event's eye 0 is the right one, and that
-//! the inertial sensor's axes are the head's.
+//! The right eye comes before the left; one eye alone has one value. +X is to the right, +Y up
+//! and +Z behind, as in a [`Head`](crate::sample::Head). The headers are silent about three
+//! things: that the screen's gaze counts from 0 to 1, that an event's eye 0 is the right one, and
+//! that the inertial sensor's axes are the head's.
 //!
 //! # How far the decoder can be trusted
 //!
@@ -68,9 +66,7 @@ pub(crate) use request::{
 };
 pub use request::{Request, USUAL_FIELDS, USUAL_HERTZ, start, stop};
 
-use crate::decoder::{
-    Counts, Decoder, DropReason, Event, EyeEvent, EyeEventKind, Message, Reply, Side,
-};
+use crate::decoder::{Counts, Decoder, DropReason, Event, EyeEvent, EyeEventKind, Message, Side};
 use crate::sample::Parts;
 use crate::stream::{Front, Step, Stream};
 use crate::time::{DeviceTime, Micros};
@@ -140,8 +136,7 @@ pub fn result_name(result: u32) -> &'static str {
 /// The largest result that is known.
 const LAST_RESULT: u8 = 20;
 
-/// The packets in an SPI frame, to be fed to the decoder; none where the
-/// device had nothing to say, or the frame is damaged.
+/// The packets in an SPI frame, for the decoder; none in an empty or damaged one.
 pub fn spi_packets(frame: &[u8]) -> &[u8] {
     match frame {
         [START_OF_PACKET, low, high, packets @ ..] => {
@@ -226,9 +221,7 @@ fn step(front: Front<'_>, unmeasured: &mut Parts) -> Step {
     }
 }
 
-/// Whether a payload can become a packet, by what has come of it. The fields
-/// are looked at once, when all are there: to do it with every byte would
-/// cost half the packet each time.
+/// Whether a payload that has begun can become a packet; fields are looked at when all are there.
 fn promises(begun: &[u8], length: usize, stream: bool, in_step: bool) -> Result<(), DropReason> {
     match begun {
         _ if !stream => response(begun, length, in_step).map(|_| ()),
@@ -262,17 +255,9 @@ fn response(begun: &[u8], length: usize, in_step: bool) -> Result<Option<Event>,
     if result > LAST_RESULT {
         return Err(DropReason::Field);
     }
-    Ok(
-        (begun.len() == length).then_some(Event::Message(Message::Reply(Reply {
-            to: u32::from(kind),
-            result: u32::from(result),
-            meaning: if result == 0 {
-                ""
-            } else {
-                result_name(u32::from(result))
-            },
-        }))),
-    )
+    let result = u32::from(result);
+    let meaning = if result == 0 { "" } else { result_name(result) };
+    Ok((begun.len() == length).then_some(Event::reply(kind.into(), result, meaning)))
 }
 
 /// The types of requests, from the calibration's to the network's.
@@ -326,8 +311,7 @@ fn micros(seconds: f32) -> Result<u64, DropReason> {
     }
 }
 
-/// An event after the stream's first byte, `begun` of `length` bytes; `None`
-/// where more is needed.
+/// An event, `begun` of `length` bytes; `None` where more is needed.
 fn eye_event(begun: &[u8], length: usize) -> Result<Option<Event>, DropReason> {
     let [kind, rest @ ..] = begun else {
         return Ok(None);

@@ -22,26 +22,21 @@
 //!
 //! # How far the decoder can be trusted
 //!
-//! A frame begins where its top bit says, so a fault costs the frames that it
-//! touches and no other. What can be checked beside the top bits are the byte
-//! that is nothing and its top bit, the bits of the last byte that stand
-//! for no field, and, of a frame that does not follow another, that one follows it: it
-//! is handed over with the next one's first byte, and has the time of its own last.
-//! Random bytes pass for a frame of 12 with probability
-//! 2⁻⁸ (status) 2⁻¹¹ (top bits) 2⁻⁷⁻¹⁻⁴ 2⁻⁸ (the next status) = 2⁻³⁹ at each byte.
-//!
-//! A line that is read at another speed than the device sends at is not random: at a
-//! multiple of it zeros and single bits abound. `cargo test -p shisen-tracker wrong_speed
-//! -- --nocapture` holds this table to the mock's records, read at a quarter to four times
-//! the speed, with pauses between them and without:
+//! A frame begins where its top bit says, so a fault costs the frames that it touches and no
+//! other. Checked are the top bits, the byte that is nothing, the bits of the last byte that
+//! stand for no field, and that a frame out of step is followed by another: it is handed over
+//! with that one's first byte, and has the time of its own last. Random bytes pass for a frame
+//! of 12 with probability 2⁻⁸ (status) 2⁻¹¹ (top bits) 2⁻⁷⁻¹⁻⁴ 2⁻⁸ (the next status) = 2⁻³⁹ at
+//! each byte. At another speed than the device sends at zeros and single bits abound: `cargo
+//! test -p shisen-tracker wrong_speed -- --nocapture` holds this table to the mock's records,
+//! read at a quarter to four times the speed, with pauses between them and without:
 //!
 //! | Records | Bytes for each false sample, at least |
 //! |---|---|
 //! | `asl` at another speed | 866 |
 //!
-//! A changed byte that stays below 0x80 is mostly not noticed: the protocol
-//! has no checksum. As a frame in step is handed over with its last byte, a byte too
-//! many is noticed only where it moves a bit that must be clear. Faults of one byte
+//! There is no checksum: a changed byte that stays below 0x80 is mostly not noticed, a byte too
+//! many only where it moves a bit that must be clear. Faults of one byte
 //! ([how](crate::decoder#how-strong-a-check-is)):
 //!
 //! | Records | dropped | flipped | inserted | doubled | Intact records lost |
@@ -79,7 +74,7 @@ const TOP_BIT: u8 = 0x80;
 const GROUP: usize = 7;
 
 /// More frames than this cannot be missing: the count began anew.
-const LARGEST_GAP: u16 = 1_000;
+const LARGEST_GAP: u32 = 1_000;
 
 /// Which fields a frame has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -111,8 +106,7 @@ impl Layout {
 pub struct Config {
     /// Which fields the device sends.
     pub layout: Layout,
-    /// A pupil of 0 means that the eye was not found. The reader that the
-    /// format is known from does not say; no eye has such a pupil.
+    /// A pupil of 0 means that the eye was not found: a guess, no eye has such a pupil.
     pub zero_is_lost: bool,
 }
 
@@ -125,16 +119,12 @@ impl Default for Config {
     }
 }
 
-/// The decoder.
-///
-/// One eye is tracked, and it is handed over as [`Sample::combined`]. The
-/// gaze and the pupil are in the device's own units.
+/// The decoder: one eye as [`Sample::combined`], gaze and pupil in the device's own units.
 #[derive(Debug, Clone, Default)]
 pub struct Asl {
     config: Config,
     /// A frame, and the byte behind it.
     stream: Stream<{ LONGEST_FRAME + 1 }>,
-    last: Option<u16>,
 }
 
 impl Asl {
@@ -149,23 +139,11 @@ impl Asl {
 
 impl Decoder for Asl {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
-        let (config, last) = (self.config, &mut self.last);
-        let mut lost = 0;
-        self.stream.feed(bytes, arrival, sink, |front| {
-            let step = step(config, front);
-            if let Step::Take(_, _, Event::Sample(sample)) = step
-                && let Some(number) = sample.sequence
-            {
-                let number = number as u16;
-                let gap = last.map_or(0, |last| number.wrapping_sub(last).wrapping_sub(1));
-                if gap <= LARGEST_GAP {
-                    lost += u64::from(gap);
-                }
-                *last = Some(number);
-            }
-            step
-        });
-        self.stream.counts.lost = self.stream.counts.lost.saturating_add(lost);
+        let config = self.config;
+        let numbers = [1 << 16, LARGEST_GAP];
+        let step = |front: Front<'_>| step(config, front);
+        self.stream
+            .feed_numbered(numbers, bytes, arrival, sink, step);
     }
 
     fn counts(&self) -> &Counts {
@@ -174,7 +152,6 @@ impl Decoder for Asl {
 
     fn reset(&mut self) {
         self.stream.reset();
-        self.last = None;
     }
 }
 
@@ -261,8 +238,7 @@ fn sample(
     })
 }
 
-/// The frame that a device sends for a sample. What the sample does not have
-/// is zero; values are rounded, and kept within 16 bits.
+/// The frame that a device sends for a sample: zero for what it lacks, rounded, within 16 bits.
 pub fn encode(sample: &Sample, layout: Layout) -> Vec<u8, LONGEST_FRAME> {
     let (gaze, pupil) = numbers(sample);
     let [[p1, p0], [h1, h0], [v1, v0]] =

@@ -3,8 +3,8 @@
 //! # Wire format
 //!
 //! From the `MWorks` driver (`plugins/core/ISCAN/ISCAN/ISCANDevice.cpp` in
-//! mworks/mworks). The host sends [`START`] or [`STOP`]; the device streams
-//! little-endian words of 16 bits:
+//! mworks/mworks). The host sends 0x80 to start or 0x81 to stop; the device
+//! streams little-endian words of 16 bits:
 //!
 //! | Word | Content |
 //! |---|---|
@@ -17,22 +17,18 @@
 //!
 //! # How far the decoder can be trusted
 //!
-//! A record right after another is handed over with its last byte, and not
-//! with the header of the next one: waiting would cost a whole sample period.
-//! A record after anything else is one only once the next header stands
-//! behind it. With [`Config::confirm`] every record waits, and a damaged header
-//! costs the record before it too.
+//! A record right after another is handed over with its last byte: waiting for the next header
+//! would cost a sample period. A record after anything else waits for it, and with
+//! [`Config::confirm`] every record does; then a damaged header costs the record before it too.
+//! A header cannot stand inside a record: words above [`Config::largest_word`] are refused, and
+//! none can be set that would let 0x44 be a word's upper byte. Random bytes look like a record
+//! of n outputs, header and next header, with probability 2⁻³² (68/256)ⁿ at each byte: 3 in 10¹³
+//! for n = 5.
 //!
-//! A header cannot stand inside a record: words above [`Config::largest_word`]
-//! are refused, and none can be set that would let 0x44 be a word's upper
-//! byte. Random bytes look like a record of n outputs, header and next
-//! header, with probability 2⁻³² (68/256)ⁿ at each byte: 3 in 10¹³ for n = 5.
-//!
-//! A byte that was dropped inside a record is always noticed, because the next
-//! header then ends in the record's last word. A byte that was inserted, or
-//! changed, is noticed only where a word becomes too large: the protocol has
-//! no check. Faults of one byte ([how](crate::decoder#how-strong-a-check-is)), the random
-//! values from 0 to 512 pixels:
+//! A byte that was dropped inside a record is always noticed: the next header then ends in the
+//! record's last word. One that was inserted or changed is noticed only where a word becomes too
+//! large. Faults of one byte ([how](crate::decoder#how-strong-a-check-is)), the random values
+//! from 0 to 512 pixels:
 //!
 //! | Records | dropped | flipped | inserted | doubled | Intact records lost |
 //! |---|---|---|---|---|---|
@@ -48,20 +44,17 @@ use crate::time::Micros;
 use glam::Vec2;
 use heapless::Vec;
 
-/// What makes the device stream.
-pub const START: [u8; 1] = [0x80];
+pub(crate) const START: [u8; 1] = [0x80];
+pub(crate) const STOP: [u8; 1] = [0x81];
 
-/// What makes it stop.
-pub const STOP: [u8; 1] = [0x81];
-
-/// What makes the device stream, and has it answer.
+/// Makes the device stream.
 pub fn start() -> Script {
     let mut script = Script::sending(&START);
     script.expect(Awaited::Sample, PATIENCE);
     script
 }
 
-/// What makes it stop.
+/// Makes it stop.
 pub fn stop() -> Script {
     Script::sending(&STOP)
 }
@@ -171,12 +164,9 @@ pub struct Config {
     pub outputs: Outputs,
     /// Larger words, in tenths, are damage; at most 0x43FF (1740.7).
     pub largest_word: u16,
-    /// Hand a record over only once the next header has come. Where that is damaged,
-    /// the intact record before it is lost.
+    /// Hand a record over only once the next header has come; a damaged one costs it.
     pub confirm: bool,
-    /// A point of regard, or a pupil, at 0, 0 means that the eye was not
-    /// found. The driver that the format is known from does not say; a
-    /// camera's corner is no place for a pupil.
+    /// A point of regard or a pupil at 0, 0 means that the eye was not found: a guess.
     pub zero_is_lost: bool,
 }
 
@@ -197,11 +187,8 @@ impl Config {
     }
 }
 
-/// The decoder.
-///
-/// One eye is tracked, and it is handed over as [`Sample::combined`]. The
-/// gaze is the point of regard where it is among the outputs, and the pupil's
-/// place otherwise; both need a calibration.
+/// The decoder: one eye as [`Sample::combined`]. The gaze is the point of regard, or the
+/// pupil's place where that is no output; both need a calibration.
 #[derive(Debug, Clone, Default)]
 pub struct Iscan {
     config: Config,
@@ -341,9 +328,8 @@ fn sample(config: &Config, words: &[u8], arrival: Micros) -> Sample {
     }
 }
 
-/// The record that a device sends for a sample. Where the sample does not
-/// have an output it is zero; values are rounded to tenths, and kept within 0
-/// and [`Config::largest_word`].
+/// The record that a device sends for a sample: zero for what it lacks, rounded to tenths,
+/// 0 to [`Config::largest_word`].
 pub fn encode(sample: &Sample, config: &Config) -> Vec<u8, LONGEST_RECORD> {
     let (gaze, pupil) = numbers(sample);
     let mut record = Vec::new();

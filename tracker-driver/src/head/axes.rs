@@ -9,8 +9,7 @@ use crate::valid;
 use glam::{Mat3, Quat, Vec3};
 use shisen_core::numeric::{sin_cos, sqrt};
 
-/// What the axes of a device have to do with those of
-/// [`Head`](crate::sample::Head).
+/// A device's axes beside those of [`Head`](crate::sample::Head).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axes {
     tracker_from_device: Quat,
@@ -36,20 +35,15 @@ impl Axes {
         head_from_sensor: Quat::IDENTITY,
     };
 
-    /// The device's +X points forward, +Y to the right and +Z down: the
-    /// frame of Polhemus' and Ascension's transmitters, and that of a
-    /// receiver with its cable to the rear.
-    ///
-    /// Where a transmitter hangs under a ceiling or a receiver is glued on
-    /// sideways, [`Axes::new`] says so.
+    /// The device's +X points forward, +Y to the right and +Z down: Polhemus' and Ascension's
+    /// transmitters, and receivers with their cable to the rear. [`Axes::new`] is for others.
     pub const FORWARD_RIGHT_DOWN: Self = Self {
         tracker_from_device: FROM_FORWARD_RIGHT_DOWN,
         head_from_sensor: FROM_FORWARD_RIGHT_DOWN,
     };
 
-    /// Any other: the rotation from the device's frame to one with +Y up,
-    /// and the rotation from the sensor's axes to those of the head that
-    /// wears it. Both are normalised.
+    /// The rotation from the device's frame to one with +Y up, and from the sensor's axes to
+    /// those of the head that wears it; both are normalised.
     ///
     /// # Errors
     /// Where either is no rotation.
@@ -130,8 +124,7 @@ pub(crate) fn columns(q: Quat) -> [Vec3; 3] {
     [m.x_axis, m.y_axis, m.z_axis]
 }
 
-/// The rotation of azimuth about Z, then elevation about the new Y, then roll
-/// about the new X, in degrees: the sequence of Polhemus and Ascension.
+/// The rotation of azimuth about Z, elevation about the new Y, roll about the new X: degrees.
 pub(crate) fn from_euler_degrees(
     azimuth: f32,
     elevation: f32,
@@ -149,8 +142,7 @@ pub(crate) fn from_euler_degrees(
     valid::sent_rotation(compose(compose(about_z, about_y), about_x))
 }
 
-/// The reverse of [`from_euler_degrees`]: azimuth and roll within ±180,
-/// elevation within ±90.
+/// The reverse of [`from_euler_degrees`]; elevation within ±90.
 pub(crate) fn euler_degrees(q: Quat) -> [f32; 3] {
     let [x, y, z] = columns(q);
     let azimuth = libm::atan2f(x.y, x.x);

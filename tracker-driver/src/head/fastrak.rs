@@ -30,19 +30,16 @@
 //! | 22 | buttons (IS-900) | 3 characters | 1 byte |
 //! | 23 | joystick (IS-900) | – | 2 bytes |
 //!
-//! Numbers are little-endian. Items 16, 22, 23 and 66 are checked for their
-//! form and left out of a sample. Where a list has more than one form of the
-//! orientation, the quaternion is taken before the matrix and that before the
-//! angles. The station's time, if any, is an f32: after 16,777 s it tells
-//! whole milliseconds only, after 9 hours less.
+//! Numbers are little-endian. Items 16, 22, 23 and 66 are checked for their form and left out
+//! of a sample. Of several forms of the orientation the quaternion is taken before the matrix
+//! and that before the angles. The station's time is an f32: after 16,777 s it tells whole
+//! milliseconds only, after 9 hours less. A record whose status is a letter is handed over with
+//! its readings not tracked, and the letter as a [`Message::Fault`] when it changes.
 //!
-//! A record whose status is a letter is handed over with its readings not
-//! tracked, and the letter as a [`Message::Fault`] when it changes.
-//!
-//! Answers to commands start with `2`. Of these the status record is handed
-//! over as a [`Message::Text`] (see [`Status`]), a command error as a
-//! [`Message::Reply`] to the letter of the command, with the error's number
-//! without its sign.
+//! Answers to commands start with `2`. The status record is handed over as a
+//! [`Message::Text`] such as `21S3F9…`, whose `3F9` are hexadecimal flags: bit 0 binary,
+//! 1 centimetres, 2 compensated, 3 continuous; a command error as a [`Message::Reply`] to the
+//! letter of the command, with the error's number without its sign.
 //!
 //! # Axes
 //!
@@ -53,17 +50,14 @@
 //!
 //! # How strong the check is
 //!
-//! There is no checksum. A record is believed for its first three bytes, the
-//! list's spaces and line ends, and for what its numbers can be: finite, a
-//! position within [`FARTHEST_POSITION`](super::axes::FARTHEST_POSITION), a
-//! quaternion or matrix that is a rotation. With the list 2, 11, 0 in binary
-//! form, random bytes pass as a record with a probability of about
-//! 5 · 10⁻¹³ at each byte: 1.3 · 10⁻⁵ for the header of four stations'
-//! records, 1/256 for the space, and about 10⁻⁵ for three numbers that are
-//! positions and four that have a norm within 1 %. With 2, 4, 1 it is
-//! 5 · 10⁻¹², with 18, 20 it is 2 · 10⁻⁹ and with 18, 19 it is 2 · 10⁻⁷. In
-//! ASCII each character is one of a dozen or fewer: below 10⁻⁴⁰. Inside a broken stream the
-//! bytes are not random; faults of one byte ([how](crate::decoder#how-strong-a-check-is)):
+//! There is no checksum. A record is believed for its first three bytes, the list's spaces and
+//! line ends, and for what its numbers can be: finite, a position within
+//! [`FARTHEST_POSITION`](super::axes::FARTHEST_POSITION), a quaternion or matrix that is a
+//! rotation. With the list 2, 11, 0 in binary form, random bytes pass as a record with a
+//! probability of about 5 · 10⁻¹³ at each byte: 1.3 · 10⁻⁵ for the header of four stations'
+//! records, 1/256 for the space, and about 10⁻⁵ for the pose. With 2, 4, 1 it is 5 · 10⁻¹², with
+//! 18, 20 2 · 10⁻⁹, with 18, 19 2 · 10⁻⁷, and in ASCII below 10⁻⁴⁰. Faults of one byte
+//! ([how](crate::decoder#how-strong-a-check-is)):
 //!
 //! | List | dropped | flipped | inserted | doubled | Intact records lost |
 //! |---|---|---|---|---|---|
@@ -76,15 +70,14 @@
 
 use super::axes::Axes;
 use super::polhemus::{
-    Family, Format, Header, ItemList, MOST_RECORD_BYTES, Pose, Scale, Units, WORD_DEGREES,
+    Family, Format, Header, ItemList, MOST_RECORD_BYTES, Record, Scale, Units, WORD_DEGREES,
     WORD_METRES, push_number, record,
 };
 use crate::command::{Awaited, Bytes, PATIENCE, Script};
-use crate::decoder::{Counts, Decoder, DropReason, Event, Message, Reply, Text};
+use crate::decoder::{Counts, Decoder, DropReason, Event, Message, Text};
 use crate::sample::Sample;
 use crate::stream::{Front, Step, Stream};
 use crate::time::Micros;
-use heapless::Vec;
 
 /// Bytes before a record's items.
 const HEADER_BYTES: usize = 3;
@@ -105,13 +98,11 @@ pub struct Config {
     pub items: ItemList,
     /// What lengths are in.
     pub units: Units,
-    /// How many stations there are, from 1 to [`MOST_STATIONS`]; records of
-    /// others are no records.
+    /// Stations, 1 to [`MOST_STATIONS`]; records of others are no records.
     pub stations: u8,
     /// What the device's axes are.
     pub axes: Axes,
-    /// How long a device is away after a reset: a FASTRAK 10 s, an IS-900
-    /// 20 s.
+    /// How long a device is away after a reset: a FASTRAK 10 s, an IS-900 20 s.
     pub reset_time: Micros,
     /// What 1 stands for in item 18: metres, above 0.
     pub word_metres: f32,
@@ -154,26 +145,19 @@ impl Config {
         }
     }
 
-    /// The record that a device sends of a sample. What the sample lacks is
-    /// the origin, no rotation and time 0; it, and a held reading, gives the
-    /// status `k`, a low signal.
-    pub fn encode(&self, sample: &Sample) -> Vec<u8, MOST_RECORD_BYTES> {
+    /// The record that a device sends of a sample. What it lacks is the origin, no rotation and
+    /// time 0; that, or a held reading, gives the status `k`.
+    pub fn encode(&self, sample: &Sample) -> Record {
         let station = sample.sensor.min(MOST_STATIONS - 1) + 1;
         let tracked = self.items.is_tracked(&sample.head);
         let status = if tracked { b' ' } else { b'k' };
-        let mut record = Vec::new();
+        let mut record = Record::new();
         let _ = record.extend_from_slice(&[b'0', station_letter(station), status]);
-        let pose = Pose {
-            head: sample.head,
-            time: sample.device_time,
-        };
-        self.items.write(&pose, self.scale(), &mut record);
+        self.items.write(sample, self.scale(), &mut record);
         record
     }
 
-    /// What makes the device send this configuration's records without being
-    /// asked. A reset comes first only where `reset` says so: it takes
-    /// [`Config::reset_time`].
+    /// Makes the device send these records; a reset first, if any, takes [`Config::reset_time`].
     pub fn start(&self, reset: bool) -> Script {
         let settle = Micros::from_millis(100);
         let mut script = Script::new();
@@ -212,9 +196,8 @@ pub fn stop() -> Script {
     Script::sending(b"c")
 }
 
-/// What changes the line's speed at both ends, to one of [`BAUD_RATES`], and
-/// asks for the status there; no parity, 8 bits, no handshake. `None` for
-/// another speed.
+/// Changes the line's speed at both ends to one of [`BAUD_RATES`], 8N1, and asks for the
+/// status there. `None` for another speed.
 pub fn change_speed(baud: u32) -> Option<Script> {
     if !BAUD_RATES.contains(&baud) {
         return None;
@@ -236,54 +219,7 @@ pub fn change_speed(baud: u32) -> Option<Script> {
     Some(script)
 }
 
-/// What a status record says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Status {
-    /// The station that it names.
-    pub station: u8,
-    /// How records are written.
-    pub format: Format,
-    /// What lengths are in.
-    pub units: Units,
-    /// Whether the device compensates distortions.
-    pub compensation: bool,
-    /// Whether records come without being asked for.
-    pub continuous: bool,
-}
-
-impl Status {
-    /// Reads the start of a status record, such as `21S3F9`, which is how the
-    /// decoder's text begins; `None` where it is none.
-    pub fn from_text(text: &str) -> Option<Self> {
-        let &[b'2', station, b'S', a, b, c, ..] = text.as_bytes() else {
-            return None;
-        };
-        let station = station_number(station)?;
-        let flags = [a, b, c].into_iter().try_fold(0_u32, |flags, digit| {
-            Some(flags << 4 | char::from(digit).to_digit(16)?)
-        })?;
-        let flag = |bit: u32| flags >> bit & 1 == 1;
-        Some(Self {
-            station,
-            format: if flag(0) {
-                Format::Binary
-            } else {
-                Format::Ascii
-            },
-            units: if flag(1) {
-                Units::Centimetres
-            } else {
-                Units::Inches
-            },
-            compensation: flag(2),
-            continuous: flag(3),
-        })
-    }
-}
-
-/// What the manual says about a status letter ("Built-In-Test Information");
-/// empty of others.
+/// What the manual says about a status letter; empty of others.
 pub const fn fault_meaning(letter: u8) -> &'static str {
     match letter {
         b'a' => "X driver at its limit",
@@ -387,8 +323,7 @@ impl Config {
     }
 }
 
-/// An answer: `2`, station or a space, a letter, and text up to the line's
-/// end.
+/// An answer: `2`, station or a space, a letter, and text up to the line's end.
 fn look_at_reply(bytes: &[u8]) -> Step {
     const ERROR: &[u8] = b"*ERROR*";
     let nowhere = Step::Skip(DropReason::OutOfStep);
@@ -460,15 +395,10 @@ fn error_record(body: &[u8]) -> Event {
         });
     // An error without a number is still one.
     let result = code.filter(|&code| code != 0).unwrap_or(99);
-    Event::Message(Message::Reply(Reply {
-        to: u32::from(command),
-        result,
-        meaning: error_meaning(result),
-    }))
+    Event::reply(command.into(), result, error_meaning(result))
 }
 
-/// What the manual says about the number of a command error, without its
-/// sign.
+/// The manual's meaning of a command error's number, without its sign.
 pub const fn error_meaning(result: u32) -> &'static str {
     match result {
         1 => "a field is missing",

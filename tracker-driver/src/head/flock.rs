@@ -22,18 +22,16 @@
 //! sent. 32768 stands for [`Config::range`], [`Config::half_turn`] (180°) or 1.
 //!
 //! The first four commands, the one that wakes the birds and the scale of the angles are
-//! as generally known, not from those two sources: [`Config::letter`], [`Config::run`] and
+//! generally known, not from those sources: [`Config::letter`], [`Config::run`] and
 //! [`Config::half_turn`] are for a device that has others.
 //!
 //! # Answers
 //!
-//! The birds' answers to `O` (examine) are bare bytes without a start, which only the
-//! question tells from garbage: the decoder reads them where it is told of it
-//! ([`Decoder::on_sent`]) and they come within [`PATIENCE`], and drops them as out of step
-//! otherwise. While a record may come it does; but for `O` 36, whose answer begins as a
-//! record does, no answer is taken for one, nor a record for an answer: ask that one
-//! while no records come. Each answer is a [`Reply`](crate::decoder::Reply) to `O` with
-//! result 0, and before it:
+//! The birds' answers to `O` (examine) are bare bytes without a start. The decoder reads them
+//! where it is told of the question ([`Decoder::on_sent`]) and they come within [`PATIENCE`],
+//! and drops them as out of step otherwise. While a record may come no answer is taken for
+//! one, nor a record for an answer, but to `O` 36: ask that while no records come. Each answer
+//! is a [`Reply`](crate::decoder::Reply) to `O` with result 0, and before it:
 //!
 //! | Parameter | Bytes | Message |
 //! |---|---|---|
@@ -43,47 +41,37 @@
 //! | 16, error and its unit | 2 | as 10 |
 //! | 36, all units | 14 | |
 //!
-//! A record behind an answer that was cut short is not taken for its rest, nor noise for
-//! an answer that it cannot be: an error's code is one of 36 and has no noise before it, a
-//! crystal and an error's unit have no highest bit. Nothing else guards them: of random
-//! bytes right after a question more than a quarter pass for an error's code. A status may have one, as the master's
-//! does: where it says that records stream, its answer waits for the byte behind it.
+//! A record behind an answer that was cut short is not taken for its rest, nor noise for an
+//! answer that it cannot be: an error's code is one of 36 and has no noise before it, a crystal
+//! and an error's unit have no highest bit. Of random bytes right after a question more than a
+//! quarter pass for an error's code. A status whose low byte says that records stream may have
+//! a highest bit: its answer waits for the byte behind it.
 //!
 //! # The line's RTS
 //!
-//! RTS, where it is wired, holds the birds in reset while it is high. VRPN raises it
-//! for a second, lowers it and waits two. It has to be low, and opening a port raises
-//! it on most systems: lower it then (`serial::Serial::set_rts`).
+//! RTS, where it is wired, holds the birds in reset while it is high, which it is on most
+//! systems when a port is opened: lower it (`serial::Serial::set_rts`). VRPN raises it for a
+//! second, lowers it and waits two.
 //!
 //! # Axes
 //!
-//! The transmitter's +X points forward, +Y to the right, +Z down, as do a
-//! bird's. Quaternion and matrix are the reverse of other trackers': they turn
-//! the transmitter's axes to the bird's components (VRPN inverts them too);
-//! [`Config::reversed`] is for a device that does not. The angles are those of
-//! the bird in the transmitter's frame: azimuth about Z, then elevation about
-//! Y, then roll about X.
-//!
-//! The vector of a position and a quaternion that is usually given for VRPN's
-//! form, `80 10 00 60 27 02 7f 3f 00 00 00 00 00 60`, has a quaternion of norm
-//! 1.12: it shows how words are packed and is no rotation. The decoder refuses
-//! it as [`DropReason::NotUnit`]; [`Config::words`] has its values.
-//!
-//! A bird is a sample's sensor by its address less one; without group mode it
-//! is sensor 0.
+//! The transmitter's +X points forward, +Y to the right, +Z down, as do a bird's. Quaternion
+//! and matrix are the reverse of other trackers': they turn the transmitter's axes to the
+//! bird's components, as in VRPN; [`Config::reversed`] is for a device that does not. The
+//! angles are the bird's in the transmitter's frame: azimuth about Z, then elevation about Y,
+//! then roll about X. A bird is a sample's sensor by its address less one; without group mode
+//! it is sensor 0.
 //!
 //! # How strong the check is
 //!
-//! A record's start cannot be mistaken, its inside not be checked: no
-//! checksum. Random bytes pass as a record of n bytes with a probability of
-//! 2⁻ⁿ at each byte, times what the values can be: a quaternion 0.025, a
-//! matrix below 10⁻⁹, angles and positions anything, a bird's address 0.98.
-//! That is 1.6 % for angles alone, 0.00015 % for position and quaternion.
+//! A record's start cannot be mistaken, its inside not be checked: no checksum. Random bytes
+//! pass as a record of n bytes with a probability of 2⁻ⁿ at each byte, times what the values
+//! can be: a quaternion 0.025, a matrix below 10⁻⁹, angles and positions anything, a bird's
+//! address 0.98. That is 1.6 % for angles alone, 0.00015 % for position and quaternion.
 //!
-//! So false samples come from a line that is read at another speed than the device
-//! sends at, and a [`Watch`](crate::command::Watch) says that most bytes belong to no
-//! record. `cargo test -p shisen-tracker wrong_speed -- --nocapture` holds this table to
-//! the mock's records; no false sample had a matrix:
+//! False samples come from a line that is read at another speed than the device sends at; a
+//! [`Watch`](crate::command::Watch) says so. `cargo test -p shisen-tracker wrong_speed --
+//! --nocapture` holds this table to the mock's records; no false sample had a matrix:
 //!
 //! | Mode | Bytes for each false sample, at least |
 //! |---|---|
@@ -93,14 +81,10 @@
 //! | `PositionAngles` at another speed | 42 |
 //! | `PositionQuaternion` at another speed | 2,502 |
 //!
-//! Angles and a position cannot be told from each other, nor can an ASL eye
-//! tracker's frames from a position and angles: both are as long, and begin in
-//! the same way.
-//!
-//! A byte that slips into a record, or is doubled, moves what follows it
-//! inside its record; the next record is not touched. With [`Config::confirm`] one
-//! intact record is lost: where the byte behind a record is damaged, or one is put
-//! between two, the record before it lacks what would confirm it. Faults of one byte
+//! Angles and a position cannot be told from each other, nor an ASL eye tracker's frames from
+//! a position and angles: both are as long, and begin in the same way. A byte that slips into
+//! a record, or is doubled, does not touch the next record. With [`Config::confirm`] damage
+//! behind a record costs that record too. Faults of one byte
 //! ([how](crate::decoder#how-strong-a-check-is)):
 //!
 //! | Mode | dropped | flipped | inserted | doubled | Intact records lost |
@@ -129,11 +113,10 @@ use command::{EXAMINE, answer, command_bytes};
 use glam::{Quat, Vec3};
 use heapless::Vec;
 
-/// The speed of the line, as VRPN has it; a device's switches may say otherwise, up
-/// to 115,200.
+/// The line's speed, as VRPN has it; a device's switches may say others, up to 115,200.
 pub const BAUD: u32 = 38_400;
 /// Most words of a record: position and matrix.
-pub const MOST_WORDS: usize = 12;
+const MOST_WORDS: usize = 12;
 /// Most bytes of a record: those, and a bird's address.
 pub const MOST_RECORD_BYTES: usize = 2 * MOST_WORDS + 1;
 
@@ -245,8 +228,7 @@ pub struct Config {
     pub range: Range,
     /// Whether quaternion and matrix are the reverse of `device_from_sensor`.
     pub reversed: bool,
-    /// The command that chooses the mode, where it is not
-    /// [`Mode::command`]'s.
+    /// The command that chooses the mode, where it is not [`Mode::command`]'s.
     pub letter: Option<u8>,
     /// The command that wakes the birds: `F`.
     pub run: u8,
@@ -254,10 +236,8 @@ pub struct Config {
     pub half_turn: f32,
     /// What the device's axes are.
     pub axes: Axes,
-    /// Whether a record is handed over only when the next one has begun
-    /// behind it. That notices a byte too many, and holds each sample back
-    /// until then; without it the sample is out before the byte is seen. Where the
-    /// byte behind an intact record is damaged, that record is lost.
+    /// Whether a record is handed over only when the next one has begun behind it: that notices
+    /// a byte too many, delays each sample, and loses a record before a damaged byte.
     pub confirm: bool,
 }
 
@@ -277,45 +257,15 @@ impl Default for Config {
     }
 }
 
-/// A record's words, as the device wrote them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Record {
-    /// The words; those that the mode does not have are 0.
-    pub words: [i16; MOST_WORDS],
-    /// The bird's address, in group mode.
-    pub address: Option<u8>,
-}
-
 impl Config {
     /// Bytes of a record.
     pub const fn record_bytes(&self) -> usize {
         2 * self.mode.words() + self.group as usize
     }
 
-    /// Takes a record's words out of its bytes; `None` where these are not a
-    /// record, of which the first byte alone has its highest bit set.
-    pub fn words(&self, record: &[u8]) -> Option<Record> {
-        let (&first, rest) = record.split_first()?;
-        let inside = rest.iter().all(|byte| byte & PHASE == 0);
-        if record.len() != self.record_bytes() || first & PHASE == 0 || !inside {
-            return None;
-        }
-        let mut words = [0; MOST_WORDS];
-        for (word, pair) in words.iter_mut().zip(record.chunks_exact(2)) {
-            let &[low, high] = pair else { return None };
-            *word = from_seven_bits(low, high);
-        }
-        let address = if self.group {
-            Some(*record.last()?)
-        } else {
-            None
-        };
-        Some(Record { words, address })
-    }
-
-    /// What a record says of the head.
-    fn head(&self, record: &Record) -> Result<Head, DropReason> {
-        let parts = record.words.map(|word| f32::from(word) / ONE);
+    /// What a record's words say of the head.
+    fn head(&self, words: [i16; MOST_WORDS]) -> Result<Head, DropReason> {
+        let parts = words.map(|word| f32::from(word) / ONE);
         let [x, y, z, ..] = parts;
         let position = self.mode.has_position().then(|| {
             let device = Vec3::new(x, y, z) * self.range.metres();
@@ -350,9 +300,8 @@ impl Config {
         })
     }
 
-    /// The record that a device sends of a sample: bird 1's of sensor 0. What
-    /// the sample lacks is the origin and no rotation; what is out of range
-    /// stops at its end.
+    /// The record that a device sends of a sample: bird 1's of sensor 0. What it lacks is the
+    /// origin and no rotation; what is out of range stops at its end.
     pub fn encode(&self, sample: &Sample) -> Vec<u8, MOST_RECORD_BYTES> {
         let metres = sample.head.position.map_or(Vec3::ZERO, |p| p.value);
         let position = self.axes.device_position(metres) / self.range.metres();
@@ -392,6 +341,15 @@ impl Config {
         }
         record
     }
+}
+
+/// A record's words; those that it does not have are 0.
+fn words(record: &[u8]) -> [i16; MOST_WORDS] {
+    let mut words = [0; MOST_WORDS];
+    for (word, &[low, high]) in words.iter_mut().zip(record.as_chunks().0) {
+        *word = from_seven_bits(low, high);
+    }
+    words
 }
 
 /// Decodes the records of one line.
@@ -489,15 +447,12 @@ impl Config {
         }
         // The record's ends are certain.
         let unusable = |reason| Step::Discard(length, reason);
-        let Some(record) = self.words(record) else {
-            return unusable(DropReason::Field);
-        };
-        let sensor = match record.address {
+        let sensor = match record.get(2 * self.mode.words()) {
             None => 0,
             Some(address @ 1..=HIGHEST_ADDRESS) => address - 1,
             Some(_) => return unusable(DropReason::Field),
         };
-        match self.head(&record) {
+        match self.head(words(record)) {
             Err(reason) => unusable(reason),
             Ok(head) => {
                 let sample = Sample {

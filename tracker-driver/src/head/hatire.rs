@@ -26,13 +26,11 @@
 //!
 //! # Axes
 //!
-//! Each builder has their own: opentrack has its user swap and reverse them
-//! at will. The default here is the motion sensors' usual one: yaw grows to
-//! the right, pitch upwards, roll clockwise as the wearer sees it, which is
-//! +X forward, +Y right, +Z down. [`Config::axes`] changes the frames,
-//! [`Config::order`] and [`Config::reversed`] which number is which angle.
-//! What stands in bytes 16 to 27 differs too, and is taken for a position
-//! only where [`Config::translation`] says so.
+//! Each builder has their own. The default is the motion sensors' usual one: yaw grows to the
+//! right, pitch upwards, roll clockwise as the wearer sees it, which is +X forward, +Y right,
+//! +Z down. [`Config::axes`] changes the frames, [`Config::order`] and [`Config::reversed`]
+//! which number is which angle. Bytes 16 to 27 are a position only where
+//! [`Config::translation`] says so.
 //!
 //! # How strong the check is
 //!
@@ -64,7 +62,7 @@ pub const BAUD: u32 = 115_200;
 /// Highest code of a sample that opentrack takes.
 const HIGHEST_COUNT: u16 = 1_000;
 /// How many samples are counted before the count is back at 0.
-const COUNTS: u16 = 1_000;
+const COUNTS: u32 = 1_000;
 /// Bytes of a frame's text.
 pub const TEXT_BYTES: usize = 24;
 /// How long a device is away after a reset.
@@ -87,8 +85,7 @@ pub enum Translation {
 pub struct Config {
     /// Whether numbers have their highest byte first.
     pub big_endian: bool,
-    /// Which of the frame's first three numbers are azimuth, elevation and
-    /// roll: 0, 1 or 2 each. A higher one counts as 2.
+    /// The numbers of the frame, 0 to 2, that are azimuth, elevation and roll; higher ones are 2.
     pub order: [u8; 3],
     /// Which of azimuth, elevation and roll grow the other way.
     pub reversed: [bool; 3],
@@ -110,8 +107,7 @@ impl Default for Config {
     }
 }
 
-/// What makes the device send; a reset comes first only where `reset` says
-/// so.
+/// Makes the device send, after a reset where `reset` says so.
 pub fn start(reset: bool) -> Script {
     let mut script = Script::new();
     if reset {
@@ -145,15 +141,12 @@ pub const fn error_meaning(code: u16) -> &'static str {
     }
 }
 
-/// A frame, in the device's own axes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
-    /// The sample's count, or what kind of text it is.
-    pub code: u16,
-    /// Yaw, pitch, roll: degrees.
-    pub rotation: [f32; 3],
-    /// Position or acceleration.
-    pub translation: [f32; 3],
+/// A frame, in the device's own axes: degrees, and a position or an acceleration.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Frame {
+    code: u16,
+    rotation: [f32; 3],
+    translation: [f32; 3],
 }
 
 impl Config {
@@ -165,9 +158,8 @@ impl Config {
         bytes
     }
 
-    /// Takes a frame apart; `None` where its marks are not there. Its numbers are any
-    /// that were sent: what is none is refused by the decoder.
-    pub fn decode(&self, bytes: &[u8; FRAME_BYTES]) -> Option<Frame> {
+    /// Takes a frame apart; `None` where its marks are not there.
+    fn decode(&self, bytes: &[u8; FRAME_BYTES]) -> Option<Frame> {
         let [0xAA, 0xAA, c0, c1, numbers @ .., 0x55, 0x55] = bytes else {
             return None;
         };
@@ -183,8 +175,7 @@ impl Config {
         })
     }
 
-    /// The bytes of a frame.
-    pub fn encode_frame(&self, frame: &Frame) -> [u8; FRAME_BYTES] {
+    fn encode_frame(&self, frame: &Frame) -> [u8; FRAME_BYTES] {
         let mut bytes = [0; FRAME_BYTES];
         let code = self.flip(frame.code.to_le_bytes());
         let numbers = frame.rotation.iter().chain(&frame.translation);
@@ -196,15 +187,13 @@ impl Config {
         bytes
     }
 
-    /// The frame that a device sends of a sample. What the sample lacks is
-    /// the origin, no rotation and count 0.
+    /// The frame of a sample; what it lacks is the origin, no rotation and count 0.
     pub fn encode(&self, sample: &Sample) -> [u8; FRAME_BYTES] {
         let rotation = sample.head.orientation.map_or(Quat::IDENTITY, |q| q.value);
         let angles = axes::euler_degrees(self.axes.device_orientation(rotation));
         let mut frame = Frame {
-            code: (sample.sequence.unwrap_or(0) % u32::from(COUNTS)) as u16,
-            rotation: [0.0; 3],
-            translation: [0.0; 3],
+            code: (sample.sequence.unwrap_or(0) % COUNTS) as u16,
+            ..Frame::default()
         };
         for ((angle, place), reversed) in angles.into_iter().zip(self.order).zip(self.reversed) {
             if let Some(number) = frame.rotation.get_mut(usize::from(place.min(2))) {
@@ -222,8 +211,7 @@ impl Config {
     pub fn encode_text(&self, code: u16, text: &[u8; TEXT_BYTES]) -> [u8; FRAME_BYTES] {
         let mut bytes = self.encode_frame(&Frame {
             code,
-            rotation: [0.0; 3],
-            translation: [0.0; 3],
+            ..Frame::default()
         });
         if let Some(place) = bytes.get_mut(4..4 + TEXT_BYTES) {
             place.copy_from_slice(text);
@@ -261,8 +249,6 @@ impl Config {
 pub struct Hatire {
     stream: Stream<FRAME_BYTES>,
     config: Config,
-    /// The count of the sample before.
-    last: Option<u16>,
 }
 
 impl Hatire {
@@ -271,30 +257,17 @@ impl Hatire {
         Self {
             stream: Stream::default(),
             config,
-            last: None,
         }
     }
 }
 
 impl Decoder for Hatire {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
-        let last = &mut self.last;
-        let mut lost = 0_u64;
-        let mut count = |event: Event| {
-            if let Event::Sample(Sample {
-                sequence: Some(code),
-                ..
-            }) = event
-            {
-                lost += u64::from(missing(last, code as u16));
-            }
-            sink(event);
-        };
         let config = &self.config;
+        let numbers = [COUNTS, LARGEST_GAP];
+        let step = |front: Front<'_>| config.step(front);
         self.stream
-            .feed(bytes, arrival, &mut count, |front| config.step(front));
-        let counts = &mut self.stream.counts;
-        counts.lost = counts.lost.saturating_add(lost);
+            .feed_numbered(numbers, bytes, arrival, sink, step);
     }
 
     fn counts(&self) -> &Counts {
@@ -303,26 +276,13 @@ impl Decoder for Hatire {
 
     fn reset(&mut self) {
         self.stream.reset();
-        self.last = None;
     }
 }
 
 /// More samples than this cannot be missing: the count began anew, or does not count.
-const LARGEST_GAP: u16 = 250;
+const LARGEST_GAP: u32 = 250;
 
-/// How many samples are missing before the one that has this count.
-fn missing(last: &mut Option<u16>, code: u16) -> u16 {
-    // opentrack takes 1000, which no device sends.
-    let code = code % COUNTS;
-    let gap = last
-        .replace(code)
-        .map_or(0, |last| (code + COUNTS - 1 - last) % COUNTS);
-    if gap <= LARGEST_GAP { gap } else { 0 }
-}
-
-/// Whether a frame holds letters, white space and what fills the rest, and not
-/// a sample in the other byte order. Inlined, it makes the compiler copy each
-/// sample on its way.
+/// Whether a frame holds text. Inlined, it makes the compiler copy each sample on its way.
 #[inline(never)]
 fn is_text(frame: &[u8; FRAME_BYTES]) -> bool {
     let [_, _, _, _, text @ .., _, _] = frame;

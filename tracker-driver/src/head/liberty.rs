@@ -28,10 +28,10 @@
 //!
 //! The list 2, 7, 8, 0 makes a record of 41 bytes, with item 10 of 45.
 //!
-//! An answer to another command is handed over as a [`Message::Reply`] to the
+//! An answer to another command is handed over as a [`Reply`](crate::decoder::Reply) to the
 //! command's letter, with the error's character as its result. A record with
 //! an error is handed over with its readings not tracked, and the error as a
-//! [`Message::Fault`] when it changes.
+//! [`Message::Fault`](crate::decoder::Message::Fault) when it changes.
 //!
 //! # Axes
 //!
@@ -51,16 +51,12 @@
 //! | any | 0 | 0.65 | 0 | 0 | 0 |
 
 use super::axes::Axes;
-use super::polhemus::{
-    Family, Header, ItemList, MOST_RECORD_BYTES, Pose, Scale, Units, WORD_DEGREES, WORD_METRES,
-    record,
-};
+use super::polhemus::{Family, Header, ItemList, MOST_RECORD_BYTES, Record, Scale, Units, record};
 use crate::command::{Awaited, PATIENCE, Script};
-use crate::decoder::{Counts, Decoder, DropReason, Event, Message, Reply};
+use crate::decoder::{Counts, Decoder, DropReason, Event};
 use crate::sample::Sample;
 use crate::stream::{Front, Step, Stream};
 use crate::time::Micros;
-use heapless::Vec;
 
 /// Bytes before a record's items.
 const HEADER_BYTES: usize = 8;
@@ -115,16 +111,14 @@ pub struct Config {
     pub items: ItemList,
     /// What lengths are in.
     pub units: Units,
-    /// How many stations there are, from 1 to [`MOST_STATIONS`]; records of
-    /// others are no records.
+    /// Stations, 1 to [`MOST_STATIONS`]; records of others are no records.
     pub stations: u8,
     /// What the device's axes are.
     pub axes: Axes,
     /// What [`Config::encode`] writes; the decoder takes all of them.
     pub model: Model,
-    /// What byte 3 of the header is in a record; anything else is another
-    /// answer. `None` does not look at it, as VRPN does not: whatever begins as
-    /// an answer is a record.
+    /// Byte 3 of a record's header; others are answers. `None` does not look at it, as VRPN
+    /// does not.
     pub records: Option<[u8; 2]>,
     /// What bytes 6 and 7 of the header say.
     pub size: Size,
@@ -156,19 +150,9 @@ impl Config {
         HEADER_BYTES + self.items.bytes()
     }
 
-    fn scale(&self) -> Scale<'_> {
-        Scale {
-            units: self.units,
-            word_metres: WORD_METRES,
-            word_degrees: WORD_DEGREES,
-            axes: &self.axes,
-        }
-    }
-
-    /// The record that a device sends of a sample. What the sample lacks is
-    /// the origin, no rotation and time 0; it, and a held reading, gives the
-    /// error `*`.
-    pub fn encode(&self, sample: &Sample) -> Vec<u8, MOST_RECORD_BYTES> {
+    /// The record that a device sends of a sample. What it lacks is the origin, no rotation and
+    /// time 0; that, or a held reading, gives the error `*`.
+    pub fn encode(&self, sample: &Sample) -> Record {
         let tracked = self.items.is_tracked(&sample.head);
         let error = if tracked { b' ' } else { b'*' };
         let [first, second] = self.model.tag();
@@ -180,23 +164,16 @@ impl Config {
             Size::Unused => [0; 2],
         };
         let [command, _] = self.records.unwrap_or(*b"CP");
-        let mut record = Vec::new();
+        let mut record = Record::new();
         let header = [first, second, station, command, error, 0, sixth, seventh];
         let _ = record.extend_from_slice(&header);
-        let pose = Pose {
-            head: sample.head,
-            time: sample.device_time,
-        };
-        self.items.write(&pose, self.scale(), &mut record);
+        self.items
+            .write(sample, Scale::new(self.units, &self.axes), &mut record);
         record
     }
 
-    /// What makes the device send this configuration's records without being
-    /// asked, its clock starting at zero. A reset comes first only where
-    /// `reset` says so: the device is away for [`RESET_TIME`].
-    ///
-    /// That `P` ends a stream is VRPN's way; `U1` for centimetres and `U0` for
-    /// inches are the manuals'.
+    /// Makes the device send these records, its clock from zero; after a reset it is away for
+    /// [`RESET_TIME`]. `P` ends a stream as in VRPN; `U1` and `U0` are the manuals'.
     pub fn start(&self, reset: bool) -> Script {
         let settle = Micros::from_millis(100);
         let mut script = Script::new();
@@ -307,7 +284,10 @@ impl Config {
             return match bytes.len() < length {
                 _ if length > MOST_REPLY_BYTES => nowhere,
                 true => Step::More,
-                false => Step::Take(length, None, reply(command, error)),
+                false => {
+                    let result = if error == b' ' { 0 } else { u32::from(error) };
+                    Step::Take(length, None, Event::reply(command.into(), result, ""))
+                }
             };
         }
         if size != self.items.bytes() {
@@ -321,17 +301,14 @@ impl Config {
             status: error,
             meaning: "",
         };
-        record(front, header, &self.items, self.scale(), last)
+        record(
+            front,
+            header,
+            &self.items,
+            Scale::new(self.units, &self.axes),
+            last,
+        )
     }
-}
-
-fn reply(command: u8, error: u8) -> Event {
-    let result = if error == b' ' { 0 } else { u32::from(error) };
-    Event::Message(Message::Reply(Reply {
-        to: u32::from(command),
-        result,
-        meaning: "",
-    }))
 }
 
 #[cfg(test)]

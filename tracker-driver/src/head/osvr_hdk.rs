@@ -19,27 +19,23 @@
 //!
 //! # Axes
 //!
-//! The description is silent about axes. The two drivers that map the device
-//! to a head agree on them: OSVR-Core (its descriptor
-//! `com_osvr_Multiserver_OSVRHackerDevKit.json`, applied as in
-//! `JSONTransformVisitor.cpp`) and Monado (`hdk_device.cpp`). The quaternion
-//! turns the sensor's axes into a right-handed reference frame with +Z up; in
-//! the worn device the sensor's +X points to the right, +Y down and +Z
-//! forward. [`Report::sample`] changes both to the axes of [`Head`];
-//! a [`Report`] keeps the device's. Where the reference's other two axes
-//! point depends on how the device woke up; Monado turns them a quarter
-//! further, which is left to the program that knows the room.
+//! The description is silent about axes. OSVR-Core (its descriptor
+//! `com_osvr_Multiserver_OSVRHackerDevKit.json`, applied as in `JSONTransformVisitor.cpp`) and
+//! Monado (`hdk_device.cpp`) agree: the quaternion turns the sensor's axes into a right-handed
+//! reference frame with +Z up; in the worn device the sensor's +X points to the right, +Y down
+//! and +Z forward. [`Report::sample`] changes both to the axes of [`Head`]; a [`Report`] keeps
+//! the device's. Where the reference's other two axes point depends on how the device woke up;
+//! Monado turns them a quarter further, which is left to the program that knows the room.
 
 use super::axes::NORM_TOLERANCE;
-use crate::decoder::{Counts, Decoder, DropReason, Dropped, Event};
+use crate::decoder::{Counts, Decoder, DropReason, Event};
 use crate::rotation::{compose, inverse};
 use crate::sample::{Head, Reading, Sample};
 use crate::time::Micros;
 use crate::valid;
 use glam::{Quat, Vec3};
 
-/// USB vendor and product ids under which the device appears: the regular
-/// ones, then those of early units.
+/// USB vendor and product ids: the regular ones, then those of early units.
 pub const USB_IDS: [(u16, u16); 2] = [(0x1532, 0x0B00), (0x03EB, 0x2421)];
 
 /// Bytes that every report has.
@@ -77,8 +73,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// The report, of version 1, of a head that is turned like this:
-    /// `tracker_from_head`, the inverse of [`Report::head_orientation`].
+    /// A report of version 1: the inverse of [`Report::head_orientation`].
     pub fn of_head(sequence: u8, head: Quat) -> Self {
         Self {
             sequence,
@@ -145,12 +140,10 @@ pub enum ReportError {
     },
 }
 
-/// Decodes one report of [`REPORT_LENGTH`] or [`PADDED_REPORT_LENGTH`] bytes,
-/// without a HID report id before it (the device uses none).
+/// Decodes a report of [`REPORT_LENGTH`] or [`PADDED_REPORT_LENGTH`] bytes, without a HID id.
 ///
 /// # Errors
-/// When the length is another, the version is unknown, or the quaternion is
-/// not a rotation.
+/// When the length is another, the version unknown, or the quaternion no rotation.
 pub fn decode(report: &[u8]) -> Result<Report, ReportError> {
     let length = ReportError::Length {
         found: report.len(),
@@ -180,11 +173,8 @@ pub fn decode(report: &[u8]) -> Result<Report, ReportError> {
     })
 }
 
-/// The report's first [`REPORT_LENGTH`] bytes, as the device sends them: of version 1, or
-/// with an angular velocity of version 2.
-///
-/// Values outside the fixed-point ranges (±2 for the quaternion's parts, ±64
-/// rad/s) become the nearest value inside, NaN becomes 0.
+/// The report's first [`REPORT_LENGTH`] bytes: of version 2 with an angular velocity, else of
+/// version 1. Parts of the quaternion stop at ±2, velocities at ±64 rad/s; NaN becomes 0.
 pub fn encode(report: &Report) -> [u8; REPORT_LENGTH] {
     let version = if report.angular_velocity.is_some() {
         2
@@ -214,8 +204,7 @@ fn bytes(value: f32, one: f32) -> [u8; 2] {
     (libm::roundf(value * one) as i16).to_le_bytes()
 }
 
-/// Decodes the reports of one device and keeps count of those that did not
-/// make it.
+/// Decodes the reports of one device.
 #[derive(Debug, Clone, Default)]
 pub struct OsvrHdk {
     last_sequence: Option<u8>,
@@ -228,9 +217,7 @@ impl OsvrHdk {
         Self::default()
     }
 
-    /// Notes a sequence number and the gap before it; false where it is the
-    /// last one again. A gap of 256 or more counts as its remainder modulo
-    /// 256: the sequence number tells no more.
+    /// Notes a sequence number and the gap before it, modulo 256; false for the last one again.
     fn arrived(&mut self, sequence: u8) -> bool {
         let step = self
             .last_sequence
@@ -243,8 +230,7 @@ impl OsvrHdk {
 }
 
 impl Decoder for OsvrHdk {
-    /// Takes one whole report: a HID device sends no others. It is decoded as
-    /// [`decode`] does; a report that only repeats the one before is dropped.
+    /// Takes one whole report; one that only repeats the one before is dropped.
     fn feed(&mut self, report: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
         self.counts.bytes = self.counts.bytes.saturating_add(report.len() as u64);
         let found = decode(report).map_err(|error| match error {
@@ -263,10 +249,7 @@ impl Decoder for OsvrHdk {
         });
         let event = match found {
             Ok(found) => Event::Sample(found.sample(arrival)),
-            Err(reason) => Event::Dropped(Dropped {
-                bytes: report.len() as u32,
-                reason,
-            }),
+            Err(reason) => Event::dropped(report.len() as u32, reason),
         };
         self.counts.note(&event);
         sink(event);
@@ -276,8 +259,7 @@ impl Decoder for OsvrHdk {
         &self.counts
     }
 
-    /// Forgets the last sequence number, so that a device that was plugged in
-    /// again does not count as a gap.
+    /// Forgets the last sequence number: a device that is plugged in again leaves no gap.
     fn reset(&mut self) {
         self.last_sequence = None;
     }

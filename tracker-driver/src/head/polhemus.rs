@@ -25,12 +25,17 @@ pub(crate) use item::{WORD_DEGREES, WORD_METRES};
 use numbers::{word_bytes, write_extended, write_fixed, write_whole};
 use values::Values;
 
-/// Most items of a list. A FASTRAK takes 32; 12 hold each thing it measures
-/// once, with room to spare.
+/// Most items of a list: each thing that is measured, once, and room to spare.
 pub const MOST_ITEMS: usize = 12;
 
 /// Most bytes of a record, as FASTRAK's manual has it.
 pub const MOST_RECORD_BYTES: usize = 254;
+
+/// The bytes of a record.
+pub type Record = Vec<u8, MOST_RECORD_BYTES>;
+
+/// The head and the device's time that a record says.
+type Read = (Head, Option<DeviceTime>);
 
 /// How a list's numbers are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -96,13 +101,6 @@ impl From<DropReason> for Misread {
     }
 }
 
-/// What a record's items say.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Pose {
-    pub(crate) head: Head,
-    pub(crate) time: Option<DeviceTime>,
-}
-
 /// How to understand the items' numbers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scale<'a> {
@@ -112,6 +110,18 @@ pub(crate) struct Scale<'a> {
     /// Degrees that a word's 1 stands for in item 19.
     pub(crate) word_degrees: f32,
     pub(crate) axes: &'a Axes,
+}
+
+impl<'a> Scale<'a> {
+    /// With the usual words.
+    pub(crate) const fn new(units: Units, axes: &'a Axes) -> Self {
+        Self {
+            units,
+            word_metres: WORD_METRES,
+            word_degrees: WORD_DEGREES,
+            axes,
+        }
+    }
 }
 
 /// What stands before a record's items.
@@ -127,8 +137,7 @@ pub(crate) struct Header {
     pub(crate) meaning: &'static str,
 }
 
-/// The record behind a header at the front of a stream. With a fault its readings are not
-/// tracked, and the fault is said where it is none of the `last` of its sensor.
+/// The record behind a header. A fault is said where it is not the `last` of its sensor.
 pub(crate) fn record(
     front: Front<'_>,
     header: Header,
@@ -142,8 +151,8 @@ pub(crate) fn record(
     };
     let Header { sensor, status, .. } = header;
     let measured = status == b' ';
-    let pose = match list.read(items, measured, scale) {
-        Ok(pose) => pose,
+    let (head, device_time) = match list.read(items, measured, scale) {
+        Ok(read) => read,
         Err(Misread::Shape) => return front.broken_off(),
         Err(Misread::Value(reason)) => return front.unusable(length, reason),
     };
@@ -155,9 +164,9 @@ pub(crate) fn record(
         meaning: header.meaning,
     });
     let sample = Sample {
-        device_time: pose.time,
+        device_time,
         sensor,
-        head: pose.head,
+        head,
         ..Sample::arrived(front.arrival)
     };
     Step::Take(length, fault, Event::Sample(sample))
@@ -167,18 +176,13 @@ impl ItemList {
     /// A list of these items, in this order.
     ///
     /// # Errors
-    /// Where an item is unknown or named twice, the list says nothing of a
-    /// pose, the record would be too long, or the last item is not 0 or 1
-    /// (a space or a line's end, which is what the start of a record is found
-    /// by). Items 18, 19 and 20 stand alone, and then without an end.
+    /// Where an item is unknown or named twice, none says a pose, the record is too long, or the
+    /// last is not 0 or 1, which records are found by; items 18 to 20 stand alone, without it.
     pub fn new(family: Family, format: Format, numbers: &[u8]) -> Result<Self, ItemListError> {
         let mut items: Vec<Item, MOST_ITEMS> = Vec::new();
         for &number in numbers {
             let item = Item::new(family, format, number)?;
-            let may_repeat = matches!(
-                item.content,
-                Content::Space | Content::NewLine | Content::Switch
-            );
+            let may_repeat = item.content == Content::Other;
             let said = |other: &Item| {
                 other.number == number || (!may_repeat && other.content == item.content)
             };
@@ -214,8 +218,7 @@ impl ItemList {
         })
     }
 
-    /// The list that a family's devices are usually told, in binary: position, quaternion,
-    /// of a Liberty the time, and a space.
+    /// The usual list, in binary: position, quaternion, the time of a Liberty, a space.
     pub fn usual(family: Family) -> Self {
         let numbers: &[u8] = match family {
             Family::Fastrak => &[2, 11, 0],
@@ -270,8 +273,7 @@ impl ItemList {
         (position || !self.has_position()) && (orientation || !self.has_orientation())
     }
 
-    /// The command that makes a station send it: `O1,2,11,0` and a carriage
-    /// return.
+    /// The command that makes a station send it, such as `O1,2,11,0` and a carriage return.
     pub fn command(&self, station: u8) -> crate::command::Bytes {
         let mut command = crate::command::Bytes::new();
         // 46 bytes at most: three a number and its comma.
@@ -286,7 +288,7 @@ impl ItemList {
     }
 
     /// Reads a record's items. `bytes` are [`ItemList::bytes`] long.
-    fn read(&self, bytes: &[u8], tracked: bool, scale: Scale) -> Result<Pose, Misread> {
+    fn read(&self, bytes: &[u8], tracked: bool, scale: Scale) -> Result<Read, Misread> {
         // All of the form before any of the values: only what has the form
         // is a record.
         let mut values = Values::default();
@@ -303,17 +305,15 @@ impl ItemList {
         values.pose(tracked, scale)
     }
 
-    /// Writes a record's items to the end of `record`, for a device that is
-    /// where `pose` says; what it lacks is written as no rotation, the origin
-    /// and time 0.
-    pub(crate) fn write(&self, pose: &Pose, scale: Scale, record: &mut Vec<u8, MOST_RECORD_BYTES>) {
-        let metres = pose.head.position.map_or(Vec3::ZERO, |p| p.value);
+    /// Adds a sample's items; what it lacks is no rotation, the origin and time 0.
+    pub(crate) fn write(&self, sample: &Sample, scale: Scale, record: &mut Record) {
+        let metres = sample.head.position.map_or(Vec3::ZERO, |p| p.value);
         let position = scale.axes.device_position(metres);
-        let rotation = pose.head.orientation.map_or(Quat::IDENTITY, |q| q.value);
+        let rotation = sample.head.orientation.map_or(Quat::IDENTITY, |q| q.value);
         let rotation = scale.axes.device_orientation(rotation);
         let columns = axes::columns(rotation);
         let euler = axes::euler_degrees(rotation);
-        let microseconds = pose.time.map_or(0, |time| time.microseconds);
+        let microseconds = sample.device_time.map_or(0, |time| time.microseconds);
         for item in &self.items {
             let word = item.form == Form::Word;
             let whole = match item.content {
@@ -334,7 +334,7 @@ impl ItemList {
                     Content::Time => {
                         (microseconds / 1_000) as f32 + (microseconds % 1_000) as f32 / 1_000.0
                     }
-                    Content::Space | Content::NewLine | Content::Switch => 0.0,
+                    Content::Other => 0.0,
                 };
                 // The list's record fits, so nothing is cut off.
                 let _ = match item.form {

@@ -58,8 +58,7 @@ pub(super) enum ReportKind {
     Feature,
 }
 
-/// A unit, as the descriptor writes it: the system in bits 0 to 3, then in
-/// four bits each the exponents of length, mass, time and others.
+/// A unit: the system in bits 0 to 3, then exponents of length, mass, time and others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Unit(pub(super) u32);
 
@@ -86,11 +85,9 @@ pub(super) struct Element<'a> {
     pub(super) bits: u32,
     /// `None` where it does not say, and in arrays, whose values say it.
     pub(super) usage: Option<Usage>,
-    /// Smallest and largest value; one outside means that there is none. Of
-    /// a value that is not below zero, both have to be read as unsigned.
+    /// Smallest and largest value; one outside means that there is none.
     pub(super) logical: [i32; 2],
-    /// What the smallest and the largest value stand for; both 0 where that
-    /// is themselves.
+    /// What those two stand for; both 0 where that is themselves.
     pub(super) physical: [i32; 2],
     pub(super) unit: Unit,
     /// The power of ten that the unit is multiplied with, −8 to 7.
@@ -149,14 +146,7 @@ const LONG_ITEM: u8 = 0xFE;
 
 const VARIABLE: u32 = 1 << 1;
 
-/// Goes through a descriptor and hands every element to `visit`, in order.
-///
-/// The work is bounded by the limits of this module: an element of a report
-/// is visited once, and no report has more than [`MOST_REPORT_BITS`].
-///
-/// # Errors
-/// Where the descriptor breaks the specification or a limit; elements before
-/// that place have been visited.
+/// Hands every element to `visit`, in order, also of a descriptor that is refused later.
 pub(super) fn walk(
     descriptor: &[u8],
     mut visit: impl FnMut(&Element<'_>),

@@ -1,11 +1,9 @@
 //! Eye and head trackers of HID usage page 0x12 (HUTRR74), found and read by
 //! their report descriptor.
 //!
-//! [`EyeTracker::new`] looks at a descriptor once, for the input report of
-//! tracking data, the status, and the feature reports of capabilities,
-//! configuration and control; from then on reports are read at the places
-//! that were found. Where a device keeps to the layout of Microsoft's sample
-//! (`MSREnable/GazeHid`, `inc/Tracker.h`; see [`mod@documented`]) these are:
+//! [`EyeTracker::new`] looks once for the input report of tracking data, the status, and the
+//! feature reports of capabilities, configuration and control. In the layout of Microsoft's
+//! sample (`MSREnable/GazeHid`, `inc/Tracker.h`; see [`mod@documented`]) these are:
 //!
 //! | Report | Byte | Content |
 //! |---|---|---|
@@ -31,15 +29,13 @@
 //!
 //! # Axes
 //!
-//! A gaze point counts from the upper left corner of the calibrated part of
-//! the screen, to the right and down, as the sample's drivers compute it.
-//! Neither the sample nor the usage tables say where the eyes' and the head's
-//! coordinates start or which way they go. [`Axes`] takes them to the
-//! tracker's frame of a [`Sample`], +Y up and +Z towards the user; its default
-//! changes nothing. A head that is given by the point that it is turned to has
-//! no roll, and none is made up: its +X is level. One that is given by angles
-//! about its axes is first turned about Y, then about its own X, then about its
-//! own Z; the usage tables do not say in which order.
+//! A gaze point counts from the upper left corner of the calibrated part of the screen, to the
+//! right and down, as the sample's drivers compute it. Neither the sample nor the usage tables
+//! say where the eyes' and the head's coordinates start or which way they go: [`Axes`] takes
+//! them to the tracker's frame of a [`Sample`], +Y up and +Z towards the user; its default
+//! changes nothing. A head that is given by the point that it is turned to has no roll: its +X
+//! is level. One that is given by angles is turned about Y, then about its own X, then about
+//! its own Z; the usage tables name no order.
 
 pub mod documented;
 mod feature;
@@ -49,13 +45,13 @@ pub use feature::{Capabilities, Configuration, Mode, ReportError, Status, status
 
 use super::descriptor::{DescriptorError, ReportKind, Reports, Usage, walk};
 use super::usages as u;
-use crate::decoder::{Counts, Decoder, DropReason, Dropped, Event, Message};
+use crate::decoder::{Counts, Decoder, DropReason, Event, Message};
 use crate::head::axes::from_columns;
 use crate::rotation::{compose, inverse, rotate, unit};
 use crate::sample::{Eye, GazeFrame, GazePoint, Head, Reading, Sample};
 use crate::time::Micros;
 use crate::valid;
-use field::{Field, Group, Key};
+use field::{ANYWHERE, Field, Group, Key, anywhere};
 use glam::{Quat, Vec2, Vec3};
 use heapless::Vec;
 use shisen_core::numeric;
@@ -64,50 +60,30 @@ use shisen_core::numeric;
 pub const LONGEST_CONTROL: usize = 64;
 
 const TRACKING: [Key; 18] = [
-    Key::anywhere(u::SENSOR_TIMESTAMP),
-    Key::of(u::GAZE_POINT, u::POSITION_X),
-    Key::of(u::GAZE_POINT, u::POSITION_Y),
-    Key::of(u::LEFT_EYE_POSITION, u::POSITION_X),
-    Key::of(u::LEFT_EYE_POSITION, u::POSITION_Y),
-    Key::of(u::LEFT_EYE_POSITION, u::POSITION_Z),
-    Key::of(u::RIGHT_EYE_POSITION, u::POSITION_X),
-    Key::of(u::RIGHT_EYE_POSITION, u::POSITION_Y),
-    Key::of(u::RIGHT_EYE_POSITION, u::POSITION_Z),
-    Key::of(u::HEAD_POSITION, u::POSITION_X),
-    Key::of(u::HEAD_POSITION, u::POSITION_Y),
-    Key::of(u::HEAD_POSITION, u::POSITION_Z),
-    Key::of(u::HEAD_DIRECTION_POINT, u::POSITION_X),
-    Key::of(u::HEAD_DIRECTION_POINT, u::POSITION_Y),
-    Key::of(u::HEAD_DIRECTION_POINT, u::POSITION_Z),
-    Key::anywhere(u::ROTATION_X),
-    Key::anywhere(u::ROTATION_Y),
-    Key::anywhere(u::ROTATION_Z),
+    (ANYWHERE, u::SENSOR_TIMESTAMP),
+    (u::GAZE_POINT, u::POSITION_X),
+    (u::GAZE_POINT, u::POSITION_Y),
+    (u::LEFT_EYE_POSITION, u::POSITION_X),
+    (u::LEFT_EYE_POSITION, u::POSITION_Y),
+    (u::LEFT_EYE_POSITION, u::POSITION_Z),
+    (u::RIGHT_EYE_POSITION, u::POSITION_X),
+    (u::RIGHT_EYE_POSITION, u::POSITION_Y),
+    (u::RIGHT_EYE_POSITION, u::POSITION_Z),
+    (u::HEAD_POSITION, u::POSITION_X),
+    (u::HEAD_POSITION, u::POSITION_Y),
+    (u::HEAD_POSITION, u::POSITION_Z),
+    (u::HEAD_DIRECTION_POINT, u::POSITION_X),
+    (u::HEAD_DIRECTION_POINT, u::POSITION_Y),
+    (u::HEAD_DIRECTION_POINT, u::POSITION_Z),
+    (ANYWHERE, u::ROTATION_X),
+    (ANYWHERE, u::ROTATION_Y),
+    (ANYWHERE, u::ROTATION_Z),
 ];
 
-const CAPABILITIES: [Key; 6] = [
-    Key::anywhere(u::TRACKER_QUALITY),
-    Key::anywhere(u::MINIMUM_TRACKING_DISTANCE),
-    Key::anywhere(u::OPTIMUM_TRACKING_DISTANCE),
-    Key::anywhere(u::MAXIMUM_TRACKING_DISTANCE),
-    Key::anywhere(u::MAXIMUM_SCREEN_PLANE_WIDTH),
-    Key::anywhere(u::MAXIMUM_SCREEN_PLANE_HEIGHT),
-];
-
-const CONFIGURATION: [Key; 6] = [
-    Key::anywhere(u::DISPLAY_MANUFACTURER_ID),
-    Key::anywhere(u::DISPLAY_PRODUCT_ID),
-    Key::anywhere(u::DISPLAY_SERIAL_NUMBER),
-    Key::anywhere(u::DISPLAY_MANUFACTURER_DATE),
-    Key::anywhere(u::CALIBRATED_SCREEN_WIDTH),
-    Key::anywhere(u::CALIBRATED_SCREEN_HEIGHT),
-];
-
-const STATUS: [Key; 2] = [
-    Key::anywhere(u::CONFIGURATION_STATUS),
-    Key::anywhere(u::SAMPLING_FREQUENCY),
-];
-
-const CONTROL: [Key; 1] = [Key::anywhere(u::DEVICE_MODE_REQUEST)];
+const CAPABILITIES: [Key; 6] = anywhere(u::CAPABILITIES);
+const CONFIGURATION: [Key; 6] = anywhere(u::CONFIGURATION);
+const STATUS: [Key; 2] = anywhere(u::STATUS);
+const CONTROL: [Key; 1] = anywhere(u::CONTROL);
 
 /// Where the six values of the head are that the sample does not name.
 const UNNAMED_HEAD: u32 = 320;
@@ -115,8 +91,7 @@ const UNNAMED_BITS: u32 = 32;
 /// The whole report of the sample, without its id.
 const DOCUMENTED_BITS: u32 = 512;
 
-/// From a device's coordinates to the tracker's frame of a [`Sample`]: first
-/// turned, then moved.
+/// From a device's coordinates to the tracker's frame of a [`Sample`]: turned, then moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axes {
     /// Unit quaternion, `tracker_from_device`.
@@ -157,8 +132,7 @@ pub enum LayoutError {
     Axes,
 }
 
-/// A decoder for one device. Each call of [`Decoder::feed`] takes one input
-/// report.
+/// A decoder for one device; each [`Decoder::feed`] takes one input report.
 #[derive(Debug, Clone)]
 pub struct EyeTracker {
     axes: Axes,
@@ -178,8 +152,7 @@ impl EyeTracker {
     /// A decoder for the device with this report descriptor.
     ///
     /// # Errors
-    /// Where it is not the descriptor of an eye or head tracker, and for axes
-    /// that are none.
+    /// Where that is of no eye or head tracker, and for axes that are none.
     pub fn new(descriptor: &[u8], axes: Axes) -> Result<Self, LayoutError> {
         let origin = valid::place(axes.origin, FARTHEST_ORIGIN);
         if origin.is_err() || valid::rotation(axes.rotation, valid::UNIT_TOLERANCE).is_err() {
@@ -197,12 +170,8 @@ impl EyeTracker {
         };
         let mut unnamed = [None; 6];
         let reports = walk(descriptor, |element| {
-            let data = Usage {
-                page: u::PAGE,
-                id: u::TRACKING_DATA,
-            };
-            let in_data = element.collections.contains(&Some(data));
-            if in_data {
+            let (page, id) = (u::PAGE, u::TRACKING_DATA);
+            if element.collections.contains(&Some(Usage { page, id })) {
                 tracker.tracking.offer(element, &TRACKING);
                 if element.usage.is_none()
                     && element.kind == ReportKind::Input
@@ -238,8 +207,7 @@ impl EyeTracker {
         self.control.measure(reports);
     }
 
-    /// Takes the six values without a usage for those of the head, where it
-    /// has none that are named.
+    /// Takes the six values without a usage for the head, where none are named.
     fn name_head(&mut self, report_id: u8, unnamed: &[Option<(u8, Field)>; 6]) {
         let Some((_, head)) = self.tracking.fields.split_at_mut_checked(9) else {
             return;
@@ -257,9 +225,8 @@ impl EyeTracker {
         self.tracking.size().map_or(0, |size| size.report_id)
     }
 
-    /// The ids and the bytes, id included, of the feature reports of
-    /// capabilities, configuration, status and control, as far as there are
-    /// any: what a host asks for.
+    /// The ids and bytes, id included, of the feature reports that there are: capabilities,
+    /// configuration, status and control.
     pub fn feature_reports(&self) -> [Option<(u8, usize)>; 4] {
         [
             self.capabilities.size(),
@@ -315,8 +282,7 @@ impl EyeTracker {
         })
     }
 
-    /// The feature report that asks for a mode; `None` where the device has
-    /// none, or one of more than [`LONGEST_CONTROL`] bytes.
+    /// The report that asks for a mode; `None` without one of [`LONGEST_CONTROL`] bytes or fewer.
     pub fn mode_request(&self, mode: Mode) -> Option<Vec<u8, LONGEST_CONTROL>> {
         let size = self.control.size()?;
         let [field] = self.control.fields;
@@ -363,8 +329,7 @@ impl EyeTracker {
         }
     }
 
-    /// How the head is turned, where the device has angles: one that it does not
-    /// have is 0, and without one that is out of range there is no turn.
+    /// The turn by angles: one that the device lacks is 0, with one out of range there is none.
     fn turned(&self, fields: [Option<Field>; 3], body: &[u8]) -> Option<Quat> {
         if fields.iter().all(Option::is_none) {
             return None;
@@ -396,19 +361,16 @@ impl EyeTracker {
                 meaning: status_name(code),
             });
         }
-        Event::Dropped(Dropped {
-            bytes: report.len() as u32,
-            reason: match error {
-                ReportError::Length { .. } => DropReason::Length,
-                ReportError::NotDescribed | ReportError::ReportId { .. } => DropReason::Unknown,
-            },
-        })
+        let reason = match error {
+            ReportError::Length { .. } => DropReason::Length,
+            ReportError::NotDescribed | ReportError::ReportId { .. } => DropReason::Unknown,
+        };
+        Event::dropped(report.len() as u32, reason)
     }
 }
 
 impl Decoder for EyeTracker {
-    /// Takes one report, with its id in front where the device uses ids. What
-    /// is longer than the descriptor says is read all the same: hosts pad.
+    /// Takes one report, with its id if it has one; hosts may pad it.
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
         if bytes.is_empty() {
             return;
@@ -436,8 +398,7 @@ fn read_status(group: &Group<2>, report: &[u8]) -> Result<Status, ReportError> {
     })
 }
 
-/// The gaze point; in the device's own units where it has no length. Where the
-/// device has one and says that it has no value, it is not tracked.
+/// The gaze point; raw where it has no length, not tracked where it has no value.
 fn gaze_point(x: Option<Field>, y: Option<Field>, body: &[u8]) -> Option<Reading<GazePoint>> {
     let is_length = x?.is_length();
     if y?.is_length() != is_length {
@@ -457,8 +418,7 @@ fn gaze_point(x: Option<Field>, y: Option<Field>, body: &[u8]) -> Option<Reading
     })
 }
 
-/// A head that faces this way and holds its +X level; `None` for straight up
-/// and down, and for no direction.
+/// A head that faces this way, +X level; `None` for straight up and down.
 fn facing(towards: Vec3) -> Option<Quat> {
     let forward = numeric::normalize(towards)?;
     let right = numeric::normalize(forward.cross(Vec3::Y)).filter(|_| forward.y.abs() < 0.999)?;

@@ -20,23 +20,11 @@ pub(super) const ROTATION_X: u16 = 0x29;
 pub(super) const ROTATION_Y: u16 = 0x2A;
 pub(super) const ROTATION_Z: u16 = 0x2B;
 
-// Capabilities; distances and sizes are lengths.
-pub(super) const TRACKER_QUALITY: u16 = 0x100;
-pub(super) const MINIMUM_TRACKING_DISTANCE: u16 = 0x101;
-pub(super) const OPTIMUM_TRACKING_DISTANCE: u16 = 0x102;
-pub(super) const MAXIMUM_TRACKING_DISTANCE: u16 = 0x103;
-pub(super) const MAXIMUM_SCREEN_PLANE_WIDTH: u16 = 0x104;
-pub(super) const MAXIMUM_SCREEN_PLANE_HEIGHT: u16 = 0x105;
-
-// The display that the device is calibrated for.
-pub(super) const DISPLAY_MANUFACTURER_ID: u16 = 0x200;
-pub(super) const DISPLAY_PRODUCT_ID: u16 = 0x201;
-pub(super) const DISPLAY_SERIAL_NUMBER: u16 = 0x202;
-pub(super) const DISPLAY_MANUFACTURER_DATE: u16 = 0x203;
-pub(super) const CALIBRATED_SCREEN_WIDTH: u16 = 0x204;
-pub(super) const CALIBRATED_SCREEN_HEIGHT: u16 = 0x205;
-
-// Status and control.
-pub(super) const SAMPLING_FREQUENCY: u16 = 0x300;
-pub(super) const CONFIGURATION_STATUS: u16 = 0x301;
-pub(super) const DEVICE_MODE_REQUEST: u16 = 0x400;
+/// Quality; nearest, best and furthest distance; width and height of the largest screen.
+pub(super) const CAPABILITIES: [u16; 6] = [0x100, 0x101, 0x102, 0x103, 0x104, 0x105];
+/// The display's maker, product, serial number and date; its width and height.
+pub(super) const CONFIGURATION: [u16; 6] = [0x200, 0x201, 0x202, 0x203, 0x204, 0x205];
+/// How the device is, and samples per second.
+pub(super) const STATUS: [u16; 2] = [0x301, 0x300];
+/// What the device is asked to send.
+pub(super) const CONTROL: [u16; 1] = [0x400];

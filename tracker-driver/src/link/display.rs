@@ -19,14 +19,13 @@
 
 mod wire;
 
-use super::frame::{Frame, Frames, Received};
-use super::{Encoder, VERSION};
-use crate::decoder::DropReason;
+use super::Encoder;
+use super::frame::{Frame, Listener};
 use crate::time::Micros;
 use glam::Vec3;
 use heapless::Vec;
 use shisen_core::frame::{FlatScreen, Pixel};
-use wire::{Field, read_order, read_report};
+use wire::Field;
 
 const READY: u8 = 32;
 const FRAME: u8 = 33;
@@ -84,13 +83,11 @@ pub struct FrameStart {
     pub pictures: u8,
     /// What it shows.
     pub subject: Subject,
-    /// The state of the gaze, by its place in [`State::ALL`](crate::estimate::State::ALL);
-    /// `None` where no detail follows it.
+    /// Its place in [`State::ALL`](crate::estimate::State::ALL); `None` without a gaze.
     pub state: Option<u8>,
     /// Steps that it may take.
     pub budget: u64,
-    /// The left eye and the right one: metres, in the room. The same where
-    /// there is one.
+    /// The left eye and the right one: metres, in the room; the same for one.
     pub eyes: [Vec3; 2],
     /// Along the line of sight: a unit vector in the room.
     pub forward: Vec3,
@@ -133,8 +130,7 @@ pub struct Slice {
 pub struct FrameDone {
     /// Its number.
     pub number: u32,
-    /// Whether it was left before its last tile, because the viewer looks elsewhere
-    /// by now. The tiles that it has are as they would be in a whole frame.
+    /// Whether it was left early, since the viewer looks elsewhere; the tiles it has are whole.
     pub cut_short: bool,
     /// Tiles all of whose pixels were traced.
     pub whole: u32,
@@ -150,14 +146,11 @@ pub struct FrameDone {
     pub instructions: u64,
     /// Instructions before the first slice: gaze, views, order of tiles.
     pub preparation: u32,
-    /// Instructions from the arrival of the last byte of a gaze that the frame
-    /// before did not have to the end of the first tile; 0 where there was none.
+    /// Instructions from the last byte of a new gaze to the first tile; 0 where there was none.
     pub latency: u32,
-    /// The part of the latency until the frame was begun, while bytes are decoded
-    /// and the frame before is finished; 0 where there was no latency.
+    /// The part of the latency until the frame was begun.
     pub age: u32,
-    /// From that byte to the end of sending the first tile; 0 where there was no
-    /// latency.
+    /// From that byte to the end of sending the first tile; 0 without latency.
     pub sent: u32,
 }
 
@@ -210,9 +203,8 @@ pub struct Rendering {
     pub eye_distance: f32,
     /// From the choice of the gaze to the light of the frame, microseconds.
     pub display_delay: u32,
-    /// Radians by which the line of sight may move while a frame is rendered. One
-    /// that it leaves by more is cut short, so that the next one begins where the
-    /// viewer looks. 0 or less: no frame is cut short.
+    /// Radians by which the line of sight may move before a frame is cut short and the next
+    /// begins; 0 or less: no frame is.
     pub restart_angle: f32,
 }
 
@@ -293,78 +285,11 @@ impl Encoder {
     }
 }
 
-/// The decoder of what one side says to the other: frames that are damaged, or
-/// of other kinds, are counted and passed over.
-#[derive(Debug, Clone, Default)]
-struct Receiver {
-    frames: Frames,
-    dropped: u32,
-}
-
-impl Receiver {
-    fn feed<T>(
-        &mut self,
-        bytes: &[u8],
-        read: impl Fn(u8, &[u8]) -> Result<T, DropReason>,
-        sink: &mut dyn FnMut(T),
-    ) {
-        for &byte in bytes {
-            let Some(Received { content, .. }) = self.frames.push(byte) else {
-                continue;
-            };
-            let read = content.and_then(|content| match content.bytes {
-                [VERSION, kind, _, body @ ..] => read(*kind, body),
-                _ => Err(DropReason::Unknown),
-            });
-            match read {
-                Ok(it) => sink(it),
-                Err(_) => self.dropped = self.dropped.saturating_add(1),
-            }
-        }
-    }
-}
-
 /// The decoder of what a controller says.
-#[derive(Debug, Clone, Default)]
-pub struct Reports(Receiver);
-
-impl Reports {
-    /// A decoder that has seen nothing.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Takes the next bytes and hands each report to `sink`.
-    pub fn feed(&mut self, bytes: &[u8], sink: &mut dyn FnMut(Report)) {
-        self.0.feed(bytes, read_report, sink);
-    }
-
-    /// Frames that were no report.
-    pub const fn dropped(&self) -> u32 {
-        self.0.dropped
-    }
-}
+pub type Reports = Listener<Report>;
 
 /// The decoder of orders to a controller.
-#[derive(Debug, Clone, Default)]
-pub struct Orders(Receiver);
-
-impl Orders {
-    /// A decoder that has seen nothing.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Takes the next bytes and hands each order to `sink`.
-    pub fn feed(&mut self, bytes: &[u8], sink: &mut dyn FnMut(Order)) {
-        self.0.feed(bytes, read_order, sink);
-    }
-
-    /// Frames that were no order.
-    pub const fn dropped(&self) -> u32 {
-        self.0.dropped
-    }
-}
+pub type Orders = Listener<Order>;
 
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,8 @@
 //! From bytes to the content of a frame and back: delimiters, COBS, CRC.
 
-use super::HEADER_LENGTH;
+use super::{HEADER_LENGTH, VERSION};
 use crate::decoder::DropReason;
+use core::marker::PhantomData;
 use crc::{CRC_16_IBM_3740, Crc};
 use heapless::Vec;
 
@@ -12,10 +13,7 @@ const CRC_LENGTH: usize = 2;
 const LONGEST_BODY: usize = 4 + 4 + 1 + 8 + 8 + 4 + 12 + 16 + 12 + 3 * (12 + 12 + 4 + 4) + 8;
 const LONGEST_CONTENT: usize = HEADER_LENGTH + LONGEST_BODY + CRC_LENGTH;
 
-/// Most bytes of a frame, with both its delimiters.
-///
-/// The content is shorter than the 254 bytes after which COBS needs another
-/// byte.
+/// Most bytes of a frame, with both its delimiters; COBS adds one byte below 254.
 pub const LONGEST_FRAME: usize = LONGEST_CONTENT + 3;
 const _: () = assert!(LONGEST_CONTENT < 254);
 
@@ -27,8 +25,7 @@ const DELIMITER: u8 = 0;
 /// The bytes of a frame.
 pub type Frame = Vec<u8, LONGEST_FRAME>;
 
-/// A frame that is being written: from the first byte on in its own place, so
-/// that there is one copy of it.
+/// A frame that is being written, in its own place.
 #[derive(Debug, Clone)]
 pub(super) struct Content(Frame);
 
@@ -72,17 +69,8 @@ impl Content {
 pub(super) struct Received<'f> {
     /// How many bytes, without the delimiters.
     pub(super) bytes: u32,
-    /// Their content.
-    pub(super) content: Result<Checked<'f>, DropReason>,
-}
-
-/// The content of an intact frame.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Checked<'f> {
-    /// Without the CRC.
-    pub(super) bytes: &'f [u8],
-    /// The CRC that it came with.
-    pub(super) crc: u16,
+    /// Their content without the CRC, and that.
+    pub(super) content: Result<(&'f [u8], u16), DropReason>,
 }
 
 /// The frame that is coming in.
@@ -134,7 +122,7 @@ impl Frames {
     }
 
     /// Once its delimiter has come.
-    fn content(&self) -> Result<Checked<'_>, DropReason> {
+    fn content(&self) -> Result<(&[u8], u16), DropReason> {
         if self.too_long {
             return Err(DropReason::Length);
         }
@@ -149,7 +137,7 @@ impl Frames {
         if CRC.checksum(bytes) != crc {
             return Err(DropReason::Checksum);
         }
-        Ok(Checked { bytes, crc })
+        Ok((bytes, crc))
     }
 
     /// Forgets what came in; how many bytes of no whole frame that were.
@@ -157,6 +145,60 @@ impl Frames {
         let bytes = if self.ended { 0 } else { self.bytes };
         *self = Self::default();
         bytes
+    }
+}
+
+/// What one side of a link says in frames of its own kinds.
+pub trait Said: Sized {
+    /// What a body of this kind says.
+    ///
+    /// # Errors
+    /// Where the kind is another, or the body none of it.
+    fn read(kind: u8, body: &[u8]) -> Result<Self, DropReason>;
+}
+
+/// The decoder of what one side says; it counts and passes over damaged and other frames.
+#[derive(Debug, Clone)]
+pub struct Listener<T> {
+    frames: Frames,
+    dropped: u32,
+    said: PhantomData<T>,
+}
+
+impl<T: Said> Listener<T> {
+    /// A decoder that has seen nothing.
+    #[allow(
+        clippy::new_without_default,
+        reason = "a derived default would ask for one of T"
+    )]
+    pub fn new() -> Self {
+        Self {
+            frames: Frames::default(),
+            dropped: 0,
+            said: PhantomData,
+        }
+    }
+
+    /// Takes the next bytes and hands what they say to `sink`.
+    pub fn feed(&mut self, bytes: &[u8], sink: &mut dyn FnMut(T)) {
+        for &byte in bytes {
+            let Some(Received { content, .. }) = self.frames.push(byte) else {
+                continue;
+            };
+            let read = content.and_then(|(content, _)| match content {
+                [VERSION, kind, _, body @ ..] => T::read(*kind, body),
+                _ => Err(DropReason::Unknown),
+            });
+            match read {
+                Ok(it) => sink(it),
+                Err(_) => self.dropped = self.dropped.saturating_add(1),
+            }
+        }
+    }
+
+    /// Frames that were passed over.
+    pub const fn dropped(&self) -> u32 {
+        self.dropped
     }
 }
 
@@ -172,7 +214,7 @@ mod tests {
                 let received = frames.push(byte)?;
                 Some((
                     received.bytes,
-                    received.content.map(|content| content.bytes.to_vec()),
+                    received.content.map(|content| content.0.to_vec()),
                 ))
             })
             .collect()

@@ -15,91 +15,67 @@ fn unit_vector(random: &mut Random) -> Vec3 {
     Vec3::new(x, y, z - 1.0).normalize()
 }
 
-/// A sample that has each field or not, tracked or not, by chance.
-fn any_sample(random: &mut Random) -> Sample {
-    fn maybe<T>(random: &mut Random, value: T) -> Option<T> {
-        random.next().is_multiple_of(2).then_some(value)
-    }
-    fn reading<T>(random: &mut Random, value: T) -> Option<Reading<T>> {
+/// A sample that has each field or not, or all, tracked or not, by chance.
+fn any_sample(random: &mut Random, all: bool) -> Sample {
+    fn reading<T>(random: &mut Random, all: bool, value: T) -> Option<Reading<T>> {
         let tracked = random.next().is_multiple_of(2);
-        maybe(random, Reading { value, tracked })
+        let there = random.next().is_multiple_of(2) || all;
+        there.then_some(Reading { value, tracked })
     }
+    let maybe = |random: &mut Random| random.next().is_multiple_of(2) || all;
     let eye = |random: &mut Random| {
         let origin = Vec3::new(random.unit(), -random.unit(), -0.0);
         let direction = unit_vector(random);
         let size = random.unit();
-        let pupil = maybe(random, Pupil::Raw(size));
+        let pupil = [Pupil::Raw(size), Pupil::Diameter(size)];
+        let pupil = pupil[usize::from(random.next().is_multiple_of(2))];
         Eye {
-            origin: reading(random, origin),
-            direction: reading(random, direction),
-            pupil: pupil.or_else(|| maybe(random, Pupil::Diameter(size))),
-            openness: maybe(random, size),
+            origin: reading(random, all, origin),
+            direction: reading(random, all, direction),
+            pupil: maybe(random).then_some(pupil),
+            openness: maybe(random).then_some(size),
         }
     };
-    let mut sample = Sample::arrived(ARRIVAL);
+    let (left, right, combined) = (eye(random), eye(random), eye(random));
     let microseconds = random.next();
-    let time = if microseconds.is_multiple_of(3) {
+    let time = if microseconds.is_multiple_of(3) && !all {
         DeviceTime::unwrapped(microseconds)
     } else {
         DeviceTime::micros_u32(microseconds as u32)
     };
-    sample.device_time = maybe(random, time);
-    sample.sensor = random.next() as u8;
-    let sequence = random.next() as u32;
-    sample.sequence = maybe(random, sequence);
     let axis = unit_vector(random);
-    sample.head = Head {
-        position: reading(random, axis * 1.7),
-        orientation: reading(random, Quat::from_axis_angle(axis, 2.0)),
-        angular_velocity: maybe(random, axis * -3.0),
-    };
-    sample.gaze_frame = if random.next().is_multiple_of(2) {
-        GazeFrame::Head
-    } else {
-        GazeFrame::Tracker
-    };
-    sample.left = eye(random);
-    sample.right = eye(random);
-    sample.combined = eye(random);
     let point = Vec2::new(random.unit(), -3.0e8);
-    let point = match random.next() % 3 {
-        0 => GazePoint::Plane(point),
-        1 => GazePoint::Normalized(point),
-        _ => GazePoint::Raw(point),
-    };
-    sample.gaze_point = reading(random, point);
-    sample
+    let kinds = [GazePoint::Plane, GazePoint::Normalized, GazePoint::Raw];
+    let point = kinds[(random.next() % 3) as usize](point);
+    let frames = [GazeFrame::Head, GazeFrame::Tracker];
+    Sample {
+        device_time: maybe(random).then_some(time),
+        sensor: random.next() as u8,
+        sequence: maybe(random).then_some(random.next() as u32),
+        head: Head {
+            position: reading(random, all, axis * 1.7),
+            orientation: reading(random, all, Quat::from_axis_angle(axis, 2.0)),
+            angular_velocity: maybe(random).then_some(axis * -3.0),
+        },
+        gaze_frame: frames[usize::from(random.next().is_multiple_of(2))],
+        left,
+        right,
+        combined,
+        gaze_point: reading(random, all, point),
+        ..Sample::arrived(ARRIVAL)
+    }
 }
 
 /// A sample with every field that there is.
 fn full_sample() -> Sample {
-    let eye = Eye {
-        origin: Some(Reading::held(Vec3::splat(0.03))),
-        direction: Some(Reading::tracked(Vec3::NEG_Z)),
-        pupil: Some(Pupil::Diameter(0.004)),
-        openness: Some(1.0),
-    };
-    Sample {
-        device_time: Some(DeviceTime::micros_u32(77)),
-        sequence: Some(5),
-        head: Head {
-            position: Some(Reading::tracked(Vec3::ONE)),
-            orientation: Some(Reading::tracked(Quat::IDENTITY)),
-            angular_velocity: Some(Vec3::ONE),
-        },
-        left: eye,
-        right: eye,
-        combined: eye,
-        gaze_point: Some(Reading::tracked(GazePoint::Raw(Vec2::ONE))),
-        ..Sample::arrived(ARRIVAL)
-    }
+    any_sample(&mut Random(7), true)
 }
 
 fn stream() -> List<List<u8>> {
     let mut random = Random(41);
     let mut encoder = Encoder::new();
     (0..20)
-        .map(|_| encoder.sample(&any_sample(&mut random)).to_vec())
+        .map(|_| encoder.sample(&any_sample(&mut random, false)).to_vec())
         .collect()
 }
 
@@ -259,64 +235,58 @@ fn what_the_format_does_not_allow_is_refused() {
         }
         of(&content)
     };
-    assert_eq!(of(&[VERSION, SAMPLE]), [DropReason::Length]);
-    assert_eq!(of(&[VERSION + 1, SAMPLE, 0]), [DropReason::Unknown]);
-    assert_eq!(of(&[VERSION, 99, 0]), [DropReason::Unknown]);
-    assert_eq!(of(&[VERSION, SAMPLE, 0, 0]), [DropReason::Length]);
-    assert_eq!(
-        of(&[VERSION, FAULT, 0, 1, 2, 3, 4, 5]),
-        [DropReason::Length]
-    );
-    assert_eq!(of(&[VERSION, EYES, 0, 7, 0, 0]), [DropReason::Field]);
-    assert_eq!(of(&[VERSION, EYES, 0, 0, 3, 0]), [DropReason::Field]);
-    assert_eq!(of(&[VERSION, EYES, 0, 0, 0, 2]), [DropReason::Field]);
-    assert_eq!(of(&[VERSION, EYES, 0, 0, 0, 8]), [DropReason::Field]);
-
-    assert_eq!(sample(0, 0, &[]), []);
-    assert_eq!(sample(0, 0, &[0.0]), [DropReason::Length]);
-    assert_eq!(sample(POSITION, 0, &[0.0; 2]), [DropReason::Length]);
-    for (valid, tracked) in [
-        (1 << 25, 0),
-        (0, POSITION),
-        (SEQUENCE, SEQUENCE),
-        (TIME_WRAPS, 0),
-        (RAW_PUPIL, 0),
-        (1 << GAZE_POINT_KIND, 0),
-        (GAZE_POINT | 3 << GAZE_POINT_KIND, 0),
-        // The clock is past its end.
-        (TIME | TIME_WRAPS, 0),
+    for (content, reason) in [
+        (&[VERSION, SAMPLE][..], DropReason::Length),
+        (&[VERSION + 1, SAMPLE, 0], DropReason::Unknown),
+        (&[VERSION, 99, 0], DropReason::Unknown),
+        (&[VERSION, SAMPLE, 0, 0], DropReason::Length),
+        (&[VERSION, FAULT, 0, 1, 2, 3, 4, 5], DropReason::Length),
+        (&[VERSION, EYES, 0, 7, 0, 0], DropReason::Field),
+        (&[VERSION, EYES, 0, 0, 3, 0], DropReason::Field),
+        (&[VERSION, EYES, 0, 0, 0, 2], DropReason::Field),
+        (&[VERSION, EYES, 0, 0, 0, 8], DropReason::Field),
     ] {
-        let fields = match valid {
-            v if v & GAZE_POINT != 0 => 2,
-            v if v & TIME != 0 => 4,
-            v if v & SEQUENCE != 0 => 1,
-            _ => 0,
-        };
-        assert_eq!(
-            sample(valid, tracked, &[1.0; 4][..fields]),
-            [DropReason::Field],
-            "{valid:#x}"
-        );
+        assert_eq!(of(content), [reason], "{content:?}");
+    }
+    assert_eq!(sample(0, 0, &[]), []);
+    let kind = |kind: u32| kind << GAZE_POINT_KIND;
+    for (valid, tracked, fields, reason) in [
+        (0, 0, &[0.0][..], DropReason::Length),
+        (POSITION, 0, &[0.0; 2], DropReason::Length),
+        (1 << 25, 0, &[], DropReason::Field),
+        (0, POSITION, &[], DropReason::Field),
+        (SEQUENCE, SEQUENCE, &[1.0], DropReason::Field),
+        (TIME_WRAPS, 0, &[], DropReason::Field),
+        (RAW_PUPIL, 0, &[], DropReason::Field),
+        (kind(1), 0, &[], DropReason::Field),
+        (GAZE_POINT | kind(3), 0, &[1.0; 2], DropReason::Field),
+        // The clock is past its end.
+        (TIME | TIME_WRAPS, 0, &[1.0; 4], DropReason::Field),
+        (ORIENTATION, 0, &[0.0; 4], DropReason::NotUnit),
+        (DIRECTION, 0, &[0.0; 3], DropReason::NotUnit),
+        (DIRECTION, 0, &[0.0, 0.9, 0.0], DropReason::NotUnit),
+        (PUPIL, 0, &[-1.0], DropReason::OutOfRange),
+        (OPENNESS, 0, &[1.1], DropReason::OutOfRange),
+    ] {
+        let found = sample(valid, tracked, fields);
+        assert_eq!(found, [reason], "{valid:#x} {fields:?}");
     }
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        for valid in [POSITION, ANGULAR_VELOCITY, ORIGIN, DIRECTION] {
-            assert_eq!(sample(valid, 0, &[0.0, 1.0, bad]), [DropReason::OutOfRange]);
+        for (valid, numbers) in [
+            (POSITION, 3),
+            (ANGULAR_VELOCITY, 3),
+            (ORIGIN, 3),
+            (DIRECTION, 3),
+            (PUPIL, 1),
+            (OPENNESS, 1),
+            (PUPIL | RAW_PUPIL, 1),
+            (GAZE_POINT, 2),
+            (ORIENTATION, 4),
+        ] {
+            let found = sample(valid, 0, &[bad; 4][..numbers]);
+            assert_eq!(found, [DropReason::OutOfRange], "{valid:#x}");
         }
-        for valid in [PUPIL, OPENNESS, PUPIL | RAW_PUPIL] {
-            assert_eq!(sample(valid, 0, &[bad]), [DropReason::OutOfRange]);
-        }
-        assert_eq!(sample(GAZE_POINT, 0, &[bad, 0.0]), [DropReason::OutOfRange]);
-        let quat = [0.0, bad, 0.0, 1.0];
-        assert_eq!(sample(ORIENTATION, 0, &quat), [DropReason::OutOfRange]);
     }
-    assert_eq!(sample(ORIENTATION, 0, &[0.0; 4]), [DropReason::NotUnit]);
-    assert_eq!(sample(DIRECTION, 0, &[0.0; 3]), [DropReason::NotUnit]);
-    assert_eq!(
-        sample(DIRECTION, 0, &[0.0, 0.9, 0.0]),
-        [DropReason::NotUnit]
-    );
-    assert_eq!(sample(PUPIL, 0, &[-1.0]), [DropReason::OutOfRange]);
-    assert_eq!(sample(OPENNESS, 0, &[1.1]), [DropReason::OutOfRange]);
 }
 
 #[test]
@@ -329,7 +299,7 @@ fn every_fault_costs_the_frames_it_touches() {
 proptest! {
     #[test]
     fn samples_survive_the_wire(seed in 1_u64..) {
-        let sample = any_sample(&mut Random(seed));
+        let sample = any_sample(&mut Random(seed), false);
         let frame = Encoder::new().sample(&sample);
         let found = samples(&mut Link::new(), &frame);
         // As text, so that −0 is told from 0.

@@ -10,6 +10,7 @@ pub(super) struct End {
     pub(super) sent: VecDeque<u8>,
     pub(super) room: usize,
     pub(super) broken: bool,
+    pub(super) ended: bool,
 }
 
 impl ErrorType for End {
@@ -18,7 +19,7 @@ impl ErrorType for End {
 
 impl ReadReady for End {
     fn read_ready(&mut self) -> Result<bool, ErrorKind> {
-        Ok(!self.received.is_empty())
+        Ok(self.ended || !self.received.is_empty())
     }
 }
 
@@ -28,7 +29,7 @@ impl Read for End {
             return Err(ErrorKind::BrokenPipe);
         }
         assert!(
-            !self.received.is_empty(),
+            self.ended || !self.received.is_empty(),
             "the port was read while it was not ready"
         );
         let count = buffer.len().min(self.received.len());

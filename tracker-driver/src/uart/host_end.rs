@@ -8,15 +8,6 @@ use crate::time::Micros;
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 
 /// A decoder and what is said to its device, at a port, served without waiting.
-///
-/// ```
-/// use shisen_tracker::head::hatire;
-/// use shisen_tracker::uart::HostEnd;
-///
-/// let decoder = hatire::Hatire::new(hatire::Config::default());
-/// let tracker = HostEnd::new(decoder, hatire::start(false));
-/// assert!(!tracker.has_said_all());
-/// ```
 #[derive(Debug, Clone)]
 pub struct HostEnd<D> {
     decoder: D,
@@ -31,9 +22,8 @@ pub struct HostEnd<D> {
 pub enum Due {
     /// The port is full; the rest of a command waits for it.
     Room,
-    /// The line is to change to this speed, baud, once what was written is out
-    /// (`embedded_io::Write::flush` waits for that): the caller's to do before the next
-    /// step, which goes on from there.
+    /// The caller changes the line to this speed, baud, once what was written is out
+    /// (`embedded_io::Write::flush` waits for that), before the next step.
     Speed(u32),
     /// Nothing is to be said before this time, unless something comes in.
     Wait(Micros),
@@ -59,28 +49,22 @@ impl<D: Decoder> HostEnd<D> {
         &self.decoder
     }
 
-    /// Whether nothing is left to be said ([`Session::has_said_all`]): samples before
-    /// may be in other units than were asked for.
+    /// Whether nothing is left to be said, see [`Session::has_said_all`].
     pub fn has_said_all(&self) -> bool {
         self.written >= self.command.len() && self.session.has_said_all()
     }
 
-    /// Says something else from now on, such as to stop; the rest of what was being said
-    /// is not, but for a command that was begun.
+    /// Says something else from now on, such as to stop, after a command that was begun.
     pub fn say(&mut self, script: Script) {
         self.session = Session::new(script);
     }
 
-    /// One step: feeds the decoder what the port has received by `now`, `most` bytes or a
-    /// few more, then writes what is due as far as the port takes it. To be called again
+    /// One step: feeds the decoder what the port has received by `now`, `most` bytes or a few
+    /// more, then writes what is due as far as the port takes it. It never waits; call it again
     /// before long, and after [`Due::Room`] once the port has room.
     ///
-    /// It never waits, and does no more than the bytes that it reads and a script's steps
-    /// take.
-    ///
     /// # Errors
-    /// Those of the port: of reading as [`drain`] has it, and after one of writing the
-    /// rest of the command waits for the next call.
+    /// Those of the port: reading as [`drain`], writing with the rest left to the next call.
     pub fn serve<P>(
         &mut self,
         port: &mut P,

@@ -5,21 +5,17 @@ use super::{
     BOTH, Data, EVENTS, EYES, LEFT, LONGEST_PACKET, MILLIMETRE, NANOSECONDS_PER_MICROSECOND,
     OVERHEAD, Packet, RIGHT, START_OF_PACKET, STREAM_BIT, event_layout,
 };
-use crate::decoder::{EyeEvent, EyeEventKind, Side};
-use crate::sample::{Eye, GazePoint, Head, Pupil, Reading, Sample};
+use crate::decoder::{EyeEvent, Side};
+use crate::sample::{Eye, GazePoint, Pupil, Reading, Sample};
 use glam::{Vec2, Vec3};
 
-/// The packet of stream 0x01 that a device sends for a sample, with the
-/// fields 1, 2, 3, 5, 7 and 8 as far as the sample has them. Of two eyes one of which
-/// lacks what the other has, and of what is not tracked, NaN is sent. `None`
-/// where nothing is left.
+/// The packet of stream 0x01 that a device sends for a sample, with fields 1, 2, 3, 5, 7 and 8
+/// as far as it has them; NaN for what one eye lacks or is not tracked. `None` without fields.
 pub fn encode(sample: &Sample) -> Option<Packet> {
-    let mut eyes = 0;
-    for (side, eye) in [(RIGHT, &sample.right), (LEFT, &sample.left)] {
-        if !eye.is_empty() {
-            eyes |= side;
-        }
-    }
+    let sides = [(RIGHT, &sample.right), (LEFT, &sample.left)];
+    let present = sides.into_iter().filter(|(_, eye)| !eye.is_empty());
+    let eyes = present.clone().map(|(side, _)| side).sum();
+    let present = present.map(|(_, eye)| eye);
     let microseconds = sample.device_time.map_or(0, |time| time.microseconds);
     let nanoseconds = microseconds.saturating_mul(NANOSECONDS_PER_MICROSECOND);
     let mut payload = Packet::new();
@@ -32,9 +28,6 @@ pub fn encode(sample: &Sample) -> Option<Packet> {
         let [x, y, z] = measured(direction).to_array();
         push_numbers(&mut payload, 1, &[x, y, z, 0.0]);
     }
-    let present = [(RIGHT, &sample.right), (LEFT, &sample.left)];
-    let present = present.into_iter().filter(|(side, _)| eyes & side != 0);
-    let present = present.map(|(_, eye)| eye);
     for field in [2, 3, 5] {
         let read = |eye: &Eye| match field {
             2 => Some(measured(eye.direction?)),
@@ -62,11 +55,7 @@ pub fn encode(sample: &Sample) -> Option<Packet> {
         let place = if point.tracked { place } else { Vec2::NAN };
         push_numbers(&mut payload, 7, &place.to_array());
     }
-    if let Head {
-        orientation: Some(turn),
-        ..
-    } = sample.head
-    {
+    if let Some(turn) = sample.head.orientation {
         push_numbers(&mut payload, 8, &turn.value.to_array());
     }
     (payload.len() > before).then(|| packet(&payload, true))
@@ -81,18 +70,11 @@ fn measured(reading: Reading<Vec3>) -> Vec3 {
     }
 }
 
-/// The packet of stream 0x18 that a device sends for an event. What follows
-/// the duration of a saccade or a fixation is zero.
+/// The packet of stream 0x18 for an event; what follows a duration is zero.
 pub fn encode_event(event: &EyeEvent) -> Packet {
-    let kind = match event.kind {
-        EyeEventKind::Blink => 1,
-        EyeEventKind::Closed => 2,
-        EyeEventKind::Opened => 3,
-        EyeEventKind::Lost => 4,
-        EyeEventKind::Found => 5,
-        EyeEventKind::Saccade => 6,
-        EyeEventKind::Fixation => 15,
-    };
+    let is_it = |&kind: &u8| event_layout(kind).is_some_and(|(found, ..)| found == event.kind);
+    // Every kind of event has a number.
+    let kind = (1..=15).find(is_it).unwrap_or_default();
     let seconds = |microseconds: u64| microseconds as f32 * 1.0e-6;
     let time = event.device_time.map_or(0, |time| time.microseconds);
     let mut payload = Packet::new();
@@ -114,8 +96,7 @@ pub fn encode_event(event: &EyeEvent) -> Packet {
     packet(&payload, true)
 }
 
-/// The response that a device sends to a request of this kind; of `data` what a
-/// packet has room for.
+/// The response to a request of this kind; of `data` what a packet has room for.
 pub fn encode_response(number: u16, kind: u8, result: u8, data: &[u8]) -> Packet {
     let [low, high] = number.to_le_bytes();
     let mut payload = Packet::new();
@@ -141,8 +122,7 @@ const fn bits(number: f32) -> u32 {
     }
 }
 
-/// No payload that is built here is longer than a packet: the largest has 114
-/// bytes.
+/// Adds bytes; all fit: the largest payload that is built here has 114.
 pub(super) fn push(payload: &mut Packet, bytes: &[u8]) {
     let _ = payload.extend_from_slice(bytes);
 }

@@ -77,20 +77,7 @@ pub(super) fn number(numbers: &[u8], n: usize) -> f32 {
     bytes.map_or(f32::NAN, |bytes| f32::from_le_bytes(*bytes))
 }
 
-/// The parts of each eye, in the order of a packet: its origin, its direction, its pupil.
-const EYE_PARTS: [(u8, [Part; 3]); 2] = [
-    (
-        RIGHT,
-        [Part::RightOrigin, Part::RightDirection, Part::RightPupil],
-    ),
-    (
-        LEFT,
-        [Part::LeftOrigin, Part::LeftDirection, Part::LeftPupil],
-    ),
-];
-
-/// Puts a field into the sample; gives back the parts that are not measured, with
-/// those of this field.
+/// Puts a field into the sample; returns `unmeasured` with the parts of this field that are.
 fn read_field(
     sample: &mut Sample,
     field: u8,
@@ -98,29 +85,39 @@ fn read_field(
     numbers: &[u8],
     mut unmeasured: Parts,
 ) -> Result<Parts, DropReason> {
-    let both = EYE_PARTS
-        .into_iter()
-        .zip([&mut sample.right, &mut sample.left]);
-    let present = both.filter(|((side, _), _)| eyes & side != 0);
-    let present = present.map(|((_, parts), eye)| (parts, eye)).enumerate();
+    let [right, left] = [&mut sample.right, &mut sample.left];
+    let both = [
+        (
+            RIGHT,
+            [Part::RightOrigin, Part::RightDirection, Part::RightPupil],
+            right,
+        ),
+        (
+            LEFT,
+            [Part::LeftOrigin, Part::LeftDirection, Part::LeftPupil],
+            left,
+        ),
+    ];
+    let present = both.into_iter().filter(|(side, ..)| eyes & side != 0);
+    let present = present.map(|(_, parts, eye)| (parts, eye)).enumerate();
     let mut miss = |part| unmeasured = unmeasured.with(part);
     match field {
         1 => {
             let vergence = numbers.get(12..).unwrap_or_default();
             let _ = measured::<1>(vergence, 0, f32::MAX)?;
-            let (direction, is_measured) = direction(numbers, 0)?;
-            sample.combined.direction = Some(direction);
-            if !is_measured {
+            let direction = direction(numbers, 0)?;
+            if !direction.tracked {
                 miss(Part::CombinedDirection);
             }
+            sample.combined.direction = Some(direction);
         }
         2 => {
             for (n, ([_, part, _], eye)) in present {
-                let (direction, is_measured) = direction(numbers, n)?;
-                eye.direction = Some(direction);
-                if !is_measured {
+                let direction = direction(numbers, n)?;
+                if !direction.tracked {
                     miss(part);
                 }
+                eye.direction = Some(direction);
             }
         }
         3 | 4 => {
@@ -170,8 +167,7 @@ fn read_field(
     Ok(unmeasured)
 }
 
-/// The nth `N` numbers of a field, none farther from zero than `limit`; `None` where
-/// one of them is not measured.
+/// The nth `N` numbers of a field, up to `limit` from zero; `None` where one is not measured.
 fn measured<const N: usize>(
     numbers: &[u8],
     n: usize,
@@ -190,19 +186,14 @@ fn measured<const N: usize>(
     Ok(all.then_some(found))
 }
 
-/// NaN as C has it. Any other NaN is damage: a byte too many makes one of every sixth
-/// packet.
+/// NaN as C has it; any other is damage, which a byte too many makes of every sixth packet.
 pub(super) const NOT_MEASURED: u32 = 0x7FC0_0000;
 const SIGN: u32 = 1 << 31;
 
-/// The nth direction of a field, and whether it is measured: one that is not is
-/// straight ahead, and not tracked.
-fn direction(numbers: &[u8], n: usize) -> Result<(Reading<Vec3>, bool), DropReason> {
+/// The nth direction of a field; straight ahead and held where it is not measured.
+fn direction(numbers: &[u8], n: usize) -> Result<Reading<Vec3>, DropReason> {
     Ok(match measured(numbers, n, f32::MAX)? {
-        Some(sent) => {
-            let direction = valid::direction(Vec3::from_array(sent))?;
-            (Reading::tracked(direction), true)
-        }
-        None => (Reading::held(Vec3::NEG_Z), false),
+        Some(sent) => Reading::tracked(valid::direction(Vec3::from_array(sent))?),
+        None => Reading::held(Vec3::NEG_Z),
     })
 }

@@ -76,15 +76,13 @@ impl Request {
     }
 }
 
-/// The fields that are usually asked for: directions, origins, pupils, and how the head is
-/// turned.
+/// The fields that are usually asked for: directions, origins, pupils, the head.
 pub const USUAL_FIELDS: u32 = 0b1_0010_1110;
 
 /// Samples per second that are usually asked for.
 pub const USUAL_HERTZ: u16 = 250;
 
-/// What makes the device send these fields of the stream 0x01 `hertz` times a
-/// second, and all its events: bit 1 of `fields` is field 1.
+/// Makes the device send these fields (bit 1 is field 1) `hertz` times a second, and all events.
 pub fn start(fields: u32, hertz: f32) -> Script {
     let requests = [
         Request::Tracking(true),

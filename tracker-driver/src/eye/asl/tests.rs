@@ -60,8 +60,7 @@ fn a_frame_becomes_a_sample() {
     assert_eq!(encode(&expected, Layout::Numbered), FRAME);
 }
 
-/// Out of step a frame counts once the next begins, and with the time of its own
-/// last byte; in step it waits for nothing.
+/// Out of step a frame waits for the next, and keeps the time of its own last byte.
 #[test]
 fn the_first_frame_waits_for_the_next() {
     let mut decoder = Asl::default();

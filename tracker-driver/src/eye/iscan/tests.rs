@@ -96,62 +96,42 @@ fn outputs_are_one_to_six() {
 
 #[test]
 fn an_eye_that_was_not_found_has_no_gaze() {
-    for (words, gaze, pupil) in [
-        ([10, 10, 5, 0, 0], false, false),
-        ([0, 0, 5, 10, 10], false, false),
-        ([10, 10, 0, 10, 10], true, false),
-        ([10, 0, 5, 0, 10], true, true),
+    for (words, zero_is_lost, gaze, pupil) in [
+        ([10, 10, 5, 0, 0], true, false, false),
+        ([0, 0, 5, 10, 10], true, false, false),
+        ([10, 10, 0, 10, 10], true, true, false),
+        ([10, 0, 5, 0, 10], true, true, true),
+        ([0; 5], false, true, false),
     ] {
-        let bytes = [record(&words), record(&words)].concat();
-        let found = samples(&mut Iscan::default(), &bytes);
+        let config = Config {
+            zero_is_lost,
+            ..Config::default()
+        };
+        let bytes = record(&words).repeat(2);
+        let found = samples(&mut Iscan::new(config), &bytes);
         assert_eq!(found[0].gaze_point.unwrap().tracked, gaze, "{words:?}");
         assert_eq!(found[0].combined.pupil.is_some(), pupil, "{words:?}");
     }
-    let config = Config {
-        zero_is_lost: false,
-        ..Config::default()
-    };
-    let bytes = [record(&[0; 5]), record(&[0; 5])].concat();
-    let found = samples(&mut Iscan::new(config), &bytes);
-    let corner = GazePoint::Raw(Vec2::ZERO);
-    assert_eq!(found[0].gaze_point, Some(Reading::tracked(corner)));
 }
 
 #[test]
 fn damage_is_named() {
-    let record = |words: &[u16]| record(words);
-    let good = RECORD.to_vec();
-    let narrow = Config {
-        largest_word: 100,
-        ..Config::default()
-    };
-    let usual = Config::default();
-    for (config, records, reasons) in [
-        (
-            usual,
-            [record(&[1, 2, 0x4400, 3, 4]), good.clone(), good.clone()],
-            DropReason::Field,
-        ),
-        (
-            usual,
-            [record(&[1, 2]), good.clone(), good.clone()],
-            DropReason::Truncated,
-        ),
-        (
-            usual,
-            [record(&[1, 2, 3, 4, 5, 6]), good.clone(), good],
-            DropReason::Length,
-        ),
-        (
-            narrow,
-            [&[1, 101, 3, 4, 5], &[1; 5], &[1; 5]].map(|words| record(&words[..])),
-            DropReason::Field,
-        ),
-    ] {
+    let damaged = |largest_word, first: &[u16]| {
+        let mut decoder = Iscan::new(Config {
+            largest_word,
+            ..Config::default()
+        });
+        assert_eq!(dropped(&mut decoder, &record(first)), []);
         // Reported with the next record.
-        let mut decoder = Iscan::new(config);
-        assert_eq!(dropped(&mut decoder, &records[0]), []);
-        assert_eq!(dropped(&mut decoder, &records[1..].concat()), [reasons]);
+        dropped(&mut decoder, &record(&[1; 5]).repeat(2))
+    };
+    for (largest_word, words, reason) in [
+        (LARGEST_WORD, &[1, 2, 0x4400, 3, 4][..], DropReason::Field),
+        (LARGEST_WORD, &[1, 2], DropReason::Truncated),
+        (LARGEST_WORD, &[1, 2, 3, 4, 5, 6], DropReason::Length),
+        (100, &[1, 101, 3, 4, 5], DropReason::Field),
+    ] {
+        assert_eq!(damaged(largest_word, words), [reason]);
     }
 }
 
@@ -165,21 +145,15 @@ fn every_fault_is_over_within_three_records() {
     }
 }
 
-/// What is only known to be a record once the next one begins has come before
-/// that.
 #[test]
 fn a_record_that_waited_has_its_own_arrival() {
     for confirm in [false, true] {
-        let config = Config {
+        let mut decoder = Iscan::new(Config {
             confirm,
             ..Config::default()
-        };
-        let mut decoder = Iscan::new(config);
-        let mut sample = Sample::arrived(ARRIVAL);
-        sample.gaze_point = Some(Reading::tracked(GazePoint::Raw(Vec2::new(70.0, 80.0))));
-        let record = encode(&sample, &config);
-        let mut found = std::vec::Vec::new();
-        for (n, byte) in record.iter().cycle().take(5 * record.len() + 2).enumerate() {
+        });
+        let mut found = List::new();
+        for (n, byte) in RECORD.iter().cycle().take(5 * RECORD.len() + 2).enumerate() {
             let now = Micros(1_000 * n as u64);
             decoder.feed(&[*byte], now, &mut |event| match event {
                 Event::Sample(sample) => {
@@ -189,13 +163,10 @@ fn a_record_that_waited_has_its_own_arrival() {
                 other => panic!("{other:?}"),
             });
         }
-        let last = |n: u64| Micros(1_000 * (n * record.len() as u64 - 1));
-        assert_eq!(found, [last(1), last(2), last(3), last(4), last(5)]);
+        assert_eq!(found, [11, 23, 35, 47, 59].map(|n| Micros(1_000 * n)));
     }
 }
 
-/// A device that has another number of outputs chosen than was told is told apart from
-/// one at another speed.
 #[test]
 fn outputs_of_another_number_are_counted() {
     let of = |count: usize| Config {

@@ -2,16 +2,14 @@
 
 use super::{Config, PHASE};
 use crate::command::{Awaited, PATIENCE, Script};
-use crate::decoder::{Event, Message, Reply};
+use crate::decoder::{Event, Message};
 use crate::stream::{Front, Step};
 use crate::time::Micros;
 
 impl Config {
-    /// What makes `birds` birds send this configuration's records without
-    /// being asked; in group mode they have the addresses from
-    /// `first_address` on (2, where a transmitter alone has address 1). They
-    /// configure themselves first only where `reset` says so, which takes a
-    /// second and a half. At last they are asked for the error that they met, if any.
+    /// Makes `birds` birds send this configuration's records; in group mode their addresses are
+    /// from `first_address` on (2, where a transmitter alone has 1). With `reset` they configure
+    /// themselves first, which takes 1.5 s. At last they are asked for the error that they met.
     pub fn start(&self, first_address: u8, birds: u8, reset: bool) -> Script {
         // The guide asks for 300 ms before and after.
         let settle = Micros::from_millis(300);
@@ -100,8 +98,7 @@ pub fn stop() -> Script {
     script
 }
 
-/// What VRPN's list says about the number that the command `O` 10 is answered
-/// with; empty where it is not in it.
+/// VRPN's meaning of an answer to `O` 10; empty where it has none.
 pub const fn error_meaning(code: u8) -> &'static str {
     match code {
         0 => "none",
@@ -137,8 +134,7 @@ pub const fn error_meaning(code: u8) -> &'static str {
     }
 }
 
-/// What is made of bytes that may be the answer to a question; `None` where they are not,
-/// or the answer's length is not known.
+/// What is made of bytes that may be an answer; `None` where they are not.
 pub(super) fn answer(parameter: u8, front: Front<'_>, alone: bool) -> Option<Step> {
     let bytes = front.bytes;
     let length = answer_bytes(parameter)?;
@@ -171,11 +167,6 @@ pub(super) fn answer(parameter: u8, front: Front<'_>, alone: bool) -> Option<Ste
         }),
         _ => None,
     };
-    let reply = Reply {
-        to: u32::from(EXAMINE),
-        result: 0,
-        meaning: "",
-    };
-    let reply = Event::Message(Message::Reply(reply));
+    let reply = Event::reply(u32::from(EXAMINE), 0, "");
     Some(Step::Take(length, said, reply))
 }

@@ -48,9 +48,8 @@ fn order_and_signs_are_the_builders() {
         ..Config::default()
     };
     let frame = Frame {
-        code: 0,
         rotation: [0.0, 30.0, 20.0],
-        translation: [0.0; 3],
+        ..Frame::default()
     };
     let found = samples(&mut Hatire::new(config), &config.encode_frame(&frame));
     let front = found[0].head.orientation.unwrap().value * Vec3::NEG_Z;
@@ -78,10 +77,12 @@ fn text_and_errors_are_messages() {
         text(1500, b""),
         text(1000, b""),
         text(1001, b""),
+        // The other byte order makes texts of most samples, but not of letters.
+        text(5000, &[0x41, 0x20, 0x80, 0x00]),
     ]
     .concat();
     let found = events(&mut Hatire::new(Config::default()), &stream);
-    let dropped = thrown(30, DropReason::Unknown);
+    let dropped = |reason| thrown(30, reason);
     let [
         Event::Message(Message::Text(first)),
         Event::Message(Message::Fault {
@@ -92,6 +93,7 @@ fn text_and_errors_are_messages() {
         unknown,
         Event::Sample(_),
         beyond,
+        no_letters,
     ] = found[..]
     else {
         panic!("{found:?}");
@@ -99,7 +101,8 @@ fn text_and_errors_are_messages() {
     assert_eq!(first.as_str(), "HAT START");
     assert_eq!(second.as_str(), "ERROR CONNECT 7");
     assert_eq!(meaning, "the sensor is not connected");
-    assert_eq!((unknown, beyond), (dropped, dropped));
+    assert_eq!([unknown, beyond], [dropped(DropReason::Unknown); 2]);
+    assert_eq!(no_letters, dropped(DropReason::Field));
 }
 
 #[test]
@@ -115,9 +118,8 @@ fn numbers_that_are_no_angles_are_dropped() {
         }
         // What is no position does not matter until it is said to be one.
         let frame = Frame {
-            code: 0,
-            rotation: [0.0; 3],
             translation: [0.0, value * 1e3, 0.0],
+            ..Frame::default()
         };
         let config = Config::default();
         let found = samples(&mut Hatire::new(config), &config.encode_frame(&frame));
@@ -166,17 +168,4 @@ fn every_fault_costs_little() {
         let found = hostile(|| Hatire::new(config), &records, 5e-13);
         found.assert_stated("any", include_str!("../hatire.rs"));
     }
-}
-
-/// The other byte order makes texts of most samples, but not of letters.
-#[test]
-fn a_text_is_of_letters() {
-    let bytes = text(5000, &[0x41, 0x20, 0x80, 0x00]);
-    let mut twice = bytes.to_vec();
-    twice.extend_from_slice(&text(5000, b"HAT\tSTART\r\n"));
-    let found = events(&mut Hatire::new(Config::default()), &twice);
-    let [Event::Dropped(dropped), Event::Message(Message::Text(_))] = found[..] else {
-        panic!("{found:?}");
-    };
-    assert_eq!(dropped.reason, DropReason::Field);
 }

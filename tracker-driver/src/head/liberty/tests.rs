@@ -1,5 +1,6 @@
 use super::super::polhemus::{Family, Format};
 use super::*;
+use crate::decoder::Message;
 use crate::protocol::Protocol;
 use crate::sample::Reading;
 use crate::testing::{

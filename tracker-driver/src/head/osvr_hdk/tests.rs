@@ -11,8 +11,7 @@ const VERSION_1: [u8; 16] = [
 const VERSION_2: [u8; 16] = [
     0x02, 255, 0x00, 0xC0, 0, 0, 0, 0, 0, 0, 0x00, 0x02, 0x00, 0xFD, 0x00, 0x80,
 ];
-/// Version 3, sequence 0, video and portrait: all parts −0.5 but the real
-/// one; 63.998 rad/s, −1/512 rad/s and 0.
+/// Version 3, sequence 0: three parts −0.5, one 0.5; 63.998 rad/s, −1/512 rad/s and 0.
 const VERSION_3: [u8; 16] = [
     0x33, 0, 0x00, 0xE0, 0x00, 0xE0, 0x00, 0xE0, 0x00, 0x20, 0xFF, 0x7F, 0xFF, 0xFF, 0, 0,
 ];

@@ -5,8 +5,6 @@ use super::{Family, Format, ItemListError};
 /// What an item says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Content {
-    Space,
-    NewLine,
     Position,
     Euler,
     /// Row 0, 1 or 2 of the matrix whose columns are the sensor's axes.
@@ -14,8 +12,8 @@ pub(super) enum Content {
     Quaternion,
     /// Milliseconds.
     Time,
-    /// Stylus, buttons or joystick: checked for its form and left out.
-    Switch,
+    /// A space, a line's end, stylus, buttons or joystick: checked for its form and left out.
+    Other,
 }
 
 /// How an item's numbers are written.
@@ -78,8 +76,8 @@ impl Item {
             Format::Binary => Ok((content, Form::Word)),
         };
         Ok(match number {
-            0 | 50 => (Content::Space, Form::Literal(b" ")),
-            1 | 51 => (Content::NewLine, Form::Literal(b"\r\n")),
+            0 | 50 => (Content::Other, Form::Literal(b" ")),
+            1 | 51 => (Content::Other, Form::Literal(b"\r\n")),
             2 => (Content::Position, float(Form::Fixed(2))),
             52 => (Content::Position, float(Form::Extended)),
             4 => (Content::Euler, float(Form::Fixed(2))),
@@ -88,18 +86,18 @@ impl Item {
             55..=57 => (Content::Cosines(number - 55), float(Form::Extended)),
             11 => (Content::Quaternion, float(Form::Fixed(4))),
             61 => (Content::Quaternion, float(Form::Extended)),
-            16 | 66 => (Content::Switch, Form::SpaceAndDigit),
+            16 | 66 => (Content::Other, Form::SpaceAndDigit),
             18 => word(Content::Position)?,
             19 => word(Content::Euler)?,
             20 => word(Content::Quaternion)?,
             21 => (Content::Time, float(Form::Whole(14))),
             22 => match format {
-                Format::Ascii => (Content::Switch, Form::Whole(3)),
-                Format::Binary => (Content::Switch, Form::Bytes(1)),
+                Format::Ascii => (Content::Other, Form::Whole(3)),
+                Format::Binary => (Content::Other, Form::Bytes(1)),
             },
             23 => match format {
                 Format::Ascii => return Err(other_format),
-                Format::Binary => (Content::Switch, Form::Bytes(2)),
+                Format::Binary => (Content::Other, Form::Bytes(2)),
             },
             _ => return Err(ItemListError::Unknown { number }),
         })
@@ -110,11 +108,11 @@ impl Item {
             return Err(ItemListError::Format { number, format });
         }
         Ok(match number {
-            0 => (Content::Space, Form::Literal(b" ")),
+            0 => (Content::Other, Form::Literal(b" ")),
             2 => (Content::Position, Form::Float),
             7 => (Content::Quaternion, Form::Float),
             8 => (Content::Time, Form::U32),
-            10 => (Content::Switch, Form::U32),
+            10 => (Content::Other, Form::U32),
             _ => return Err(ItemListError::Unknown { number }),
         })
     }
@@ -123,7 +121,7 @@ impl Item {
         match self.content {
             Content::Position | Content::Euler | Content::Cosines(_) => 3,
             Content::Quaternion => 4,
-            Content::Space | Content::NewLine | Content::Time | Content::Switch => 1,
+            Content::Time | Content::Other => 1,
         }
     }
 

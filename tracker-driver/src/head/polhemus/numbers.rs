@@ -1,14 +1,12 @@
 //! How a record's numbers are written: decimal digits, and fourteen bits in two
 //! bytes.
 
-use super::MOST_RECORD_BYTES;
-use heapless::Vec;
+use super::Record;
 
 /// Steps from 0 to 1 in the 14-bit form, two bits short of 16.
 pub(super) const WORD_ONE: f32 = 32_768.0;
 
-/// The value of two bytes that hold seven bits each; the second's highest
-/// bit is 0.
+/// The value of two bytes of seven bits; `None` where the second has its highest bit set.
 pub(super) fn word_value(bytes: &[u8]) -> Option<f32> {
     let &[low, high] = bytes else { return None };
     if high & 0x80 != 0 {
@@ -17,8 +15,7 @@ pub(super) fn word_value(bytes: &[u8]) -> Option<f32> {
     Some(f32::from(from_seven_bits(low, high)) / WORD_ONE)
 }
 
-/// The 14-bit word that two bytes of seven bits hold, in the upper bits of
-/// the result.
+/// The word of two bytes of seven bits, whose lowest two bits are 0.
 pub(crate) fn from_seven_bits(low: u8, high: u8) -> i16 {
     (u16::from(low & 0x7F) << 2 | u16::from(high & 0x7F) << 9) as i16
 }
@@ -40,9 +37,7 @@ pub(super) fn word_bytes(value: f32, first: bool) -> [u8; 2] {
     [if first { low | 0x80 } else { low }, high]
 }
 
-/// A number of `Sxxx.xx` or `Sx.xxxx`: blanks, a sign or none, digits, a
-/// point and `decimals` decimals. The first column is the sign's: a digit there
-/// is of another form.
+/// A number of `Sxxx.xx` or `Sx.xxxx`: the first column is the sign's or blank, no digit.
 pub(super) fn read_fixed(bytes: &[u8], decimals: u8) -> Option<f32> {
     if bytes.first()?.is_ascii_digit() {
         return None;
@@ -118,8 +113,7 @@ pub(super) fn read_whole(bytes: &[u8]) -> Option<u32> {
     }
 }
 
-/// Decimal digits after those that `before` is made of; `None` where one is
-/// no digit, or where they are too many.
+/// Decimal digits after `before`; `None` for other characters, and for too many.
 fn digits(bytes: &[u8], before: u32) -> Option<u32> {
     bytes.iter().try_fold(before, |number, &byte| {
         let digit = byte.is_ascii_digit().then(|| u32::from(byte - b'0'))?;
@@ -138,30 +132,32 @@ pub(super) fn power_of_ten(exponent: u32) -> f32 {
 
 pub(super) type Written = Result<(), heapless::CapacityError>;
 
-pub(super) fn write_fixed(
-    value: f32,
-    decimals: u8,
-    record: &mut Vec<u8, MOST_RECORD_BYTES>,
-) -> Written {
-    let scaled = libm::roundf(value * power_of_ten(u32::from(decimals)));
-    let scaled = scaled.clamp(-99_999.0, 99_999.0) as i32;
-    let mut text = *b"-     .";
-    let mut number = scaled.unsigned_abs();
-    text[0] = if scaled < 0 { b'-' } else { b' ' };
-    let point = 6 - usize::from(decimals.min(5));
-    for place in (1..7).rev() {
-        text[place] = if place == point {
-            b'.'
-        } else {
-            let digit = (number % 10) as u8;
-            number /= 10;
-            b'0' + digit
-        };
+/// The last `N` decimal digits.
+fn decimal<const N: usize>(mut number: u32) -> [u8; N] {
+    let mut digits = [b'0'; N];
+    for digit in digits.iter_mut().rev() {
+        *digit += (number % 10) as u8;
+        number /= 10;
     }
-    record.extend_from_slice(&text)
+    digits
 }
 
-pub(super) fn write_extended(value: f32, record: &mut Vec<u8, MOST_RECORD_BYTES>) -> Written {
+const fn sign(is_negative: bool, positive: u8) -> u8 {
+    if is_negative { b'-' } else { positive }
+}
+
+pub(super) fn write_fixed(value: f32, decimals: u8, record: &mut Record) -> Written {
+    let scaled = libm::roundf(value * power_of_ten(u32::from(decimals)));
+    let scaled = scaled.clamp(-99_999.0, 99_999.0) as i32;
+    let digits = decimal::<5>(scaled.unsigned_abs());
+    let (whole, rest) = digits.split_at(5 - usize::from(decimals.min(5)));
+    record.extend_from_slice(&[sign(scaled < 0, b' ')])?;
+    record.extend_from_slice(whole)?;
+    record.extend_from_slice(b".")?;
+    record.extend_from_slice(rest)
+}
+
+pub(super) fn write_extended(value: f32, record: &mut Record) -> Written {
     let mut magnitude = if value.is_finite() { value.abs() } else { 0.0 };
     let mut exponent = 0_i32;
     // At most as often as f32 has powers of ten.
@@ -179,30 +175,15 @@ pub(super) fn write_extended(value: f32, record: &mut Vec<u8, MOST_RECORD_BYTES>
         mantissa /= 10;
         exponent += 1;
     }
-    let digit = |power: u32| b'0' + (mantissa / power % 10) as u8;
-    let power = exponent.unsigned_abs();
+    let [one, a, b, c, d, e] = decimal(mantissa);
+    let [tens, ones] = decimal(exponent.unsigned_abs());
+    let (signed, power) = (sign(value < 0.0, b' '), sign(exponent < 0, b'+'));
     record.extend_from_slice(&[
-        if value < 0.0 { b'-' } else { b' ' },
-        digit(100_000),
-        b'.',
-        digit(10_000),
-        digit(1_000),
-        digit(100),
-        digit(10),
-        digit(1),
-        b'E',
-        if exponent < 0 { b'-' } else { b'+' },
-        b'0' + (power / 10 % 10) as u8,
-        b'0' + (power % 10) as u8,
-        b' ',
+        signed, one, b'.', a, b, c, d, e, b'E', power, tens, ones, b' ',
     ])
 }
 
-pub(super) fn write_whole(
-    mut number: u64,
-    characters: u8,
-    record: &mut Vec<u8, MOST_RECORD_BYTES>,
-) -> Written {
+pub(super) fn write_whole(mut number: u64, characters: u8, record: &mut Record) -> Written {
     let mut text = [b' '; 14];
     for place in text.iter_mut().rev() {
         *place = b'0' + (number % 10) as u8;
@@ -216,11 +197,8 @@ pub(super) fn write_whole(
 }
 
 /// Writes a number's decimal digits.
-pub(crate) fn push_number(bytes: &mut crate::command::Bytes, number: u16) -> Result<(), u8> {
-    for power in [10_000, 1_000, 100, 10, 1] {
-        if number >= power || power == 1 {
-            bytes.push(b'0' + (number / power % 10) as u8)?;
-        }
-    }
-    Ok(())
+pub(crate) fn push_number(bytes: &mut crate::command::Bytes, number: u16) -> Written {
+    let digits = decimal::<5>(number.into());
+    let zeros = digits.iter().take(4).take_while(|&&digit| digit == b'0');
+    bytes.extend_from_slice(digits.get(zeros.count()..).unwrap_or_default())
 }

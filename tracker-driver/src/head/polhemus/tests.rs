@@ -10,26 +10,15 @@ fn list(numbers: &[u8]) -> Result<ItemList, ItemListError> {
 fn lists_are_as_long_as_the_manual_says() {
     let bytes =
         |family, format, numbers: &[u8]| ItemList::new(family, format, numbers).unwrap().bytes();
+    let ascii = |numbers: &[u8]| bytes(Family::Fastrak, Format::Ascii, numbers);
+    let binary = |numbers: &[u8]| bytes(Family::Fastrak, Format::Binary, numbers);
     // The default list, and the one of VRPN.
-    assert_eq!(bytes(Family::Fastrak, Format::Ascii, &[2, 4, 1]), 44);
-    assert_eq!(bytes(Family::Fastrak, Format::Binary, &[2, 11, 0]), 29);
-    assert_eq!(
-        bytes(Family::Fastrak, Format::Ascii, &[52, 61, 51]),
-        39 + 52 + 2
-    );
-    assert_eq!(
-        bytes(
-            Family::Fastrak,
-            Format::Binary,
-            &[5, 6, 7, 16, 21, 22, 23, 0]
-        ),
-        46
-    );
-    assert_eq!(bytes(Family::Fastrak, Format::Binary, &[18, 20]), 14);
-    assert_eq!(
-        bytes(Family::Liberty, Format::Binary, &[2, 7, 8, 10, 0]),
-        37
-    );
+    assert_eq!((ascii(&[2, 4, 1]), binary(&[2, 11, 0])), (44, 29));
+    assert_eq!(ascii(&[52, 61, 51]), 39 + 52 + 2);
+    assert_eq!(binary(&[5, 6, 7, 16, 21, 22, 23, 0]), 46);
+    assert_eq!(binary(&[18, 20]), 14);
+    let liberty = bytes(Family::Liberty, Format::Binary, &[2, 7, 8, 10, 0]);
+    assert_eq!(liberty, 37);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::super::axes;
 use super::item::{Content, Form, Item};
 use super::numbers::{read_extended, read_fixed, read_whole, word_value};
-use super::{Misread, Pose, Scale};
+use super::{Misread, Read, Scale};
 use crate::decoder::DropReason;
 use crate::sample::{Head, Reading};
 use crate::time::DeviceTime;
@@ -59,7 +59,7 @@ impl Values {
                 .and_then(|row| row.get_or_insert_default().get_mut(place)),
             Content::Quaternion => self.quaternion.get_or_insert_default().get_mut(place),
             Content::Time => Some(self.milliseconds.get_or_insert_default()),
-            Content::Space | Content::NewLine | Content::Switch => None,
+            Content::Other => None,
         };
         if let Some(slot) = slot {
             *slot = value;
@@ -67,7 +67,7 @@ impl Values {
         Ok(())
     }
 
-    pub(super) fn pose(&self, tracked: bool, scale: Scale) -> Result<Pose, Misread> {
+    pub(super) fn pose(&self, tracked: bool, scale: Scale) -> Result<Read, Misread> {
         let metres = if self.words {
             scale.word_metres
         } else {
@@ -78,19 +78,12 @@ impl Values {
             .map(|p| valid::position(Vec3::from_array(p) * metres))
             .transpose()?;
         // The best form that came; the others are checked all the same.
-        let euler = self
-            .euler
-            .map(|angles| {
-                let [a, e, r] = angles.map(|a| {
-                    if self.words {
-                        a * scale.word_degrees
-                    } else {
-                        a
-                    }
-                });
-                axes::from_euler_degrees(a, e, r)
-            })
-            .transpose()?;
+        let degrees = if self.words { scale.word_degrees } else { 1.0 };
+        let euler = self.euler.map(|angles| {
+            let [a, e, r] = angles.map(|angle| angle * degrees);
+            axes::from_euler_degrees(a, e, r)
+        });
+        let euler = euler.transpose()?;
         let cosines = match self.cosines.map(|row| row.map(Vec3::from_array)) {
             [Some(x), Some(y), Some(z)] => {
                 let rows = [x, y, z];
@@ -122,20 +115,18 @@ impl Values {
                 Some(DeviceTime::unwrapped(whole * 1_000 + part as u64))
             }
         };
-        let reading = |tracked| move |value| Reading { value, tracked };
-        Ok(Pose {
-            head: Head {
-                position: position
-                    .map(|p| scale.axes.position(p))
-                    .map(reading(tracked)),
-                orientation: orientation.map(|q| Reading {
-                    value: scale.axes.orientation(q),
-                    tracked,
-                }),
-                angular_velocity: None,
-            },
-            time,
-        })
+        let head = Head {
+            position: position.map(|p| Reading {
+                value: scale.axes.position(p),
+                tracked,
+            }),
+            orientation: orientation.map(|q| Reading {
+                value: scale.axes.orientation(q),
+                tracked,
+            }),
+            angular_velocity: None,
+        };
+        Ok((head, time))
     }
 }
 

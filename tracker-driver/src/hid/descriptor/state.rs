@@ -49,8 +49,7 @@ impl Datum {
     }
 }
 
-/// The usages before a main item. Those without a page of their own get the
-/// one that counts at the main item.
+/// The usages before a main item, those without a page on the one at that item.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Locals {
     pub(super) usages: Vec<UsageRange, MOST_USAGES>,

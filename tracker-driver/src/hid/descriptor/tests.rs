@@ -67,21 +67,21 @@ fn usages_are_those_of_the_tables() {
         (u::RIGHT_EYE_POSITION, H::RightEyePosition),
         (u::HEAD_POSITION, H::HeadPosition),
         (u::HEAD_DIRECTION_POINT, H::HeadDirectionPoint),
-        (u::TRACKER_QUALITY, H::TrackerQuality),
-        (u::MINIMUM_TRACKING_DISTANCE, H::MinimumTrackingDistance),
-        (u::OPTIMUM_TRACKING_DISTANCE, H::OptimumTrackingDistance),
-        (u::MAXIMUM_TRACKING_DISTANCE, H::MaximumTrackingDistance),
-        (u::MAXIMUM_SCREEN_PLANE_WIDTH, H::MaximumScreenPlaneWidth),
-        (u::MAXIMUM_SCREEN_PLANE_HEIGHT, H::MaximumScreenPlaneHeight),
-        (u::DISPLAY_MANUFACTURER_ID, H::DisplayManufacturerID),
-        (u::DISPLAY_PRODUCT_ID, H::DisplayProductID),
-        (u::DISPLAY_SERIAL_NUMBER, H::DisplaySerialNumber),
-        (u::DISPLAY_MANUFACTURER_DATE, H::DisplayManufacturerDate),
-        (u::CALIBRATED_SCREEN_WIDTH, H::CalibratedScreenWidth),
-        (u::CALIBRATED_SCREEN_HEIGHT, H::CalibratedScreenHeight),
-        (u::SAMPLING_FREQUENCY, H::SamplingFrequency),
-        (u::CONFIGURATION_STATUS, H::ConfigurationStatus),
-        (u::DEVICE_MODE_REQUEST, H::DeviceModeRequest),
+        (u::CAPABILITIES[0], H::TrackerQuality),
+        (u::CAPABILITIES[1], H::MinimumTrackingDistance),
+        (u::CAPABILITIES[2], H::OptimumTrackingDistance),
+        (u::CAPABILITIES[3], H::MaximumTrackingDistance),
+        (u::CAPABILITIES[4], H::MaximumScreenPlaneWidth),
+        (u::CAPABILITIES[5], H::MaximumScreenPlaneHeight),
+        (u::CONFIGURATION[0], H::DisplayManufacturerID),
+        (u::CONFIGURATION[1], H::DisplayProductID),
+        (u::CONFIGURATION[2], H::DisplaySerialNumber),
+        (u::CONFIGURATION[3], H::DisplayManufacturerDate),
+        (u::CONFIGURATION[4], H::CalibratedScreenWidth),
+        (u::CONFIGURATION[5], H::CalibratedScreenHeight),
+        (u::STATUS[0], H::ConfigurationStatus),
+        (u::STATUS[1], H::SamplingFrequency),
+        (u::CONTROL[0], H::DeviceModeRequest),
     ] {
         assert_eq!(theirs.usage_id_value(), ours, "{theirs:?}");
         assert_eq!(AsUsagePage::usage_page_value(&theirs), u::PAGE);
@@ -148,51 +148,45 @@ fn descriptors_that_cannot_be_are_refused() {
 }
 
 #[test]
-fn states_are_pushed_and_popped() {
-    let found = elements(&[
-        0x05, 0x12, 0x75, 8, 0x95, 1, 0xA4, 0x05, 0x01, 0x75, 16, 0x09, 0x30, 0x81, 2, 0xB4, 0x09,
-        0x21, 0x81, 2,
-    ]);
-    let input = |offset, bits, usage| (ReportKind::Input, 0, offset, bits, usage);
-    assert_eq!(
-        found.unwrap(),
-        [
-            input(0, 16, usage(1, 0x30)),
-            input(16, 8, usage(0x12, 0x21))
-        ]
-    );
-}
-
-#[test]
 fn usages_are_given_out_in_order() {
-    // A range, one with a page of its own, and the last one again and again;
-    // the page is set after the usages.
-    let found = elements(&[
-        0x19, 0x05, 0x29, 0x06, 0x0B, 0x30, 0x00, 0x01, 0x00, 0x09, 0x20, 0x05, 0x12, 0x75, 4,
-        0x95, 6, 0x81, 2,
-    ]);
-    let usages: List<_> = found.unwrap().iter().map(|e| e.4.unwrap()).collect();
-    let on = |page, id| Usage { page, id };
-    assert_eq!(
-        usages,
-        [
-            on(0x12, 5),
-            on(0x12, 6),
-            on(1, 0x30),
-            on(0x12, 0x20),
-            on(0x12, 0x20),
-            on(0x12, 0x20)
-        ]
-    );
-}
-
-#[test]
-fn of_alternatives_the_first_counts() {
-    let found = elements(&[
-        0x05, 0x12, 0xA9, 1, 0x09, 0x21, 0x09, 0x22, 0xA9, 0, 0x09, 0x23, 0x75, 8, 0x95, 2, 0x81, 2,
-    ]);
-    let ids: List<_> = found.unwrap().iter().map(|e| e.4.unwrap().id).collect();
-    assert_eq!(ids, [0x21, 0x23]);
+    for (descriptor, expected) in [
+        // A state that is pushed and popped.
+        (
+            &[
+                0x05, 0x12, 0x75, 8, 0x95, 1, 0xA4, 0x05, 0x01, 0x75, 16, 0x09, 0x30, 0x81, 2,
+                0xB4, 0x09, 0x21, 0x81, 2,
+            ][..],
+            &[(0, 16, 1, 0x30), (16, 8, 0x12, 0x21)][..],
+        ),
+        // A range, one with a page of its own, the last one again and again; the page is set
+        // after the usages.
+        (
+            &[
+                0x19, 0x05, 0x29, 0x06, 0x0B, 0x30, 0x00, 0x01, 0x00, 0x09, 0x20, 0x05, 0x12, 0x75,
+                4, 0x95, 5, 0x81, 2,
+            ],
+            &[
+                (0, 4, 0x12, 5),
+                (4, 4, 0x12, 6),
+                (8, 4, 1, 0x30),
+                (12, 4, 0x12, 0x20),
+                (16, 4, 0x12, 0x20),
+            ],
+        ),
+        // The first of alternatives.
+        (
+            &[
+                0x05, 0x12, 0xA9, 1, 0x09, 0x21, 0x09, 0x22, 0xA9, 0, 0x09, 0x23, 0x75, 8, 0x95, 2,
+                0x81, 2,
+            ],
+            &[(0, 8, 0x12, 0x21), (8, 8, 0x12, 0x23)],
+        ),
+    ] {
+        let expected = expected
+            .iter()
+            .map(|&(offset, bits, page, id)| (ReportKind::Input, 0, offset, bits, usage(page, id)));
+        assert!(expected.eq(elements(descriptor).unwrap()));
+    }
 }
 
 #[test]
@@ -215,8 +209,7 @@ fn long_items_and_odd_exponents_are_read() {
     assert_eq!(exponent(0x40), 7);
 }
 
-/// The variable elements that are not constant, as another parser has them:
-/// `hidreport` knows a constant's place only.
+/// The variable elements that are not constant, as `hidreport` has them.
 fn theirs(descriptor: &[u8]) -> Option<List<Found>> {
     let parsed = hidreport::ReportDescriptor::try_from(descriptor).ok()?;
     let mut found = List::new();

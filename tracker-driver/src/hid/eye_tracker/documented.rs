@@ -4,20 +4,11 @@
 
 use super::{Capabilities, Configuration, Status};
 use crate::rotation::rotate;
-use crate::sample::{Eye, GazePoint, Head, Sample};
+use crate::sample::{Eye, Head, Sample};
 use glam::Vec3;
 
 /// USB vendor and product id of the sample device.
 pub const USB_ID: (u16, u16) = (0xDEED, 0xFEED);
-
-/// Bytes of a report of tracking data.
-pub const TRACKING_LENGTH: usize = 65;
-/// Bytes of the report of capabilities.
-pub const CAPABILITIES_LENGTH: usize = 22;
-/// Bytes of the report of the configuration.
-pub const CONFIGURATION_LENGTH: usize = 19;
-/// Bytes of the report of the status.
-pub const STATUS_LENGTH: usize = 4;
 
 /// Ids of the reports.
 const TRACKING: u8 = 0x10;
@@ -59,14 +50,11 @@ pub const DESCRIPTOR: [u8; 340] = [
     0xB1, 0x02, 0xC0, 0xC0,
 ];
 
-/// The report of a sample. What it does not have is not available. The head's
-/// direction is sent as the point 1 m in front of it.
-pub fn tracking(sample: &Sample) -> [u8; TRACKING_LENGTH] {
-    let mut report = [0; TRACKING_LENGTH];
+/// The report of a sample; the head is turned to the point 1 m in front of it.
+pub fn tracking(sample: &Sample) -> [u8; 65] {
+    let mut report = [0; 65];
     let time = sample.device_time.map_or(0, |time| time.microseconds);
-    let gaze = sample.gaze_point.map(|point| match point.value {
-        GazePoint::Plane(p) | GazePoint::Normalized(p) | GazePoint::Raw(p) => p.to_array(),
-    });
+    let gaze = sample.gaze_point.map(|point| point.value.numbers());
     let origin = |eye: &Eye| eye.origin.map(|origin| origin.value);
     let Head {
         position,
@@ -79,7 +67,7 @@ pub fn tracking(sample: &Sample) -> [u8; TRACKING_LENGTH] {
         .map(|(head, turn)| head + rotate(turn.value, Vec3::NEG_Z) * HEAD_POINT_DISTANCE);
     let places = [origin(&sample.left), origin(&sample.right), head, towards]
         .map(|place| place.map(|place| place.to_array()));
-    let values = [gaze.map(|[x, _]| x), gaze.map(|[_, y]| y)]
+    let values = [gaze.map(|point| point.x), gaze.map(|point| point.y)]
         .into_iter()
         .chain((0..12).map(|n| places.get(n / 3)?.as_ref()?.get(n % 3).copied()));
     let bytes = [TRACKING]
@@ -91,8 +79,8 @@ pub fn tracking(sample: &Sample) -> [u8; TRACKING_LENGTH] {
 }
 
 /// The feature report of the capabilities; what is not there is 0.
-pub fn capabilities(of: &Capabilities) -> [u8; CAPABILITIES_LENGTH] {
-    let mut report = [0; CAPABILITIES_LENGTH];
+pub fn capabilities(of: &Capabilities) -> [u8; 22] {
+    let mut report = [0; 22];
     let lengths = [
         of.nearest,
         of.best,
@@ -108,8 +96,8 @@ pub fn capabilities(of: &Capabilities) -> [u8; CAPABILITIES_LENGTH] {
 }
 
 /// The feature report of the configuration; what is not there is 0.
-pub fn configuration(of: &Configuration) -> [u8; CONFIGURATION_LENGTH] {
-    let mut report = [0; CONFIGURATION_LENGTH];
+pub fn configuration(of: &Configuration) -> [u8; 19] {
+    let mut report = [0; 19];
     let word = |value: Option<u32>| (value.unwrap_or(0) as u16).to_le_bytes();
     let bytes = [CONFIGURATION]
         .into_iter()
@@ -124,7 +112,7 @@ pub fn configuration(of: &Configuration) -> [u8; CONFIGURATION_LENGTH] {
 }
 
 /// The input or feature report of the status; what is not there is 0.
-pub fn status(of: &Status) -> [u8; STATUS_LENGTH] {
+pub fn status(of: &Status) -> [u8; 4] {
     let frequency = libm::roundf(of.sampling_frequency.unwrap_or(0.0)) as u16;
     let [low, high] = frequency.to_le_bytes();
     [STATUS, of.configuration.unwrap_or(0) as u8, low, high]

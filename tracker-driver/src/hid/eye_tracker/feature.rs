@@ -1,7 +1,6 @@
 //! What feature reports say and ask for.
 
-/// What a device can do. Lengths are in metres; what the device does not say
-/// is `None`.
+/// What a device can do, in metres; `None` where it does not say.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Capabilities {
     /// 1 where the gaze is good enough for fine work.
@@ -39,8 +38,7 @@ pub struct Configuration {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status {
-    /// 1 ready, 2 configuring, 3 the screen is not set up, 4 the user is not
-    /// calibrated ([`status_name`]).
+    /// By number, see [`status_name`].
     pub configuration: Option<u32>,
     /// Samples per second.
     pub sampling_frequency: Option<f32>,

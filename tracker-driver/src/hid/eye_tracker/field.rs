@@ -133,9 +133,7 @@ impl Field {
         u32::try_from(field?.logical(body)?).ok()
     }
 
-    /// A time. Its range is not looked at: bytes of a time that are declared
-    /// one by one have the range of a byte. Without a unit it is taken for
-    /// microseconds.
+    /// A time, in microseconds without a unit; its range may be that of its single bytes.
     pub(super) fn read_time(field: Option<Self>, body: &[u8]) -> Option<DeviceTime> {
         let field = field?;
         let exponent = match field.unit {
@@ -156,36 +154,25 @@ impl Field {
     }
 }
 
-/// What makes an element a certain field: its usage, and that of the
-/// collection that it is in.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Key {
-    parent: Option<u16>,
-    usage: u16,
+/// What makes an element a certain field: the usage of the collection around it, or
+/// [`ANYWHERE`], and its own.
+pub(super) type Key = (u16, u16);
+
+pub(super) const ANYWHERE: u16 = 0;
+
+pub(super) const fn anywhere<const N: usize>(usages: [u16; N]) -> [Key; N] {
+    let mut keys = [(ANYWHERE, 0); N];
+    let mut n = 0;
+    while n < N {
+        keys[n].1 = usages[n];
+        n += 1;
+    }
+    keys
 }
 
-impl Key {
-    pub(super) const fn anywhere(usage: u16) -> Self {
-        Self {
-            parent: None,
-            usage,
-        }
-    }
-
-    pub(super) const fn of(parent: u16, usage: u16) -> Self {
-        Self {
-            parent: Some(parent),
-            usage,
-        }
-    }
-
-    fn fits(self, element: &Element<'_>) -> bool {
-        let on_page = |id| Usage { page: PAGE, id };
-        element.usage == Some(on_page(self.usage))
-            && self
-                .parent
-                .is_none_or(|parent| element.parent() == Some(on_page(parent)))
-    }
+fn fits((parent, usage): Key, element: &Element<'_>) -> bool {
+    let on_page = |id| Some(Usage { page: PAGE, id });
+    element.usage == on_page(usage) && (parent == ANYWHERE || element.parent() == on_page(parent))
 }
 
 /// Fields that are in one report.
@@ -209,18 +196,14 @@ impl<const N: usize> Group<N> {
         }
     }
 
-    /// Takes an element, where it is one of the fields. The report of the
-    /// first one counts. Bytes of the same usage right behind one another are
-    /// one field: so the sample writes its time.
+    /// Takes an element that is one of the fields; bytes of one usage in a row are one field.
     pub(super) fn offer(&mut self, element: &Element<'_>, keys: &[Key; N]) {
         let first = self.fields.iter().all(Option::is_none);
         if element.kind != self.size.kind || (!first && element.report_id != self.size.report_id) {
             return;
         }
-        let Some(place) = keys.iter().position(|key| key.fits(element)) else {
-            return;
-        };
-        let Some(field) = self.fields.get_mut(place) else {
+        let mut fields = keys.iter().zip(&mut self.fields);
+        let Some((_, field)) = fields.find(|(key, _)| fits(**key, element)) else {
             return;
         };
         self.size.report_id = element.report_id;

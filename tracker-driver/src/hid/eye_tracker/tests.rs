@@ -8,9 +8,7 @@ fn tracker() -> EyeTracker {
     EyeTracker::new(&DESCRIPTOR, Axes::default()).unwrap()
 }
 
-/// Written out by hand: 5 s; gaze at 0.3, 0.2 m; left eye at −0.03, 0.1, 0.65;
-/// the right one not there; the head at 0, 0.12, 0.7 and turned to 0, 0.12,
-/// −0.3.
+/// 5 s; gaze 0.3, 0.2 m; left eye −0.03, 0.1, 0.65; head 0, 0.12, 0.7, turned to 0, 0.12, −0.3.
 fn report() -> List<u8> {
     let mut report = List::from([0x10]);
     report.extend(5_000_000_u64.to_le_bytes());
@@ -33,6 +31,21 @@ fn report() -> List<u8> {
         report.extend(value.to_le_bytes());
     }
     report
+}
+
+/// The report with other values from a place on.
+fn report_with(place: usize, values: &[i32]) -> List<u8> {
+    let mut report = report();
+    for (n, value) in (place..).zip(values) {
+        report[9 + 4 * n..13 + 4 * n].copy_from_slice(&value.to_le_bytes());
+    }
+    report
+}
+
+/// Whether a head looks this way and is level.
+fn faces(head: &Head, forward: Vec3) -> bool {
+    let turn = head.orientation.unwrap().value;
+    (turn * Vec3::NEG_Z).distance(forward) < 1e-6 && (turn * Vec3::Y).distance(Vec3::Y) < 1e-6
 }
 
 fn near(found: Option<Reading<Vec3>>, expected: Vec3) {
@@ -62,10 +75,7 @@ fn a_report_becomes_a_sample() {
     near(sample.left.origin, Vec3::new(-0.03, 0.1, 0.65));
     assert!(sample.right.is_empty());
     near(sample.head.position, Vec3::new(0.0, 0.12, 0.7));
-    // It looks along −Z.
-    let turn = sample.head.orientation.unwrap().value;
-    assert!((turn * Vec3::NEG_Z).distance(Vec3::NEG_Z) < 1e-6);
-    assert!((turn * Vec3::Y).distance(Vec3::Y) < 1e-6);
+    assert!(faces(&sample.head, Vec3::NEG_Z));
     assert_eq!(tracker.counts().samples, 1);
     assert_eq!(tracker.counts().bytes, 65);
 }
@@ -81,20 +91,15 @@ fn axes_are_turned_and_moved() {
     let sample = samples(&mut tracker, &report())[0];
     near(sample.left.origin, Vec3::new(-0.03, 0.1, -0.65));
     near(sample.head.position, Vec3::new(0.0, 0.08, -0.7));
-    let turn = sample.head.orientation.unwrap().value;
-    assert!((turn * Vec3::NEG_Z).distance(Vec3::Z) < 1e-6);
-    assert!((turn * Vec3::Y).distance(Vec3::Y) < 1e-6);
+    assert!(faces(&sample.head, Vec3::Z));
 }
 
 #[test]
 fn what_is_out_of_range_is_not_there() {
     for value in [i32::MAX, i32::MIN, 2_000_001, -2_000_001] {
         for place in 0..14 {
-            let mut report = report();
             // The right eye too, so that all are there but one.
-            for n in 5..8 {
-                report[9 + 4 * n..13 + 4 * n].copy_from_slice(&1_i32.to_le_bytes());
-            }
+            let mut report = report_with(5, &[1; 3]);
             report[9 + 4 * place..13 + 4 * place].copy_from_slice(&value.to_le_bytes());
             let sample = samples(&mut tracker(), &report)[0];
             let point = sample.gaze_point.unwrap();
@@ -106,44 +111,32 @@ fn what_is_out_of_range_is_not_there() {
         }
     }
     // At the ends of the range it is.
-    let mut report = report();
-    report[9..13].copy_from_slice(&2_000_000_i32.to_le_bytes());
-    report[13..17].copy_from_slice(&(-2_000_000_i32).to_le_bytes());
-    let sample = samples(&mut tracker(), &report)[0];
+    let sample = samples(&mut tracker(), &report_with(0, &[2_000_000, -2_000_000]))[0];
     let point = GazePoint::Plane(Vec2::new(2.0, -2.0));
     assert_eq!(sample.gaze_point, Some(Reading::tracked(point)));
 }
 
 #[test]
 fn a_head_without_a_direction_has_no_orientation() {
-    let turned_to = |place: [i32; 3]| {
-        let mut report = report();
-        for (n, part) in place.into_iter().enumerate() {
-            report[53 + 4 * n..57 + 4 * n].copy_from_slice(&part.to_le_bytes());
-        }
-        samples(&mut tracker(), &report)[0].head.orientation
-    };
+    let turned_to = |place| samples(&mut tracker(), &report_with(11, place))[0].head;
     // Itself; straight above; to the left.
-    assert_eq!(turned_to([0, 120_000, 700_000]), None);
-    assert_eq!(turned_to([0, 900_000, 700_000]), None);
-    let left = turned_to([-500_000, 120_000, 700_000]).unwrap().value;
-    assert!((left * Vec3::NEG_Z).distance(Vec3::NEG_X) < 1e-6);
+    assert_eq!(turned_to(&[0, 120_000, 700_000]).orientation, None);
+    assert_eq!(turned_to(&[0, 900_000, 700_000]).orientation, None);
+    assert!(faces(
+        &turned_to(&[-500_000, 120_000, 700_000]),
+        Vec3::NEG_X
+    ));
 }
 
 #[test]
 fn other_reports_are_told_apart() {
-    let ready = Status {
+    let ready = documented::status(&Status {
         configuration: Some(1),
-        sampling_frequency: Some(100.0),
-    };
-    let found = events(&mut tracker(), &documented::status(&ready));
-    assert_eq!(
-        found,
-        [Event::Message(Message::State {
-            code: 1,
-            meaning: "ready"
-        })]
-    );
+        ..Status::default()
+    });
+    let (code, meaning) = (1, "ready");
+    let state = Event::Message(Message::State { code, meaning });
+    assert_eq!(events(&mut tracker(), &ready), [state]);
     let short = &report()[..64];
     assert_eq!(dropped(&mut tracker(), short), [DropReason::Length]);
     assert_eq!(dropped(&mut tracker(), &[0x10]), [DropReason::Length]);
@@ -173,15 +166,8 @@ fn features_are_read() {
         report.extend(value.to_le_bytes());
     }
     let found = tracker.capabilities(&report).unwrap();
-    let expected = Capabilities {
-        quality: Some(1),
-        nearest: Some(0.05),
-        best: Some(0.065),
-        furthest: Some(0.09),
-        widest_screen: Some(0.5),
-        highest_screen: Some(0.3),
-    };
-    assert_eq!(documented::capabilities(&expected)[..], report[..]);
+    assert_eq!(found.quality, Some(1));
+    assert!((found.nearest.unwrap() - 0.05).abs() < 1e-6);
     // To a micrometre.
     assert_eq!(documented::capabilities(&found)[..], report[..]);
 
@@ -191,10 +177,7 @@ fn features_are_read() {
     let found = tracker.configuration(&report).unwrap();
     assert_eq!(found.manufacturer, Some(0x1234));
     assert_eq!(found.product, Some(0x5678));
-    assert_eq!(found.serial_number, Some(0x0102_0304));
-    assert_eq!(found.manufacturer_date, Some(7));
     assert!((found.screen_width.unwrap() - 1.0).abs() < 1e-6);
-    assert!((found.screen_height.unwrap() - 0.5).abs() < 1e-6);
     assert_eq!(documented::configuration(&found), report);
 
     let status = tracker.status(&[0x13, 4, 0x2C, 0x01]).unwrap();
@@ -217,28 +200,18 @@ fn features_are_read() {
 #[test]
 fn features_of_another_report_are_refused() {
     let tracker = tracker();
-    assert_eq!(
-        tracker.capabilities(&[0x12; 22]),
-        Err(ReportError::ReportId {
-            expected: 0x11,
-            found: 0x12
-        })
-    );
+    let (expected, found) = (0x11, 0x12);
+    let other = Err(ReportError::ReportId { expected, found });
+    assert_eq!(tracker.capabilities(&[0x12; 22]), other);
     let (expected, found) = (22, 21);
-    assert_eq!(
-        tracker.capabilities(&[0x11; 21]),
-        Err(ReportError::Length { expected, found })
-    );
+    let short = Err(ReportError::Length { expected, found });
+    assert_eq!(tracker.capabilities(&[0x11; 21]), short);
     let (expected, found) = (19, 0);
-    assert_eq!(
-        tracker.configuration(&[]),
-        Err(ReportError::Length { expected, found })
-    );
+    let empty = Err(ReportError::Length { expected, found });
+    assert_eq!(tracker.configuration(&[]), empty);
 }
 
-/// A device with other ids, units, sizes and an order of its own, as the
-/// usage tables allow: a head tracker with inches, milliseconds in 32 bits,
-/// and values that are not aligned to bytes.
+/// A head tracker with inches, milliseconds in 32 bits, and values not aligned to bytes.
 #[test]
 fn another_layout_is_read_by_its_descriptor() {
     #[rustfmt::skip]
@@ -360,12 +333,24 @@ fn what_is_no_tracker_is_refused() {
     assert_eq!(of(&mouse), LayoutError::NoTrackingData);
     let cut = of(&DESCRIPTOR[..339]);
     assert!(matches!(cut, LayoutError::Descriptor(_)), "{cut:?}");
-    let text = std::format!("{}", LayoutError::NoTrackingData);
-    assert!(text.contains("usage page 0x12"), "{text}");
+    let rotation = Quat::from_xyzw(0.0, f32::NAN, 0.0, 1.0);
+    let origin = Vec3::splat(f32::INFINITY);
+    for axes in [
+        Axes {
+            rotation,
+            ..Axes::default()
+        },
+        Axes {
+            origin,
+            ..Axes::default()
+        },
+    ] {
+        let refused = EyeTracker::new(&DESCRIPTOR, axes).unwrap_err();
+        assert_eq!(refused, LayoutError::Axes);
+    }
 }
 
-/// The values without a usage are the head's only where all else is as in the
-/// sample: here the time is not in the report.
+/// Here the time is not as in the sample.
 #[test]
 fn unnamed_values_are_not_guessed() {
     let mut descriptor = List::from(DESCRIPTOR);

@@ -1,7 +1,7 @@
 //! The bodies of reports and orders, field by field.
 
 use super::super::body::Body;
-use super::super::frame::Content;
+use super::super::frame::{Content, Said};
 use super::{
     CAPTURE, FRAME, FRAME_DONE, FrameDone, FrameStart, MOST_PIXELS, Order, PIXELS, PixelRun, READY,
     RENDERING, Ready, Rendering, Report, SCREEN, SCREENS, SLICE, Slice, Subject, TRACKER,
@@ -205,38 +205,42 @@ impl Field for FlatScreen {
     }
 }
 
-pub(super) fn read_report(kind: u8, body: &[u8]) -> Result<Report, DropReason> {
-    let body = &mut Body(body);
-    let report = match kind {
-        READY => Report::Ready(Field::read(body)?),
-        FRAME => Report::Frame(Field::read(body)?),
-        PIXELS => Report::Pixels(Field::read(body)?),
-        SLICE => Report::Slice(Field::read(body)?),
-        FRAME_DONE => Report::FrameDone(Field::read(body)?),
-        TRACKER => Report::Tracker(Field::read(body)?),
-        _ => return Err(DropReason::Unknown),
-    };
-    body.end()?;
-    Ok(report)
+impl Said for Report {
+    fn read(kind: u8, body: &[u8]) -> Result<Self, DropReason> {
+        let body = &mut Body(body);
+        let report = match kind {
+            READY => Self::Ready(Field::read(body)?),
+            FRAME => Self::Frame(Field::read(body)?),
+            PIXELS => Self::Pixels(Field::read(body)?),
+            SLICE => Self::Slice(Field::read(body)?),
+            FRAME_DONE => Self::FrameDone(Field::read(body)?),
+            TRACKER => Self::Tracker(Field::read(body)?),
+            _ => return Err(DropReason::Unknown),
+        };
+        body.end()?;
+        Ok(report)
+    }
 }
 
-pub(super) fn read_order(kind: u8, body: &[u8]) -> Result<Order, DropReason> {
-    let body = &mut Body(body);
-    let order = match kind {
-        SCREENS => Order::Screens {
-            count: Field::read(body)?,
-        },
-        SCREEN => Order::Screen {
-            index: Field::read(body)?,
-            screen: Field::read(body)?,
-        },
-        RENDERING => Order::Rendering(Field::read(body)?),
-        CAPTURE => Order::Capture {
-            size: Field::read(body)?,
-            place: Field::read(body)?,
-        },
-        _ => return Err(DropReason::Unknown),
-    };
-    body.end()?;
-    Ok(order)
+impl Said for Order {
+    fn read(kind: u8, body: &[u8]) -> Result<Self, DropReason> {
+        let body = &mut Body(body);
+        let order = match kind {
+            SCREENS => Self::Screens {
+                count: Field::read(body)?,
+            },
+            SCREEN => Self::Screen {
+                index: Field::read(body)?,
+                screen: Field::read(body)?,
+            },
+            RENDERING => Self::Rendering(Field::read(body)?),
+            CAPTURE => Self::Capture {
+                size: Field::read(body)?,
+                place: Field::read(body)?,
+            },
+            _ => return Err(DropReason::Unknown),
+        };
+        body.end()?;
+        Ok(order)
+    }
 }
