@@ -108,12 +108,12 @@
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a tracker's handle, whatever its protocol.
-#define SHISEN_TRACKER_SIZE 6576
+#define SHISEN_TRACKER_SIZE 6592
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for a tracker's handle, whatever its protocol.
-#define SHISEN_TRACKER_SIZE 6864
+#define SHISEN_TRACKER_SIZE 6896
 #endif
 
 #if defined(SHISEN_POINTERS_32)

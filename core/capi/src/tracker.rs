@@ -15,10 +15,10 @@ use shisen_tracker::time::Micros;
 
 /// Bytes of memory for a tracker's handle, whatever its protocol.
 #[cfg(target_pointer_width = "32")]
-pub const SHISEN_TRACKER_SIZE: usize = 6576;
+pub const SHISEN_TRACKER_SIZE: usize = 6592;
 /// Bytes of memory for a tracker's handle, whatever its protocol.
 #[cfg(target_pointer_width = "64")]
-pub const SHISEN_TRACKER_SIZE: usize = 6864;
+pub const SHISEN_TRACKER_SIZE: usize = 6896;
 
 /// Bytes of memory for setting a device up.
 #[cfg(target_pointer_width = "32")]
