@@ -361,3 +361,19 @@ impl<T: Copy + Into<f64> + Serialize> Line<T> {
         writeln!(output, "{level:>9.6}  {zone:<10} {bounces:>8} {faces:>6}")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vectors_of_any_length_fit_single_precision() {
+        let v = DVec3::new(0.1, -0.7, 0.3);
+        assert_eq!(single(v), v.as_vec3());
+        for power in [-1000, -200, 200, 1000] {
+            let scaled = single(v * 2f64.powi(power));
+            let ratio = scaled / single(v);
+            assert!(scaled.is_finite() && ratio.x == ratio.y && ratio.y == ratio.z);
+        }
+    }
+}

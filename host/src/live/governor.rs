@@ -213,9 +213,16 @@ mod tests {
     use super::ladder::FRAMES_TO_RISE;
     use super::*;
 
+    /// The true costs of the rungs.
     const TRUE: [f64; Quality::LADDER.len()] = [
         1.0, 0.9, 0.8, 0.6, 0.5, 0.4, 0.3, 0.2, 0.15, 0.1, 0.085, 0.07, 0.055, 0.04,
     ];
+
+    /// Learns from a frame at a rung that is rendered whole.
+    fn show(governor: &mut Governor, rung: usize, steps: u64) {
+        let seconds = 1.0e-3;
+        governor.learn(&Decision::whole(rung), steps, FrameCost { steps, seconds });
+    }
 
     /// Plays frames of these needs at full quality; returns their rungs, and the frames that
     /// needed more than `steps`.
@@ -286,6 +293,90 @@ mod tests {
         assert!(gaps.min() >= Some(FRAMES_TO_RISE as usize), "{rises:?}");
     }
 
+    /// A viewer who looks in turns where a frame needs little and where it needs much.
+    #[test]
+    fn what_was_seen_at_a_place_is_known_when_the_gaze_returns() {
+        let mut governor = Governor::new();
+        let mut rungs = Vec::new();
+        for turn in 0..20 {
+            let is_dear = turn % 2 == 1;
+            governor.follow(Some(if is_dear { Vec3::NEG_Z } else { Vec3::X }));
+            let need = if is_dear { 1.2e6 } else { 0.3e6 };
+            let (played, short) = play(&mut governor, 600_000, constant(need, 60));
+            // Nothing is known of the first turn, nor of the rung after it.
+            assert!(short.is_empty() || turn == 1, "{turn}: {short:?}");
+            rungs.push(played.into_iter().min());
+        }
+        // In between quality rises as far as there is time.
+        assert!(rungs[10] < rungs[11], "{rungs:?}");
+    }
+
+    #[test]
+    fn a_rung_that_did_not_fit_at_a_place_is_not_tried_there_again() {
+        let mut governor = Governor::new();
+        let steps = 500_000;
+        let (mut short, mut rungs) = (Vec::new(), [0; 2]);
+        for frame in 0..4_000_u32 {
+            let is_steep = frame / 50 % 2 == 1;
+            governor.follow(Some(if is_steep { Vec3::NEG_Z } else { Vec3::X }));
+            let decision = governor.decide(Allowance::Steps(steps));
+            // Above the seventh rung all is dear at one of the places.
+            let times = if is_steep && decision.rung < 7 {
+                2.5
+            } else {
+                1.0
+            };
+            let need = (1.0e6 * TRUE[decision.rung] * times) as u64;
+            if need > steps {
+                short.push(frame);
+            }
+            show(&mut governor, decision.rung, need);
+            rungs[usize::from(is_steep)] = decision.rung;
+        }
+        assert!(short.iter().all(|&frame| frame < 1_000), "{short:?}");
+        assert!(short.len() <= 8, "{short:?}");
+        assert!(rungs[0] <= 6 && rungs[1] == 7, "{rungs:?}");
+    }
+
+    #[test]
+    fn a_look_around_keeps_no_quality_down() {
+        let mut governor = Governor::new();
+        let (ahead, aside) = (Some(Vec3::NEG_Z), Some(Vec3::X));
+        governor.follow(ahead);
+        show(&mut governor, 13, 40_000);
+        show(&mut governor, 12, 60_000);
+        governor.ladder_mut().choose(1.0);
+        governor.follow(aside);
+        show(&mut governor, 13, 400_000);
+        governor.follow(ahead);
+        let allowance = Allowance::Steps(100_000);
+        assert!(!governor.rise(allowance));
+        governor.look_back();
+        let around: Vec<usize> = governor.around().map(|decision| decision.rung).collect();
+        assert_eq!(around, [13, 12]);
+        assert_eq!(governor.better(), Some(Decision::whole(12)));
+        assert!(governor.rise(allowance));
+        assert_eq!(governor.decide(allowance).rung, 12);
+        governor.follow(aside);
+        assert_eq!(governor.decide(allowance).rung, 13);
+        assert_eq!(Governor::idle().better(), None);
+    }
+
+    #[test]
+    fn the_full_need_stays_near_what_the_best_rung_needed() {
+        let mut governor = Governor::new();
+        assert_eq!(governor.full_need(), 0.0);
+        show(&mut governor, 0, 1_000_000);
+        assert_eq!(governor.full_need(), 1.0e6);
+        show(&mut governor, 13, 50_000);
+        for (need, full) in [(10, 0.5e6), (1_000_000, 2.0e6)] {
+            for _ in 0..20 {
+                show(&mut governor, 13, need);
+            }
+            assert_eq!(governor.full_need(), full);
+        }
+    }
+
     #[test]
     fn a_gaze_that_is_lost_and_found_has_its_quality_back() {
         let mut governor = Governor::new();
@@ -323,5 +414,28 @@ mod tests {
         assert!(governor.decide(tiny).steps < Some(10_000));
         governor.follow(Some(Vec3::NEG_Z));
         assert_eq!(governor.decide(Allowance::Steps(100)).steps, Some(100));
+    }
+
+    /// Frames take 1 ms for each 100,000 steps, and every tenth 3 ms more whatever its size. If
+    /// that lowered the rate, each frame would get fewer steps than the one before.
+    #[test]
+    fn delays_do_not_feed_on_themselves() {
+        let mut governor = Governor::new();
+        let allowance = Allowance::Time(Duration::from_millis(16));
+        let mut last = 0;
+        for frame in 0..400u32 {
+            let decision = governor.decide(allowance);
+            let need = (8.0e6 * TRUE[decision.rung]) as u64;
+            last = decision.steps.unwrap();
+            let steps = need.min(last);
+            let delay = if frame.is_multiple_of(10) {
+                3.0e-3
+            } else {
+                0.0
+            };
+            let seconds = steps as f64 * 1.0e-8 + delay;
+            governor.learn(&decision, need, FrameCost { steps, seconds });
+        }
+        assert!((1.15e6..1.3e6).contains(&(last as f64)), "{last}");
     }
 }

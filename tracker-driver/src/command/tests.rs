@@ -296,7 +296,7 @@ fn a_watch_notices_a_cut_line_and_is_content_again_when_the_line_is() {
     }
 }
 
-/// Of 30 tenths of a second, those in which a watch of `heard` finds fault, and its last words.
+/// How many of 30 tenths of a second a watch of `heard` finds fault with, and its last words.
 fn watched(spoken: &Protocol, heard: &Protocol, corrupt: f32) -> (usize, Option<Failure>) {
     let tracker = tracker(crate::mock::TrackerConfig::default(), 5);
     let faults = FaultsConfig {

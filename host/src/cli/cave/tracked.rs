@@ -152,40 +152,103 @@ mod tests {
     use crate::tracker::pty::Pty;
     use crate::tracker::serve::{Begin, serve};
     use crate::tracker::{MockSpec, simulated};
+    use shisen_tracker::estimate::State;
+    use shisen_tracker::head::hatire::{Config, FRAME_BYTES};
+    use shisen_tracker::sample::Sample;
+    use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
 
+    /// A follower of the device on a line.
+    fn follower(line: &Path, protocol: &str) -> Follower {
+        let name = format!("serial:{}?protocol={protocol}", line.display());
+        let arguments = TrackerArguments {
+            tracker: None,
+            calibration: None,
+            frames: 1,
+            hz: 60,
+        };
+        let interrupt = Interrupt::watched();
+        let name = name.parse().unwrap();
+        let follower = Follower::new(&name, &arguments, HeadPose::IDENTITY, &interrupt);
+        follower.unwrap_or_else(|_| panic!("it says something"))
+    }
+
+    fn device(follower: &Follower) -> &LiveTracker {
+        match &follower.source {
+            Source::Device(tracker) => tracker,
+            Source::Given(_) => panic!("it is a device"),
+        }
+    }
+
     #[test]
-    fn samples_during_a_slow_frame_are_read() {
+    fn samples_during_a_slow_frame_keep_their_times() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("line");
         let mut pty = Pty::open(&path).unwrap();
-        let over = AtomicBool::new(false);
-        std::thread::scope(|scope| {
-            scope.spawn(|| {
-                let source = simulated(&MockSpec::default()).unwrap();
-                let (protocol, goes_on) = ("link".parse().unwrap(), &mut |_| {
-                    !over.load(Ordering::Relaxed)
-                });
-                serve(&mut pty, source, &protocol, Begin::AtOnce, goes_on).unwrap();
-            });
-            let name = format!("serial:{}?protocol=link", path.display());
-            let name: TrackerName = name.parse().unwrap();
-            let arguments = TrackerArguments {
-                tracker: None,
-                calibration: None,
-                frames: 1,
-                hz: 60,
+        let over = Arc::new(AtomicBool::new(false));
+        let until = Arc::clone(&over);
+        let sender = std::thread::spawn(move || {
+            let spec = MockSpec {
+                rate: 250,
+                seed: 4,
+                ..MockSpec::default()
             };
-            let (head, interrupt) = (HeadPose::IDENTITY, Interrupt::watched());
-            let follower = Follower::new(&name, &arguments, head, &interrupt).unwrap();
-            let Source::Device(tracker) = &follower.source else {
-                panic!("it is a device");
-            };
-            let samples = || tracker.latch(tracker.now()).samples;
-            let before = samples();
-            std::thread::sleep(Duration::from_secs(1));
-            assert!(samples() > before + 200);
-            over.store(true, Ordering::Relaxed);
+            let (source, protocol) = (simulated(&spec).unwrap(), "link".parse().unwrap());
+            let goes_on = &mut |_| !until.load(Ordering::Relaxed);
+            serve(&mut pty, source, &protocol, Begin::AtOnce, goes_on)
         });
+        let mut follower = follower(&path, "link");
+        let count = |follower: &Follower| {
+            let tracker = device(follower);
+            tracker.latch(tracker.now()).samples
+        };
+        for number in 0..4 {
+            let before = count(&follower);
+            std::thread::sleep(Duration::from_millis(1_300));
+            let estimate = follower.frame(number);
+            let samples = count(&follower);
+            assert!(samples > before + 200, "{samples} {before}");
+            // The mock blinks.
+            let known = matches!(estimate.state, State::Fresh | State::Hold);
+            assert!(estimate.blink || known, "{estimate:?}");
+        }
+        over.store(true, Ordering::Relaxed);
+        sender.join().unwrap().unwrap();
+    }
+
+    /// Also where one read does not take it.
+    #[test]
+    fn a_burst_counts_whole() {
+        const RECORDS: u64 = 400;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line");
+        let mut pty = Pty::open(&path).unwrap();
+        let record = Config::default().encode(&Sample::arrived(Micros(0)));
+        let begun = Arc::new(AtomicBool::new(false));
+        let until = Arc::clone(&begun);
+        let sender = std::thread::spawn(move || {
+            while !until.load(Ordering::Relaxed) {
+                pty.send(&record).unwrap();
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            pty
+        });
+        let follower = follower(&path, "hatire");
+        let tracker = device(&follower);
+        begun.store(true, Ordering::Relaxed);
+        let mut pty = sender.join().unwrap();
+        // Until the line is empty.
+        std::thread::sleep(Duration::from_millis(200));
+        let before = tracker.counts().samples;
+        for _ in 0..RECORDS {
+            assert!(pty.send(&record).unwrap());
+        }
+        // One read takes 4096 bytes.
+        assert!(RECORDS * FRAME_BYTES as u64 > 2 * 4_096);
+        let sent = Instant::now();
+        while tracker.counts().samples < before + RECORDS && sent.elapsed().as_secs() < 5 {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        assert_eq!(tracker.counts().samples, before + RECORDS);
     }
 }

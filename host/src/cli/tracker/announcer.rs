@@ -236,6 +236,38 @@ fn meant(meaning: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use shisen_tracker::decoder::{EyeEvent, Reply};
+
+    #[test]
+    fn each_kind_is_said_at_once_and_then_once_a_second() {
+        let mut announcer = Announcer::default();
+        let since = Micros(250_000);
+        let stuck = Event::Rejected {
+            at: Micros(0),
+            reason: Rejection::Stuck { since },
+        };
+        let mut said = Vec::new();
+        for step in 0..300 {
+            let now = Micros::from_millis(10 * step);
+            said.extend(announcer.of_gaze(&stuck, now));
+            if step == 50 {
+                let jump = ClockEvent::Restarted { jump: -7_000_000 };
+                said.extend(announcer.of_clock(&jump, now));
+            }
+        }
+        let stuck = "a sample is not used: the gaze has not changed for 250 ms";
+        assert_eq!(
+            said,
+            [
+                format!("at 0.000 s {stuck}"),
+                "at 0.500 s the device's clock jumped by -7000 ms and goes on from there".into(),
+                format!("at 1.000 s {stuck} (and 99 times before)"),
+                format!("at 2.000 s {stuck} (and 99 times before)"),
+            ]
+        );
+        let blink = Event::BlinkStarted { at: Micros(0) };
+        assert_eq!(announcer.of_gaze(&blink, Micros(0)), None);
+    }
 
     #[test]
     fn a_device_that_makes_up_numbers_takes_no_more_memory() {
@@ -248,5 +280,32 @@ mod tests {
         }
         // The newest kind is remembered.
         assert_eq!(announcer.of_device(&fault(9_999), Micros(10_000)), None);
+    }
+
+    #[test]
+    fn agreement_and_saccades_are_not_told() {
+        let reply = |result| {
+            let (to, meaning) = (0x9A, "tracker not ready");
+            Message::Reply(Reply {
+                to,
+                result,
+                meaning,
+            })
+        };
+        let eyes = |kind| {
+            Message::Eyes(EyeEvent {
+                kind,
+                eye: Some(Side::Left),
+                device_time: None,
+                duration: None,
+            })
+        };
+        let (saccade, lost) = (eyes(EyeEventKind::Saccade), eyes(EyeEventKind::Lost));
+        let mut announcer = Announcer::default();
+        let said = [reply(0), reply(3), saccade, lost];
+        let said = said.map(|message| announcer.of_device(&message, Micros(0)));
+        let refused = "at 0.000 s the device refused command 0x9a: tracker not ready (code 3)";
+        let lost = "at 0.000 s the device has lost the left eye";
+        assert_eq!(said, [None, Some(refused.into()), None, Some(lost.into())]);
     }
 }

@@ -15,18 +15,46 @@ use shisen_core::gaze::HeadPose;
 use shisen_tracker::clock::ClockEstimator;
 use shisen_tracker::estimate::GazeEstimator;
 
-/// One machine that takes this long more for each order.
-struct Slow(Duration);
+/// Delays of the order and of the swap of each frame that is shown, microseconds.
+struct Delays {
+    order: fn(u64) -> u64,
+    swap: fn(u64) -> u64,
+}
 
-impl SwapLock for Slow {
-    fn order(&mut self, _: &Order) -> Result<(), SwapError> {
-        std::thread::sleep(self.0);
+const NONE: Delays = Delays {
+    order: |_| 0,
+    swap: |_| 0,
+};
+
+fn pause(microseconds: u64) {
+    std::thread::sleep(Duration::from_micros(microseconds));
+}
+
+/// One machine that takes its time.
+struct Slow<'d> {
+    delays: &'d Delays,
+    shown: u64,
+}
+
+impl SwapLock for Slow<'_> {
+    fn order(&mut self, order: &Order) -> Result<(), SwapError> {
+        // Warm-up frames take as long as the first one.
+        pause((self.delays.order)(self.shown));
+        let _ = order;
+        Ok(())
+    }
+
+    fn swap(&mut self, _: u64) -> Result<(), SwapError> {
+        pause((self.delays.swap)(self.shown));
+        self.shown += 1;
         Ok(())
     }
 }
 
+/// A display that keeps all records.
 #[derive(Default)]
 struct Watcher {
+    /// The first line of sight.
     first: Option<Vec3>,
     records: Vec<FrameRecord>,
 }
@@ -49,7 +77,7 @@ impl Display<8> for Watcher {
 /// Plays frames that follow a tracker.
 fn play(
     settings: SessionSettings,
-    delay: Duration,
+    delays: &Delays,
     tracker: &str,
 ) -> (SessionReport, Vec<FrameRecord>) {
     let spec: Spec = tracker.parse().unwrap();
@@ -68,11 +96,11 @@ fn play(
     let scene = (baked.scene(), Spectrum::default());
     let session = |engine: &mut Engine<'_, '_, 8>| {
         let mut watcher = Watcher::default();
-        let mut lock = Slow(delay);
+        let mut lock = Slow { delays, shown: 0 };
         let by_steps = matches!(settings.budget, FrameBudget::Steps(_));
         if by_steps {
             // Samples come.
-            std::thread::sleep(Duration::from_millis(50));
+            pause(50_000);
         }
         let report = run(engine, &tracker, &settings, &mut watcher, &mut lock).unwrap();
         // Frames of a budget of steps do not depend on what has come.
@@ -105,6 +133,11 @@ fn check(report: &SessionReport, records: &[FrameRecord], period: u64) {
         // Times are whole microseconds.
         assert!(record.done_us <= shown + 2, "{record:?}");
         assert!(record.present_us + 2 >= shown, "{record:?}");
+        let times = [record.latch_us, record.first_ray_us, record.done_us];
+        assert!(times.is_sorted(), "{record:?}");
+        if let (Some(sample), Some(arrive)) = (record.sample_us, record.arrive_us) {
+            assert!(sample <= arrive && arrive <= record.latch_us, "{record:?}");
+        }
     }
     let count = |is: fn(&FrameRecord) -> bool| {
         let counted = records.iter().filter(|record| is(record));
@@ -120,6 +153,9 @@ fn check(report: &SessionReport, records: &[FrameRecord], period: u64) {
         let summary = report.latencies.summary(leg);
         assert_eq!(summary.map_or(0, |summary| summary.frames), followed);
     }
+    assert_eq!(report.rungs.iter().sum::<u64>(), report.frames);
+    let refreshes = report.seconds * 1.0e6 / period as f64;
+    assert!(refreshes >= refresh as f64 - 0.01, "{refreshes} {refresh}");
 }
 
 /// The median over pairs of successive frames.
@@ -129,6 +165,7 @@ fn median(records: &[FrameRecord], of: fn(&[FrameRecord]) -> u64) -> u64 {
     all[all.len() / 2]
 }
 
+/// Refreshes from a frame to the next one.
 fn gap(records: &[FrameRecord]) -> u64 {
     median(records, |pair| pair[1].refresh - pair[0].refresh)
 }
@@ -144,19 +181,75 @@ const TRACKER: &str = "mock:rate=1000";
 fn frames_longer_than_a_refresh_skip_some_and_take_the_gaze_late() {
     // Delays of the system are short beside such refreshes.
     let settings = settings(25, 12);
-    let delay = Duration::from_millis(96);
-    let (report, late) = play(settings, delay, TRACKER);
+    let delays = Delays {
+        order: |_| 96_000,
+        ..NONE
+    };
+    let (report, late) = play(settings, &delays, TRACKER);
     assert_eq!((report.late_frames, gap(&late)), (12, 3));
     let latch = Latch::Early;
-    let (_, early) = play(SessionSettings { latch, ..settings }, delay, TRACKER);
+    let (_, early) = play(SessionSettings { latch, ..settings }, &delays, TRACKER);
     assert_eq!(gap(&early), 3);
     let waits = [wait(&late), wait(&early)];
     assert!(waits[0] > waits[1] + 4_000, "{waits:?}");
     // Frames of three refreshes keep such a budget.
     let budget = FrameBudget::Time(Duration::from_millis(120));
-    let (report, records) = play(SessionSettings { budget, ..settings }, delay, TRACKER);
+    let (report, records) = play(SessionSettings { budget, ..settings }, &delays, TRACKER);
     assert_eq!(gap(&records), 3);
     assert!(report.late_frames < 4, "{}", report.late_frames);
+}
+
+#[test]
+fn a_frame_that_is_held_up_is_late_and_the_next_ones_are_not() {
+    let order = Delays {
+        order: |frame| if frame == 20 { 55_000 } else { 0 },
+        ..NONE
+    };
+    // This machine is done but another is not.
+    let swap = Delays {
+        swap: |frame| if frame == 20 { 55_000 } else { 0 },
+        ..NONE
+    };
+    for delays in [order, swap] {
+        let (_, records) = play(settings(100, 40), &delays, TRACKER);
+        assert!(records[20].late, "{:?}", records[20]);
+        let skipped = records[20].refresh - records[19].refresh;
+        assert!(skipped >= 6, "{skipped}");
+        assert_eq!([gap(&records[20..]), gap(&records[..20])], [1; 2]);
+    }
+}
+
+#[test]
+fn one_stall_lowers_no_quality() {
+    let delays = Delays {
+        order: |frame| if frame == 20 { 1_500_000 } else { 0 },
+        ..NONE
+    };
+    let settings = SessionSettings {
+        budget: FrameBudget::Time(Duration::from_millis(50)),
+        ..settings(20, 40)
+    };
+    let (_, records) = play(settings, &delays, TRACKER);
+    assert!(records[20].late);
+    assert!(records[19..].iter().all(|record| record.rung == 0));
+}
+
+#[test]
+fn a_late_tracker_is_as_late_as_it_says() {
+    let (report, records) = play(settings(100, 60), &NONE, "mock:rate=1000&delay=0.035");
+    let age = |record: &FrameRecord| Some(record.arrive_us? - record.sample_us?);
+    let mut ages: Vec<u64> = records.iter().filter_map(age).skip(5).collect();
+    ages.sort_unstable();
+    // A busy machine takes some of them up late.
+    assert!(
+        ages[0] >= 34_000 && ages[ages.len() / 2] < 37_000,
+        "{ages:?}"
+    );
+    let summary = |leg: Leg| report.latencies.summary(leg).unwrap();
+    let to_wall = summary(Leg::MotionToWall);
+    assert!(to_wall.least >= 35.0, "{to_wall:?}");
+    // The loop adds nothing to that.
+    assert!(summary(Leg::ArriveToFirstRay).p50 < 10.0);
 }
 
 #[test]
@@ -165,7 +258,7 @@ fn a_budget_of_steps_does_not_depend_on_the_clock() {
         budget: FrameBudget::Steps(2_000),
         ..settings(100, 5)
     };
-    let (_, records) = play(settings, Duration::ZERO, "mock");
+    let (_, records) = play(settings, &NONE, "mock");
     // Later frames follow the mock, which looks elsewhere.
     assert!(records.iter().any(|record| record.forward[2] > -1.0));
 }

@@ -198,3 +198,15 @@ fn tells_what_is_wrong() {
         assert!(error.contains(message), "{to}: {error}");
     }
 }
+
+#[test]
+fn tells_a_cut_off_header() {
+    let whole = glb(&triangle_json("", ""));
+    let mut long = whole.clone();
+    long[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
+    let mut short = whole.clone();
+    short[8..12].fill(0);
+    for bytes in [&long[..], &short, &whole[..11], &whole[..whole.len() - 1]] {
+        parse(Path::new("a.glb"), bytes).unwrap_err();
+    }
+}
