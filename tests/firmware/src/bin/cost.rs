@@ -169,7 +169,7 @@ impl Report {
             self.decoder(name, Protocol::Flock(config), decoder, false, bound)?;
         }
         let decoder = Hatire::new(Default::default());
-        self.decoder("hatire", named("hatire")?, decoder, false, 1_450)?;
+        self.decoder("hatire", named("hatire")?, decoder, false, 1_100)?;
         let decoder = Iscan::new(Default::default());
         self.decoder("iscan", named("iscan")?, decoder, false, 650)?;
         let decoder = asl::Asl::new(Default::default());
