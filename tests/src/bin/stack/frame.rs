@@ -450,7 +450,7 @@ fn control(
             ("blx", [Register(Some(register))]) => After::Call(by(*register)),
             ("bx", [Register(Some(LR))])
             | ("ldr", [Register(Some(PC)), Memory(Some(SP), _), ..])
-            | ("udf", _) => After::Leave(None),
+            | ("udf" | "trap", _) => After::Leave(None),
             ("bx", [Register(Some(register))]) => After::Leave(Some(by(*register))),
             ("pop", list) if list.contains(&Register(Some(PC))) => After::Leave(None),
             ("ldm" | "ldmia", [Register(Some(SP)), list @ ..])
