@@ -167,13 +167,7 @@ struct Place {
 /// Blends from `none` (share 0) to `all` (share 1).
 #[inline(always)]
 fn mixed(none: Pixel, all: Pixel, share: f32) -> Pixel {
-    let mix = |none: f32, all: f32| none * (1.0 - share) + all * share;
-    Pixel {
-        red: mix(none.red, all.red),
-        green: mix(none.green, all.green),
-        blue: mix(none.blue, all.blue),
-        alpha: mix(none.alpha, all.alpha),
-    }
+    none.zip(all, |none, all| none * (1.0 - share) + all * share)
 }
 
 /// Share of a pixel's own colour at a level: smooth from 0 to 1.
@@ -379,15 +373,7 @@ mod tests {
         views.each_ref().map(|view| {
             let pixel = |(x, y): (u32, u32)| match view.direction(x as f32, y as f32) {
                 None => Pixel::default(),
-                Some(direction) => {
-                    let direction = direction.normalize() * 0.5 + Vec3::splat(0.5);
-                    Pixel {
-                        red: direction.x,
-                        green: direction.y,
-                        blue: direction.z,
-                        alpha: 1.0,
-                    }
-                }
+                Some(direction) => Pixel::new(direction.normalize() * 0.5 + Vec3::splat(0.5), 1.0),
             };
             core::array::from_fn(|number| pixel((number as u32 % SIDE, number as u32 / SIDE)))
         })
@@ -456,10 +442,7 @@ mod tests {
 
     #[test]
     fn places_next_to_a_pole_are_inside_pictures_of_a_single_pixel() {
-        let opaque = Pixel {
-            alpha: 1.0,
-            ..Pixel::NONE
-        };
+        let opaque = Pixel::new(Vec3::ZERO, 1.0);
         let pixels = [opaque; 9];
         for side in 1..=3 {
             let pixels = &pixels[..(side * side) as usize];

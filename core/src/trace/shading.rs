@@ -141,12 +141,7 @@ where
     {
         workspace.balance = Balance::one(missing, gathered.through);
     }
-    Pixel {
-        red: gathered.light.x,
-        green: gathered.light.y,
-        blue: gathered.light.z,
-        alpha: gathered.alpha,
-    }
+    Pixel::new(gathered.light, gathered.alpha)
 }
 
 /// Effects that are counted whenever a ray meets a surface that has them.

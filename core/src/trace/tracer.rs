@@ -251,12 +251,7 @@ where
     pub(crate) fn missed(&self, direction: Vec3) -> Pixel {
         let background = self.searcher.scene.background();
         let light = background::colour(background, direction) * background.alpha;
-        Pixel {
-            red: light.x,
-            green: light.y,
-            blue: light.z,
-            // Same rounding as the alpha of a ray tree.
-            alpha: 1.0 - (1.0 - background.alpha),
-        }
+        // Same rounding as the alpha of a ray tree.
+        Pixel::new(light, 1.0 - (1.0 - background.alpha))
     }
 }

@@ -36,6 +36,28 @@ impl Pixel {
         blue: 0.0,
         alpha: 0.0,
     };
+
+    #[inline(always)]
+    pub(crate) fn new(light: Vec3, alpha: f32) -> Self {
+        let [red, green, blue] = light.to_array();
+        Self {
+            red,
+            green,
+            blue,
+            alpha,
+        }
+    }
+
+    /// `f` of the numbers of two pixels, channel by channel.
+    #[inline(always)]
+    pub(crate) fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        Self {
+            red: f(self.red, other.red),
+            green: f(self.green, other.green),
+            blue: f(self.blue, other.blue),
+            alpha: f(self.alpha, other.alpha),
+        }
+    }
 }
 
 /// The memory that tracing needs: the caller's, 2 KiB, used for one ray
