@@ -456,15 +456,3 @@ fn above(direction: Vec3, normal: Vec3) -> Vec3 {
         direction
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn reflections_into_the_surface_come_back_out() {
-        let bent = above(Vec3::new(0.8, -0.6, 0.0), Vec3::Y);
-        assert_eq!(bent, Vec3::new(0.8, 0.6, 0.0));
-        assert_eq!(above(bent, Vec3::Y), bent);
-    }
-}

@@ -129,13 +129,4 @@ pub(super) struct Pending {
     pub(super) is_tinted: bool,
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_workspace_is_as_small_as_documented() {
-        let size = size_of::<Workspace>();
-        assert!(size <= 2 * 1024 + 64, "{size} bytes");
-    }
-}
+const _: () = assert!(size_of::<Workspace>() <= 2 * 1024 + 64);
