@@ -29,7 +29,7 @@ pub use crate::trace::dispersion::{Spectrum, SpectrumError};
 pub use crate::trace::ledger::{Entry, Ledger};
 pub use crate::trace::shading::LEAST_WEIGHT;
 pub use crate::trace::workspace::{MAX_DEPTH, Pixel, RayDetail, Workspace};
-use begun::Begun;
+use begun::{Begun, Work};
 use block::Rendering;
 pub use detail::{BLEND, FACE_TOLERANCE, LevelOfDetail};
 use detail::{BlockDetail, BlockLevels, Ladder, PATCH, region_of};
@@ -133,8 +133,7 @@ struct Together<const W: usize> {
     row: FindRow<W>,
 }
 
-type RenderBlock<const W: usize, S> =
-    fn(&Block, &Rendering<'_, '_, W, S>, &mut Begun, &mut Budget, &mut Workspace, &mut Target<'_>);
+type RenderBlock<const W: usize, S> = fn(&Rendering<'_, '_, W>, &S, &mut Work<'_>);
 
 type FindRow<const W: usize> = fn(
     &Tracer<'_, W>,
@@ -177,9 +176,9 @@ where
         let together = match settings.mode {
             Mode::Single => None,
             Mode::Tile => Some(Together {
-                block: Block::render_together::<W, Screen>,
+                block: |rendering, screen, work| rendering.render_together(screen, work),
                 dome_block: if goes_in_blocks(&scene) {
-                    Some(Block::render_together::<W, Dome>)
+                    Some(|rendering, dome, work| rendering.render_together(dome, work))
                 } else {
                     None
                 },
@@ -302,6 +301,20 @@ where
         let patch = self.patch_region(view, x, y);
         self.block_detail(patch, view, x, y)
             .at(x % BLOCK, y % BLOCK)
+    }
+
+    const fn rendering<'r>(
+        &'r self,
+        view: &'r View,
+        tile: Tile,
+        patch: Region,
+    ) -> Rendering<'r, 'a, W> {
+        let block = Block { tile, patch };
+        Rendering {
+            renderer: self,
+            view,
+            block,
+        }
     }
 
     /// What is seen past all objects at a point of a view; nothing outside a dome master's rim.
@@ -429,42 +442,32 @@ impl TileJob {
         let tile = self.tile;
         tile.check(view.size(), pixels.len())?;
         if let Pixels::Foveated(foveation) = &renderer.pixels {
-            return Ok((foveation.render)(
-                self, renderer, view, pixels, budget, workspace,
-            ));
+            let render = foveation.render;
+            return Ok(render(renderer, self, view, pixels, budget, workspace));
         }
         let mut before = 0;
         let mut patch = None;
         for part in tile.blocks() {
-            let (x, y, columns, rows) = (part.x, part.y, part.width, part.height);
-            before += rows * columns;
+            before += part.area();
             if self.finished >= before {
                 continue;
             }
             if budget.is_spent() {
                 return Ok(Outcome::BudgetSpent);
             }
-            let place = (x / PATCH, y / PATCH);
+            let place = (part.x / PATCH, part.y / PATCH);
             let (_, patch) = match patch {
                 Some(known @ (at, _)) if at == place => known,
-                _ => *patch.insert((place, renderer.patch_region(view, x, y))),
+                _ => *patch.insert((place, renderer.patch_region(view, part.x, part.y))),
             };
-            let block = Block {
-                x,
-                y,
-                columns,
-                rows,
-                patch,
+            let mut work = Work {
+                begun: &mut self.begun,
+                budget,
+                workspace,
+                target: Target::new(pixels, tile, part),
             };
-            let mut target = Target {
-                pixels: &mut *pixels,
-                width: tile.width as usize,
-                x: (x - tile.x) as usize,
-                y: (y - tile.y) as usize,
-            };
-            let begun = &mut self.begun;
-            block.render(renderer, view, begun, budget, workspace, &mut target);
-            if begun.pixels < rows * columns {
+            renderer.rendering(view, part, patch).render(&mut work);
+            if self.begun.pixels < part.area() {
                 return Ok(Outcome::BudgetSpent);
             }
             self.end_part(before);
@@ -507,7 +510,7 @@ impl TileJob {
         let tile = self.tile;
         tile.check(view.size(), pixels.len())?;
         if let Pixels::Foveated(foveation) = &renderer.pixels {
-            (foveation.give_up)(self, renderer, view, pixels);
+            (foveation.give_up)(renderer, self, view, pixels);
             return Ok(());
         }
         let (mut number, finished) = (0, self.finished + self.begun.pixels);

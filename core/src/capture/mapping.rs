@@ -187,34 +187,3 @@ impl SpheroidMirror {
         (sin / w, rise)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::Mapping;
-    use super::*;
-
-    const NAMED: [SpheroidMirror; 5] = [
-        SpheroidMirror::PAPER_PARALLEL,
-        SpheroidMirror::PAPER_SPHERE,
-        SpheroidMirror::PAPER_SPHEROID,
-        SpheroidMirror::BEST_PARALLEL,
-        SpheroidMirror::BEST,
-    ];
-
-    #[test]
-    fn what_is_outside_has_no_value() {
-        for mirror in NAMED {
-            for bad in [-1.0e-9, FRAC_PI_2.next_up(), f32::NAN, f32::INFINITY] {
-                assert_eq!(mirror.theta(bad), None);
-                assert_eq!(mirror.r_d(bad), None);
-                assert_eq!(mirror.point(bad), None);
-            }
-            assert_eq!(mirror.point(mirror.edge().next_up()), None);
-            assert!(mirror.point(-0.0).is_some());
-            for (u, v) in [(1.0f32.next_up(), 0.0), (0.8, -0.7), (0.0, f32::INFINITY)] {
-                assert_eq!(mirror.pixel(u, v, Mapping::Screen), None);
-                assert_eq!(mirror.pixel(u, v, Mapping::Exact), None);
-            }
-        }
-    }
-}

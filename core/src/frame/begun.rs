@@ -1,7 +1,15 @@
-//! The state of a tile's unfinished pixel, kept from one slice to the next.
+//! The state of a tile's unfinished pixel or square, kept from one slice to the next.
 
-use super::lattice::Cell;
+use super::tile::Target;
 use crate::trace::{Balance, Budget, Pixel, Workspace};
+
+/// What rendering a block or a square works on.
+pub(super) struct Work<'w> {
+    pub(super) begun: &'w mut Begun,
+    pub(super) budget: &'w mut Budget,
+    pub(super) workspace: &'w mut Workspace,
+    pub(super) target: Target<'w>,
+}
 
 /// How far the current block or square of a tile has got.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,7 +75,6 @@ pub(super) struct Sum {
 }
 
 impl Sum {
-    /// The sum of no samples.
     pub(super) const NONE: Self = Self {
         pixel: Pixel::NONE,
         balance: Balance::NONE,
@@ -75,21 +82,57 @@ impl Sum {
 
     /// Adds a sample and the colour balance that tracing it left in the workspace.
     pub(super) fn add(&mut self, sample: Pixel, workspace: &mut Workspace) {
-        self.pixel.red += sample.red;
-        self.pixel.green += sample.green;
-        self.pixel.blue += sample.blue;
-        self.pixel.alpha += sample.alpha;
+        self.pixel = self.pixel.zip(sample, |sum, own| sum + own);
         self.balance.take(&mut workspace.balance);
     }
 
     pub(super) fn mean(&self, samples: u16) -> Pixel {
         let share = 1.0 / f32::from(samples);
-        let made_up = self.balance.light();
-        Pixel {
-            red: (self.pixel.red + made_up.x) * share,
-            green: (self.pixel.green + made_up.y) * share,
-            blue: (self.pixel.blue + made_up.z) * share,
-            alpha: self.pixel.alpha * share,
-        }
+        let made_up = Pixel::new(self.balance.light(), 0.0);
+        self.pixel
+            .zip(made_up, |sum, made_up| (sum + made_up) * share)
     }
+}
+
+/// What a sample of a square sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Node {
+    pub(super) pixel: Pixel,
+    /// The instance, [`MISSED`] or [`SKIPPED`].
+    pub(super) class: u32,
+}
+
+/// Past all objects: every pixel knows what it sees there.
+pub(super) const MISSED: u32 = u32::MAX;
+
+/// Outside the visual field, or a dome master's rim.
+pub(super) const SKIPPED: u32 = u32::MAX - 1;
+
+impl Node {
+    pub(super) const SKIPPED: Self = Self {
+        pixel: Pixel::NONE,
+        class: SKIPPED,
+    };
+}
+
+/// The cell, between four samples, at which an interrupted square goes on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Cell {
+    pub(super) column: u8,
+    pub(super) row: u8,
+    /// Steps a side, a power of two; 0 where no square is interrupted.
+    pub(super) step: u8,
+    /// A bit for each corner that is there.
+    pub(super) known: u8,
+    pub(super) corners: [Node; 4],
+}
+
+impl Cell {
+    pub(super) const NONE: Self = Self {
+        column: 0,
+        row: 0,
+        step: 0,
+        known: 0,
+        corners: [Node::SKIPPED; 4],
+    };
 }

@@ -1,10 +1,9 @@
 //! A block of a dome master, eight rays at a time.
 
-use super::Renderer;
-use super::begun::Begun;
-use super::block::{Rendering, offset};
+use super::begun::Work;
+use super::block::Rendering;
 use super::past::RowPast;
-use super::tile::{Block, Target};
+use super::tile::{Tile, offset};
 use super::view::{Dome, RayRow};
 use crate::scene::Scene;
 use crate::scene::format::{Instance, kind};
@@ -12,106 +11,150 @@ use crate::simd::{Runs, Simd};
 use crate::trace::{Budget, Pixel, RayDetail, RowHits, Sample, Tracer, Workspace};
 use core::num::NonZeroU32;
 
-impl Block {
+impl<const W: usize> Rendering<'_, '_, W>
+where
+    Simd: Runs<W>,
+{
     /// Renders the samples that are not begun, row by row, until the budget is spent.
-    pub(super) fn render_dome<const W: usize>(
-        &self,
-        rendering: &Rendering<'_, '_, W, Dome>,
-        begun: &mut Begun,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-        target: &mut Target<'_>,
-    ) where
-        Simd: Runs<W>,
-    {
-        let (renderer, view, dome) = rendering.parts();
-        let (simd, samples) = (renderer.tracer.simd(), renderer.settings.samples);
+    pub(super) fn render_dome(&self, dome: &Dome, work: &mut Work<'_>) {
+        let (block, samples) = (&self.block, self.renderer.settings.samples);
+        let Tile { width, height, .. } = block.tile;
         let mut detail = None;
         let mut traced = Traced::NONE;
-        let columns = NonZeroU32::new(self.columns).unwrap_or(NonZeroU32::MIN);
-        let (first, mut from) = (begun.pixels / columns, begun.pixels % columns);
-        for row in first..self.rows {
-            if budget.is_spent() {
+        let columns = NonZeroU32::new(width).unwrap_or(NonZeroU32::MIN);
+        let (first, mut from) = (work.begun.pixels / columns, work.begun.pixels % columns);
+        for row in first..height {
+            if work.budget.is_spent() {
                 return;
             }
             let mut own = |column: u32| {
-                let detail = detail.get_or_insert_with(|| self.detail(renderer, view));
+                let detail = detail.get_or_insert_with(|| self.detail());
                 detail.at(column, row)
             };
             if samples == 1 {
-                let rays = self.rays_of_row(simd, dome, row);
-                traced = Traced::new(
-                    renderer,
-                    rays,
-                    |lane| if lane < from { None } else { own(lane) },
-                    budget,
-                    workspace,
-                );
-                if from == 0 && !budget.is_spent() {
-                    let pixels = target.row(row, self.columns);
-                    if traced.write_past(renderer, workspace, pixels) {
-                        begun.pixels += self.columns;
-                        continue;
-                    }
+                let points = (0..8).map(|column| block.at(column, row, offset(0, 1)));
+                let rays = self.rays_through(dome, points);
+                let own = |lane| if lane < from { None } else { own(lane) };
+                traced = self.traced(rays, own, work);
+                if from == 0 && !work.budget.is_spent() && self.write_past(&traced, row, work) {
+                    work.begun.pixels += width;
+                    continue;
                 }
             }
-            for column in from..self.columns {
-                if column > from && budget.is_spent() {
+            for column in from..width {
+                if column > from && work.budget.is_spent() {
                     return;
                 }
-                let first = begun.samples;
-                while begun.samples < samples {
-                    let sample = begun.samples;
+                let first = work.begun.samples;
+                while work.begun.samples < samples {
+                    let sample = work.begun.samples;
                     let lane = if samples == 1 {
                         column
                     } else {
                         u32::from((sample - first) % 8)
                     };
                     if samples > 1 && lane == 0 {
-                        let rays = self.rays_of_pixel(simd, dome, (column, row), sample, samples);
-                        traced = Traced::new(renderer, rays, |_| own(column), budget, workspace);
+                        let points = (sample..samples)
+                            .map(|sample| block.at(column, row, offset(sample, samples)));
+                        let rays = self.rays_through(dome, points);
+                        traced = self.traced(rays, |_| own(column), work);
                     }
-                    let of = self.sample((column, row), sample, samples);
-                    let seen = traced.pixel(renderer, lane, of, budget, workspace);
-                    if budget.is_exhausted() {
+                    let of = block.sample((column, row), sample, samples);
+                    let seen = self.seen(&traced, lane, of, work);
+                    if work.budget.is_exhausted() {
                         return;
                     }
-                    begun.add(seen, workspace);
-                    if begun.samples < samples && budget.is_spent() {
+                    work.begun.add(seen, work.workspace);
+                    if work.begun.samples < samples && work.budget.is_spent() {
                         return;
                     }
                 }
-                target.write(column, row, begun.take_pixel(samples));
-                begun.pixels += 1;
+                let pixel = work.begun.take_pixel(samples);
+                work.target.write(column, row, pixel);
+                work.begun.pixels += 1;
             }
             from = 0;
         }
     }
 
-    /// Through the centres of its pixels in a row.
-    fn rays_of_row(&self, simd: Simd, dome: &Dome, row: u32) -> RayRow {
+    /// Rays through the first eight points of the picture.
+    fn rays_through(&self, dome: &Dome, points: impl Iterator<Item = (f32, f32)>) -> RayRow {
         let (mut x, mut y) = ([0.0; 8], [0.0; 8]);
-        let centre = offset(0, 1);
-        for (column, (x, y)) in (0..).zip(x.iter_mut().zip(&mut y)) {
-            (*x, *y) = self.at(column, row, centre);
+        for ((x, y), point) in x.iter_mut().zip(&mut y).zip(points) {
+            (*x, *y) = point;
         }
-        dome.row(simd, &x, &y)
+        dome.row(self.renderer.tracer.simd(), &x, &y)
     }
 
-    /// Eight samples of a pixel, from one on.
-    fn rays_of_pixel(
+    /// Traces rays, each in the detail of its own.
+    fn traced(
         &self,
-        simd: Simd,
-        dome: &Dome,
-        (column, row): (u32, u32),
-        sample: u16,
-        samples: u16,
-    ) -> RayRow {
-        let (mut x, mut y) = ([0.0; 8], [0.0; 8]);
-        for (sample, (x, y)) in (sample..samples).zip(x.iter_mut().zip(&mut y)) {
-            (*x, *y) = self.at(column, row, offset(sample, samples));
+        rays: RayRow,
+        mut own: impl FnMut(u32) -> Option<RayDetail>,
+        work: &mut Work<'_>,
+    ) -> Traced {
+        let (mut detail, mut hits) = ([None; 8], None);
+        if rays.seen != 0 {
+            for (lane, detail) in (0..).zip(&mut detail) {
+                *detail = own(lane);
+            }
+            let (
+                tracer,
+                Work {
+                    budget, workspace, ..
+                },
+            ) = (&self.renderer.tracer, work);
+            hits = self
+                .renderer
+                .together
+                .and_then(|together| (together.row)(tracer, &rays, &detail, budget, workspace));
         }
-        dome.row(simd, &x, &y)
+        Traced { rays, detail, hits }
+    }
+
+    /// Writes a row of pixels if all rays see past everything; whether they do.
+    fn write_past(&self, traced: &Traced, row: u32, work: &mut Work<'_>) -> bool {
+        let sees_past = match &traced.hits {
+            Some(hits) => hits.are_none(),
+            None => traced.detail.iter().all(Option::is_none),
+        };
+        if !sees_past || !traced.rays.are_all() {
+            return false;
+        }
+        let past = RowPast {
+            background: self.renderer.tracer.scene().background(),
+            directions: &traced.rays.directions,
+        };
+        let Some(past) = <Simd as Runs<8>>::run(self.renderer.tracer.simd(), past) else {
+            return false;
+        };
+        let pixels = work.target.row(row, self.block.tile.width);
+        for ((pixel, past), detail) in pixels.iter_mut().zip(past).zip(&traced.detail) {
+            *pixel = past;
+            work.workspace.statistics.primary += u64::from(detail.is_some());
+        }
+        true
+    }
+
+    /// What the ray of a place sees: nothing outside the rim.
+    #[inline]
+    fn seen(&self, traced: &Traced, lane: u32, sample: Sample, work: &mut Work<'_>) -> Pixel {
+        let (tracer, lane) = (&self.renderer.tracer, lane as usize % 8);
+        let Work {
+            budget, workspace, ..
+        } = work;
+        let Some(ray) = traced.rays.ray(lane) else {
+            return Pixel::default();
+        };
+        match (traced.detail[lane], &traced.hits) {
+            (None, _) => tracer.missed(ray.direction()),
+            (Some(detail), None) => tracer.radiance_with(&ray, detail, sample, budget, workspace),
+            (Some(detail), Some(hits)) => {
+                hits.between_lines(lane, workspace).unwrap_or_else(|| {
+                    tracer.radiance_from(&ray, hits.at(lane), detail, sample, budget, workspace)
+                })
+            }
+        }
     }
 }
 
@@ -153,91 +196,4 @@ impl Traced {
         detail: [None; 8],
         hits: None,
     };
-
-    fn new<const W: usize>(
-        renderer: &Renderer<'_, W>,
-        rays: RayRow,
-        mut own: impl FnMut(u32) -> Option<RayDetail>,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> Self
-    where
-        Simd: Runs<W>,
-    {
-        let mut detail = [None; 8];
-        if rays.seen == 0 {
-            return Self {
-                rays,
-                detail,
-                hits: None,
-            };
-        }
-        for (lane, detail) in (0..).zip(&mut detail) {
-            *detail = own(lane);
-        }
-        let hits = renderer.together.and_then(|together| {
-            (together.row)(&renderer.tracer, &rays, &detail, budget, workspace)
-        });
-        Self { rays, detail, hits }
-    }
-
-    /// Writes the first pixels of a row if all rays see past everything; whether they do.
-    fn write_past<const W: usize>(
-        &self,
-        renderer: &Renderer<'_, W>,
-        workspace: &mut Workspace,
-        pixels: &mut [Pixel],
-    ) -> bool
-    where
-        Simd: Runs<W>,
-    {
-        let sees_past = match &self.hits {
-            Some(hits) => hits.are_none(),
-            None => self.detail.iter().all(Option::is_none),
-        };
-        if !sees_past || !self.rays.are_all() {
-            return false;
-        }
-        let past = RowPast {
-            background: renderer.tracer.scene().background(),
-            directions: &self.rays.directions,
-        };
-        let Some(past) = <Simd as Runs<8>>::run(renderer.tracer.simd(), past) else {
-            return false;
-        };
-        for ((pixel, past), detail) in pixels.iter_mut().zip(past).zip(&self.detail) {
-            *pixel = past;
-            workspace.statistics.primary += u64::from(detail.is_some());
-        }
-        true
-    }
-
-    /// What the ray of a place sees: nothing outside the rim.
-    #[inline]
-    fn pixel<const W: usize>(
-        &self,
-        renderer: &Renderer<'_, W>,
-        lane: u32,
-        sample: Sample,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> Pixel
-    where
-        Simd: Runs<W>,
-    {
-        let tracer = &renderer.tracer;
-        let lane = lane as usize % 8;
-        let Some(ray) = self.rays.ray(lane) else {
-            return Pixel::default();
-        };
-        match (self.detail[lane], &self.hits) {
-            (None, _) => tracer.missed(ray.direction()),
-            (Some(detail), None) => tracer.radiance_with(&ray, detail, sample, budget, workspace),
-            (Some(detail), Some(hits)) => {
-                hits.between_lines(lane, workspace).unwrap_or_else(|| {
-                    tracer.radiance_from(&ray, hits.at(lane), detail, sample, budget, workspace)
-                })
-            }
-        }
-    }
 }

@@ -167,13 +167,7 @@ struct Place {
 /// Blends from `none` (share 0) to `all` (share 1).
 #[inline(always)]
 fn mixed(none: Pixel, all: Pixel, share: f32) -> Pixel {
-    let mix = |none: f32, all: f32| none * (1.0 - share) + all * share;
-    Pixel {
-        red: mix(none.red, all.red),
-        green: mix(none.green, all.green),
-        blue: mix(none.blue, all.blue),
-        alpha: mix(none.alpha, all.alpha),
-    }
+    none.zip(all, |none, all| none * (1.0 - share) + all * share)
 }
 
 /// Share of a pixel's own colour at a level: smooth from 0 to 1.
@@ -367,78 +361,7 @@ impl<V: Directions> Kernel<8> for Find<'_, V> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    // Fewer under Miri, which is slow.
-    const SIDE: u32 = if cfg!(miri) { 8 } else { 32 };
-    const AREA: usize = (SIDE * SIDE) as usize;
-
     const POSE: DomePose = DomePose::over_room(Vec3::ZERO);
-
-    /// Hemispheres in which each pixel shows its direction, from 0 to 1.
-    fn directions(views: &[View; 2]) -> [[Pixel; AREA]; 2] {
-        views.each_ref().map(|view| {
-            let pixel = |(x, y): (u32, u32)| match view.direction(x as f32, y as f32) {
-                None => Pixel::default(),
-                Some(direction) => {
-                    let direction = direction.normalize() * 0.5 + Vec3::splat(0.5);
-                    Pixel {
-                        red: direction.x,
-                        green: direction.y,
-                        blue: direction.z,
-                        alpha: 1.0,
-                    }
-                }
-            };
-            core::array::from_fn(|number| pixel((number as u32 % SIDE, number as u32 / SIDE)))
-        })
-    }
-
-    /// The sides of a cube around the eye.
-    fn walls(pixels: u32) -> [View; 6] {
-        let step = 2.0 / pixels as f32;
-        [
-            (Vec3::X, Vec3::Z),
-            (Vec3::NEG_X, Vec3::NEG_Z),
-            (Vec3::Z, Vec3::NEG_X),
-            (Vec3::NEG_Z, Vec3::X),
-            (Vec3::Y, Vec3::X),
-            (Vec3::NEG_Y, Vec3::X),
-        ]
-        .map(|(towards, right)| {
-            let down = towards.cross(right);
-            let first = towards - (right + down) * (1.0 - 0.5 * step);
-            View::new(Vec3::ZERO, first, right * step, down * step, [pixels; 2]).unwrap()
-        })
-    }
-
-    #[test]
-    fn every_direction_is_found_across_both_rims() {
-        let views = Surroundings::views(POSE, SIDE).unwrap();
-        let [ahead, behind] = directions(&views);
-        let surroundings = Surroundings::new(POSE, SIDE, [&ahead, &behind]).unwrap();
-        let pixels = if cfg!(miri) { 8 } else { 64 };
-        let mut worst = 0f32;
-        let walls = walls(pixels);
-        for view in &walls[..if cfg!(miri) { 1 } else { 6 }] {
-            for y in 0..pixels {
-                for x in (0..pixels).step_by(8) {
-                    let places = surroundings.places(Simd::detect(), view, y, x);
-                    let portable = surroundings.places(Simd::PORTABLE, view, y, x);
-                    assert_eq!((places.x, places.y), (portable.x, portable.y));
-                    for lane in 0..8 {
-                        let exact = view.direction((x + lane) as f32, y as f32).unwrap();
-                        let found = surroundings.at(places.at(lane as usize));
-                        assert!((found.alpha - 1.0).abs() < 1e-5, "{exact}: {found:?}");
-                        let found = Vec3::new(found.red, found.green, found.blue) * 2.0 - 1.0;
-                        worst = worst.max(found.angle_between(exact));
-                    }
-                }
-            }
-        }
-        // A pixel is 5.6 degrees, or 22.5.
-        let bound = if cfg!(miri) { 16.0f32 } else { 3.5 };
-        assert!(worst < bound.to_radians(), "{}", worst.to_degrees());
-    }
 
     #[test]
     fn pictures_of_another_size_are_refused() {
@@ -456,10 +379,7 @@ mod tests {
 
     #[test]
     fn places_next_to_a_pole_are_inside_pictures_of_a_single_pixel() {
-        let opaque = Pixel {
-            alpha: 1.0,
-            ..Pixel::NONE
-        };
+        let opaque = Pixel::new(Vec3::ZERO, 1.0);
         let pixels = [opaque; 9];
         for side in 1..=3 {
             let pixels = &pixels[..(side * side) as usize];

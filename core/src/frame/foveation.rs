@@ -5,9 +5,11 @@
 //! [`lattice`](super::lattice). It depends on the view and the gaze only: not on
 //! tiles, the budget or the frame before.
 
-use super::lattice::{Lattice, Piece};
-use super::past::{CopyPast, SeePast};
-use super::tile::{BLOCK, Block, Target};
+use super::begun::Work;
+use super::block::Rendering;
+use super::lattice::Seeing;
+use super::past::CopyPast;
+use super::tile::{BLOCK, Piece, Target};
 use super::view::{Kind, View};
 use super::{LevelOfDetail, Outcome, Pixels, Renderer, Tile, TileJob};
 use crate::gaze::{Acuity, Gaze, Region};
@@ -35,87 +37,26 @@ pub(super) struct Foveation<const W: usize> {
 }
 
 type RenderTile<const W: usize> =
-    fn(&mut TileJob, &Renderer<'_, W>, &View, &mut [Pixel], &mut Budget, &mut Workspace) -> Outcome;
+    fn(&Renderer<'_, W>, &mut TileJob, &View, &mut [Pixel], &mut Budget, &mut Workspace) -> Outcome;
 
-type GiveUpTile<const W: usize> = fn(&mut TileJob, &Renderer<'_, W>, &View, &mut [Pixel]);
+type GiveUpTile<const W: usize> = fn(&Renderer<'_, W>, &mut TileJob, &View, &mut [Pixel]);
 
-impl Piece {
-    /// The block of a piece whose samples are a pixel apart.
-    const fn block(&self, patch: Region) -> Block {
-        Block {
-            x: self.x,
-            y: self.y,
-            columns: self.columns,
-            rows: self.rows,
-            patch,
-        }
-    }
-
-    /// Its part of a tile's pixels.
-    fn target<'p>(&self, tile: Tile, pixels: &'p mut [Pixel]) -> Target<'p> {
-        Target {
-            pixels,
-            width: tile.width as usize,
-            x: (self.x - tile.x) as usize,
-            y: (self.y - tile.y) as usize,
-        }
-    }
-
-    /// Gives its pixels what a ray sees that meets nothing.
-    pub(super) fn show_background<const W: usize>(
-        &self,
-        renderer: &Renderer<'_, W>,
-        view: &View,
-        target: &mut Target<'_>,
-    ) where
-        Simd: Runs<W>,
-    {
-        // Done in blocks as high as the piece.
-        let left = target.x;
-        for column in (0..self.columns).step_by(BLOCK as usize) {
-            let block = Block {
-                x: self.x + column,
-                y: self.y,
-                columns: BLOCK.min(self.columns - column),
-                rows: self.rows,
-                patch: Region::Outside,
-            };
-            let mut target = Target {
-                pixels: &mut *target.pixels,
-                x: left + column as usize,
-                ..*target
-            };
-            block.show_background(0, renderer, view, &mut target);
-        }
-    }
-}
-
-impl Block {
+impl<const W: usize> Rendering<'_, '_, W>
+where
+    Simd: Runs<W>,
+{
     /// Gives its pixels from number `first` on what a ray sees that meets nothing.
-    fn show_background<const W: usize>(
-        &self,
-        first: u32,
-        renderer: &Renderer<'_, W>,
-        view: &View,
-        target: &mut Target<'_>,
-    ) where
-        Simd: Runs<W>,
-    {
-        if let (Kind::Screen(screen), 0) = (view.kind(), first) {
-            let past = SeePast {
-                block: self,
-                background: renderer.tracer.scene().background(),
-                sight: screen,
-                offset: (0.0, 0.0),
-            };
+    fn show_background(&self, first: u32, target: &mut Target<'_>) {
+        if let (Kind::Screen(screen), 0) = (self.view.kind(), first) {
+            let past = self.past(screen, (0.0, 0.0));
             let copy = CopyPast { past, target };
-            if <Simd as Runs<8>>::run(renderer.tracer.simd(), copy).is_some() {
+            if <Simd as Runs<8>>::run(self.renderer.tracer.simd(), copy).is_some() {
                 return;
             }
         }
-        for (column, row) in self.places_from(first) {
-            let (x, y) = self.at(column, row, (0.0, 0.0));
-            target.write(column, row, renderer.past(view, x, y));
+        for (column, row) in self.block.places_from(first) {
+            let (x, y) = self.block.at(column, row, (0.0, 0.0));
+            target.write(column, row, self.renderer.past(self.view, x, y));
         }
     }
 }
@@ -144,8 +85,10 @@ where
         Self {
             pixels: Pixels::Foveated(Foveation {
                 acuity,
-                render: render_tile::<W>,
-                give_up: give_up_tile::<W>,
+                render: |renderer, job, view, pixels, budget, workspace| {
+                    renderer.render_squares(job, view, pixels, budget, workspace)
+                },
+                give_up: |renderer, job, view, pixels| renderer.give_up_squares(job, view, pixels),
             }),
             ..self.with_level_of_detail(lod)
         }
@@ -179,10 +122,7 @@ where
         let of = |square: Tile, side: u32| {
             let corner = (square.x / side * side, square.y / side * side);
             Piece {
-                x: square.x,
-                y: square.y,
-                columns: square.width,
-                rows: square.height,
+                tile: square,
                 corner,
                 side,
                 stride: stride(&foveation.acuity, &lod.gaze, view, corner, side),
@@ -198,18 +138,98 @@ where
                 if quarter.stride > 1 {
                     return each(quarter);
                 }
-                square.blocks().all(|block| {
+                square.blocks().all(|tile| {
                     each(Piece {
-                        x: block.x,
-                        y: block.y,
-                        columns: block.width,
-                        rows: block.height,
+                        tile,
                         side: BLOCK,
                         ..quarter
                     })
                 })
             })
         })
+    }
+
+    /// As [`TileJob::render`].
+    fn render_squares(
+        &self,
+        job: &mut TileJob,
+        view: &View,
+        pixels: &mut [Pixel],
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Outcome {
+        let mut before = 0;
+        let finished = self.pieces(view, job.tile, |piece| {
+            let tile = piece.tile;
+            before += tile.area();
+            if job.finished >= before {
+                return true;
+            }
+            if budget.is_spent() {
+                return false;
+            }
+            let mut work = Work {
+                begun: &mut job.begun,
+                budget,
+                workspace,
+                target: Target::new(pixels, job.tile, tile),
+            };
+            let is_finished = if piece.stride == 1 {
+                let patch = self.patch_region(view, tile.x, tile.y);
+                self.rendering(view, tile, patch).render(&mut work);
+                work.begun.pixels == tile.area()
+            } else {
+                Seeing::render(piece, self, view, &mut work)
+            };
+            if is_finished {
+                job.end_part(before);
+            }
+            is_finished
+        });
+        if finished {
+            Outcome::Finished
+        } else {
+            Outcome::BudgetSpent
+        }
+    }
+
+    /// As [`TileJob::give_up`].
+    fn give_up_squares(&self, job: &mut TileJob, view: &View, pixels: &mut [Pixel]) {
+        let mut before = 0;
+        self.pieces(view, job.tile, |piece| {
+            let area = piece.tile.area();
+            if job.finished < before + area {
+                let target = &mut Target::new(pixels, job.tile, piece.tile);
+                if piece.stride == 1 {
+                    let rendering = self.rendering(view, piece.tile, Region::Outside);
+                    rendering.show_background(job.begun.pixels, target);
+                } else {
+                    self.show_background(view, piece.tile, target);
+                }
+                job.end_part(before + area);
+            }
+            before += area;
+            true
+        });
+    }
+
+    /// Gives the pixels of a square what a ray sees that meets nothing.
+    pub(super) fn show_background(&self, view: &View, square: Tile, target: &mut Target<'_>) {
+        // Done in blocks as high as the square.
+        for column in (0..square.width).step_by(BLOCK as usize) {
+            let part = Tile {
+                x: square.x + column,
+                width: BLOCK.min(square.width - column),
+                ..square
+            };
+            let mut target = Target {
+                pixels: &mut *target.pixels,
+                x: target.x + column as usize,
+                ..*target
+            };
+            let rendering = self.rendering(view, part, Region::Outside);
+            rendering.show_background(0, &mut target);
+        }
     }
 }
 
@@ -253,78 +273,4 @@ fn stride(acuity: &Acuity, gaze: &Gaze, view: &View, (x, y): (u32, u32), side: u
 fn angle(a: Vec3, b: Vec3) -> f32 {
     let across = a.cross(b);
     libm::atan2f(sqrt(across.dot(across)), a.dot(b))
-}
-
-/// As [`TileJob::render`].
-fn render_tile<const W: usize>(
-    job: &mut TileJob,
-    renderer: &Renderer<'_, W>,
-    view: &View,
-    pixels: &mut [Pixel],
-    budget: &mut Budget,
-    workspace: &mut Workspace,
-) -> Outcome
-where
-    Simd: Runs<W>,
-{
-    let tile = job.tile;
-    let mut before = 0;
-    let finished = renderer.pieces(view, tile, |piece| {
-        before += piece.area();
-        if job.finished >= before {
-            return true;
-        }
-        if budget.is_spent() {
-            return false;
-        }
-        let mut target = piece.target(tile, pixels);
-        let begun = &mut job.begun;
-        let is_finished = if piece.stride == 1 {
-            let patch = renderer.patch_region(view, piece.x, piece.y);
-            let block = piece.block(patch);
-            block.render(renderer, view, begun, budget, workspace, &mut target);
-            begun.pixels == piece.area()
-        } else {
-            Lattice::render(piece, renderer, view, begun, budget, workspace, &mut target)
-        };
-        if is_finished {
-            job.end_part(before);
-        }
-        is_finished
-    });
-    if finished {
-        Outcome::Finished
-    } else {
-        Outcome::BudgetSpent
-    }
-}
-
-/// As [`TileJob::give_up`].
-fn give_up_tile<const W: usize>(
-    job: &mut TileJob,
-    renderer: &Renderer<'_, W>,
-    view: &View,
-    pixels: &mut [Pixel],
-) where
-    Simd: Runs<W>,
-{
-    let tile = job.tile;
-    let mut before = 0;
-    renderer.pieces(view, tile, |piece| {
-        let area = piece.area();
-        if job.finished < before + area {
-            let first = job.begun.pixels;
-            let target = &mut piece.target(tile, pixels);
-            if piece.stride == 1 {
-                piece
-                    .block(Region::Outside)
-                    .show_background(first, renderer, view, target);
-            } else {
-                piece.show_background(renderer, view, target);
-            }
-            job.end_part(before + area);
-        }
-        before += area;
-        true
-    });
 }

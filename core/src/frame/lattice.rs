@@ -3,21 +3,17 @@
 mod batch;
 mod cell;
 mod grid;
-mod piece;
 
-use super::begun::Begun;
-use super::block::spread;
-use super::tile::{BLOCK, Target};
+use super::begun::{Cell, MISSED, Node, SKIPPED, Work};
+use super::tile::{BLOCK, Piece, Target, spread};
 use super::view::{Kind, Screen, View};
 use super::{LevelOfDetail, Renderer};
 use crate::gaze::Region;
 use crate::numeric::{max, min};
 use crate::simd::{Runs, Simd};
-use crate::trace::{Budget, Hit, Pixel, RayDetail, Workspace};
+use crate::trace::{Pixel, RayDetail};
 use batch::{Batch, TOGETHER};
-pub(super) use cell::Cell;
 use grid::Grid;
-pub(super) use piece::Piece;
 
 /// Most steps of the finest samples along a square's side.
 const STEPS: usize = 16;
@@ -30,22 +26,8 @@ const CONTRAST: f32 = 0.15;
 /// Difference of light that is never seen, added to the allowed contrast.
 const UNSEEN: f32 = 0.01;
 
-/// What a sample sees.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Node {
-    pixel: Pixel,
-    /// The instance, [`MISSED`] or [`SKIPPED`].
-    class: u32,
-}
-
-/// Past all objects: every pixel knows what it sees there.
-const MISSED: u32 = u32::MAX;
-
-/// Outside the visual field, or a dome master's rim.
-const SKIPPED: u32 = u32::MAX - 1;
-
 /// The samples of a square.
-pub(super) struct Lattice {
+struct Lattice {
     grid: Grid,
     /// Samples by row, then column, of the finest grid.
     nodes: [[Node; STEPS + 1]; STEPS + 1],
@@ -59,7 +41,7 @@ enum Field {
 }
 
 /// How a square is rendered.
-struct Seeing<'r, 'a, const W: usize> {
+pub(super) struct Seeing<'r, 'a, const W: usize> {
     renderer: &'r Renderer<'a, W>,
     view: &'r View,
     lod: &'r LevelOfDetail,
@@ -69,110 +51,7 @@ struct Seeing<'r, 'a, const W: usize> {
     is_inside: bool,
 }
 
-impl Node {
-    const SKIPPED: Self = Self {
-        pixel: Pixel::NONE,
-        class: SKIPPED,
-    };
-
-    fn class_of(hit: Option<&Hit>) -> u32 {
-        hit.map_or(MISSED, |hit| hit.instance)
-    }
-}
-
 impl Lattice {
-    /// Renders a piece whose samples are apart; false where the budget ends before the last.
-    // Not inlined: keeps its stack frame out of the callers'.
-    #[inline(never)]
-    pub(super) fn render<const W: usize>(
-        piece: Piece,
-        renderer: &Renderer<'_, W>,
-        view: &View,
-        begun: &mut Begun,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-        target: &mut Target<'_>,
-    ) -> bool
-    where
-        Simd: Runs<W>,
-    {
-        if begun.cell.is_none() {
-            piece.show_background(renderer, view, target);
-        }
-        let Some(lod) = &renderer.lod else {
-            return true;
-        };
-        let region = piece.region(lod, view);
-        let seeing = Seeing {
-            renderer,
-            view,
-            lod,
-            region,
-            is_inside: match region {
-                Region::Central | Region::Traced(_) => true,
-                Region::Outside => false,
-                Region::Mixed => piece.is_inside(lod, view),
-            },
-        };
-        if seeing.region == Region::Outside {
-            return true;
-        }
-        let mut grid = Grid::new(piece);
-        if !begun.cell.is_none() {
-            return seeing.render_cells(&grid, begun, budget, workspace, target);
-        }
-        let (steps, mut step) = (grid.steps(), grid.coarsest());
-        let mut blocks = [0u16; STEPS];
-        for row in (0..steps).step_by(step) {
-            for column in (0..steps).step_by(step) {
-                grid.request((column, row), step, &mut blocks);
-            }
-        }
-        if let (Kind::Screen(screen), Some(_)) = (view.kind(), renderer.together)
-            && !piece.may_hit(renderer, screen, budget, workspace)
-        {
-            workspace.statistics.primary += seeing.rays(&mut grid);
-            return true;
-        }
-        let mut lattice = Self {
-            grid,
-            nodes: [[Node::SKIPPED; STEPS + 1]; STEPS + 1],
-        };
-        let field = seeing.field(&piece);
-        loop {
-            if !lattice.trace(&seeing, budget, workspace) {
-                if renderer.settings.samples == 1 {
-                    return false;
-                }
-                begun.cell = Cell::first(&lattice.grid);
-                return !budget.is_exhausted()
-                    && seeing.render_cells(&lattice.grid, begun, budget, workspace, target);
-            }
-            let half = step / 2;
-            let mut parts = [0u16; STEPS];
-            for row in (0..steps).step_by(step) {
-                for column in (0..steps).step_by(step) {
-                    if blocks[row % STEPS] >> column & 1 == 0 {
-                        continue;
-                    }
-                    let corners = lattice.corners((column, row), step);
-                    if half > 0 && differs(&corners) {
-                        for (right, below) in [(0, 0), (half, 0), (0, half), (half, half)] {
-                            let part = (column + right, row + below);
-                            lattice.grid.request(part, half, &mut parts);
-                        }
-                    } else {
-                        fill(&lattice.grid, &corners, (column, row), step, &field, target);
-                    }
-                }
-            }
-            if parts == [0; STEPS] {
-                return true;
-            }
-            (blocks, step) = (parts, half);
-        }
-    }
-
     fn node(&self, column: usize, row: usize) -> &Node {
         &self.nodes[row % (STEPS + 1)][column % (STEPS + 1)]
     }
@@ -186,38 +65,6 @@ impl Lattice {
             self.node(column, below),
             self.node(right, below),
         ]
-    }
-
-    /// Traces the requested samples. False where the budget ends before.
-    fn trace<const W: usize>(
-        &mut self,
-        seeing: &Seeing<'_, '_, W>,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> bool
-    where
-        Simd: Runs<W>,
-    {
-        let mut batch = Batch::NONE;
-        let mut from = 0;
-        loop {
-            let next = self.grid.next(&mut from);
-            if let Some((column, row)) = next {
-                let place = self.grid.place(column, row);
-                if let Some(detail) = seeing.detail(place) {
-                    batch.push((column as u8, row as u8), place, detail);
-                }
-            }
-            if next.is_none() || batch.count == TOGETHER {
-                if !seeing.trace(&mut batch, budget, workspace) {
-                    return false;
-                }
-                self.take(&mut batch);
-            }
-            if next.is_none() {
-                return true;
-            }
-        }
     }
 
     /// Stores what a batch has seen.
@@ -270,22 +117,23 @@ fn fill(
     let Grid { piece, unit, .. } = grid;
     let side = step as u32 * unit;
     let (x, y) = grid.place(column, row);
-    let (left, right) = (x.max(piece.x), (x + side).min(piece.x + piece.columns));
-    let (top, bottom) = (y.max(piece.y), (y + side).min(piece.y + piece.rows));
+    let tile = piece.tile;
+    let (left, right) = (x.max(tile.x), (x + side).min(tile.x + tile.width));
+    let (top, bottom) = (y.max(tile.y), (y + side).min(tile.y + tile.height));
     let share = 1.0 / side as f32;
     for row in top..bottom {
         let down = (row - y) as f32 * share;
-        let start = (target.y + (row - piece.y) as usize) * target.width + target.x;
-        let start = start + (left - piece.x) as usize;
+        let start = (target.y + (row - tile.y) as usize) * target.width + target.x;
+        let start = start + (left - tile.x) as usize;
         let pixels = target
             .pixels
             .get_mut(start..start + (right - left) as usize);
         let pixels = (left..right).zip(pixels.unwrap_or_default());
         if alike && matches!(field, Field::All) {
-            let [a, b, c, d] = corners.map(|node| &node.pixel);
+            let [a, b, c, d] = corners.map(|node| node.pixel);
             let (first, last) = (between(a, c, down), between(b, d, down));
             for (column, pixel) in pixels {
-                *pixel = between(&first, &last, (column - x) as f32 * share);
+                *pixel = between(first, last, (column - x) as f32 * share);
             }
             continue;
         }
@@ -303,14 +151,8 @@ fn fill(
 
 /// Blends from `none` (share 0) to `all` (share 1).
 #[inline(always)]
-fn between(none: &Pixel, all: &Pixel, share: f32) -> Pixel {
-    let mix = |none: f32, all: f32| none + (all - none) * share;
-    Pixel {
-        red: mix(none.red, all.red),
-        green: mix(none.green, all.green),
-        blue: mix(none.blue, all.blue),
-        alpha: mix(none.alpha, all.alpha),
-    }
+fn between(none: Pixel, all: Pixel, share: f32) -> Pixel {
+    none.zip(all, |none, all| none + (all - none) * share)
 }
 
 /// What is seen between four corners: `None` past all objects.
@@ -330,10 +172,7 @@ fn seen_between(corners: &[&Node; 4], right: f32, down: f32) -> Option<Pixel> {
     let (mut sum, mut all) = (Pixel::default(), 0.0);
     for (node, share) in corners.iter().zip(shares) {
         if node.class == class {
-            sum.red += node.pixel.red * share;
-            sum.green += node.pixel.green * share;
-            sum.blue += node.pixel.blue * share;
-            sum.alpha += node.pixel.alpha * share;
+            sum = sum.zip(node.pixel, |sum, own| sum + own * share);
             all += share;
         }
     }
@@ -343,12 +182,7 @@ fn seen_between(corners: &[&Node; 4], right: f32, down: f32) -> Option<Pixel> {
         return seen.map(|node| node.pixel);
     }
     let share = 1.0 / all;
-    Some(Pixel {
-        red: sum.red * share,
-        green: sum.green * share,
-        blue: sum.blue * share,
-        alpha: sum.alpha * share,
-    })
+    Some(sum.zip(sum, |sum, _| sum * share))
 }
 
 impl Piece {
@@ -356,28 +190,6 @@ impl Piece {
     fn corners(&self) -> [(u32, u32); 4] {
         let ((x, y), side) = (self.corner, self.side);
         [(x, y), (x + side, y), (x, y + side), (x + side, y + side)]
-    }
-
-    /// Whether any sample of the square may hit anything.
-    fn may_hit<const W: usize>(
-        &self,
-        renderer: &Renderer<'_, W>,
-        screen: &Screen,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> bool
-    where
-        Simd: Runs<W>,
-    {
-        let around = spread(renderer.settings.samples);
-        let ((x, y), side) = (self.corner, self.side);
-        let [left, top] = [x, y].map(|first| first as f32 - around);
-        let [right, below] = [x + side, y + side].map(|last| last as f32 + around);
-        let corners = [(left, top), (right, top), (left, below), (right, below)];
-        let corners = corners.map(|(x, y)| screen.direction(x, y));
-        renderer
-            .tracer
-            .may_hit(screen.eye, &corners, budget, workspace)
     }
 
     /// Where the samples of its square lie in the field.
@@ -402,12 +214,131 @@ impl Piece {
     }
 }
 
-impl<const W: usize> Seeing<'_, '_, W>
+impl<'r, 'a, const W: usize> Seeing<'r, 'a, W>
 where
     Simd: Runs<W>,
 {
+    /// Renders a piece whose samples are apart; false where the budget ends before the last.
+    // Not inlined: keeps its stack frame out of the callers'.
+    #[inline(never)]
+    pub(super) fn render(
+        piece: Piece,
+        renderer: &'r Renderer<'a, W>,
+        view: &'r View,
+        work: &mut Work<'_>,
+    ) -> bool {
+        if work.begun.cell.is_none() {
+            renderer.show_background(view, piece.tile, &mut work.target);
+        }
+        let Some(lod) = &renderer.lod else {
+            return true;
+        };
+        let region = piece.region(lod, view);
+        let seeing = Self {
+            renderer,
+            view,
+            lod,
+            region,
+            is_inside: match region {
+                Region::Central | Region::Traced(_) => true,
+                Region::Outside => return true,
+                Region::Mixed => piece.is_inside(lod, view),
+            },
+        };
+        let mut grid = Grid::new(piece);
+        if !work.begun.cell.is_none() {
+            return seeing.render_cells(&grid, work);
+        }
+        let (steps, mut step) = (grid.steps(), grid.coarsest());
+        let mut blocks = [0u16; STEPS];
+        for row in (0..steps).step_by(step) {
+            for column in (0..steps).step_by(step) {
+                grid.request((column, row), step, &mut blocks);
+            }
+        }
+        if let (Kind::Screen(screen), Some(_)) = (view.kind(), renderer.together)
+            && !seeing.may_hit(&piece, screen, work)
+        {
+            work.workspace.statistics.primary += seeing.rays(&mut grid);
+            return true;
+        }
+        let mut lattice = Lattice {
+            grid,
+            nodes: [[Node::SKIPPED; STEPS + 1]; STEPS + 1],
+        };
+        let field = seeing.field(&piece);
+        loop {
+            if !seeing.trace_lattice(&mut lattice, work) {
+                if renderer.settings.samples == 1 {
+                    return false;
+                }
+                work.begun.cell = Cell::first(&lattice.grid);
+                return !work.budget.is_exhausted() && seeing.render_cells(&lattice.grid, work);
+            }
+            let half = step / 2;
+            let mut parts = [0u16; STEPS];
+            for row in (0..steps).step_by(step) {
+                for column in (0..steps).step_by(step) {
+                    if blocks[row % STEPS] >> column & 1 == 0 {
+                        continue;
+                    }
+                    let corners = lattice.corners((column, row), step);
+                    if half > 0 && differs(&corners) {
+                        for (right, below) in [(0, 0), (half, 0), (0, half), (half, half)] {
+                            let part = (column + right, row + below);
+                            lattice.grid.request(part, half, &mut parts);
+                        }
+                    } else {
+                        let (grid, target) = (&lattice.grid, &mut work.target);
+                        fill(grid, &corners, (column, row), step, &field, target);
+                    }
+                }
+            }
+            if parts == [0; STEPS] {
+                return true;
+            }
+            (blocks, step) = (parts, half);
+        }
+    }
+
+    /// Whether any sample of a square may hit anything.
+    fn may_hit(&self, piece: &Piece, screen: &Screen, work: &mut Work<'_>) -> bool {
+        let around = spread(self.renderer.settings.samples);
+        let ((x, y), side) = (piece.corner, piece.side);
+        let [left, top] = [x, y].map(|first| first as f32 - around);
+        let [right, below] = [x + side, y + side].map(|last| last as f32 + around);
+        let corners = screen.corners_between((left, top), (right, below));
+        let tracer = &self.renderer.tracer;
+        tracer.may_hit(screen.eye, &corners, work.budget, work.workspace)
+    }
+
+    /// Traces the requested samples. False where the budget ends before.
+    fn trace_lattice(&self, lattice: &mut Lattice, work: &mut Work<'_>) -> bool {
+        let mut batch = Batch::NONE;
+        let mut from = 0;
+        loop {
+            let next = lattice.grid.next(&mut from);
+            if let Some((column, row)) = next {
+                let place = lattice.grid.place(column, row);
+                if let Some(detail) = self.detail(place) {
+                    batch.push((column as u8, row as u8), place, detail);
+                }
+            }
+            if next.is_none() || batch.count == TOGETHER {
+                if !self.trace(&mut batch, work) {
+                    return false;
+                }
+                lattice.take(&mut batch);
+            }
+            if next.is_none() {
+                return true;
+            }
+        }
+    }
+
     /// Whether the budget ends here. One sample a pixel is finished once it is begun.
-    fn ends(&self, budget: &Budget) -> bool {
+    fn ends(&self, work: &Work<'_>) -> bool {
+        let budget = &*work.budget;
         budget.is_exhausted() || self.renderer.settings.samples > 1 && budget.is_spent()
     }
 

@@ -1,8 +1,7 @@
 //! A tile that is gone through to see what each effect does.
 
 use super::begun::Sum;
-use super::block::offset;
-use super::tile::BLOCK;
+use super::tile::{BLOCK, offset};
 use super::{Renderer, Tile, TileError, View};
 use crate::simd::{Runs, Simd};
 use crate::trace::{Ledger, Pixel, Sample, Workspace};

@@ -1,6 +1,6 @@
 //! What pixels of a block show that see past everything.
 
-use super::tile::{BLOCK, Block, Target};
+use super::tile::{BLOCK, Target, Tile};
 use super::view::OnePoint;
 use crate::scene::format::Background;
 use crate::simd::{Kernel, Lanes};
@@ -55,7 +55,7 @@ fn pixels<L: Lanes<8>>(
 
 /// What pixels of a block show that see past all objects.
 pub(super) struct SeePast<'r, S> {
-    pub(super) block: &'r Block,
+    pub(super) tile: Tile,
     pub(super) background: &'r Background,
     pub(super) sight: &'r S,
     pub(super) offset: (f32, f32),
@@ -70,11 +70,11 @@ impl<S: OnePoint> SeePast<'_, S> {
         mut take: impl FnMut(u32, [Pixel; BLOCK as usize]),
     ) -> bool {
         let (dx, dy) = self.offset;
-        let columns = self.sight.columns_at(l, self.block.x, dx);
+        let columns = self.sight.columns_at(l, self.tile.x, dx);
         let colours = Colours::new(l, self.background);
-        for row in 0..self.block.rows {
-            let row_of_view = self.block.y + row;
-            let directions = self.sight.towards_row(l, &columns, row_of_view, dy);
+        for row in 0..self.tile.height {
+            let y = self.tile.y + row;
+            let directions = self.sight.towards_row(l, &columns, y, dy);
             let Some(colours) = colours.along(l, directions) else {
                 return false;
             };
@@ -107,7 +107,7 @@ impl<S: OnePoint> Kernel<8> for CopyPast<'_, '_, '_, S> {
     #[inline(always)]
     fn run<L: Lanes<8>>(self, l: L) -> Option<()> {
         let Self { past, target } = self;
-        let columns = past.block.columns;
+        let columns = past.tile.width;
         past.each_row(l, |row, pixels| {
             let places = target.row(row, columns);
             match places.first_chunk_mut() {

@@ -1,7 +1,7 @@
 //! A slice takes at most its budget and one sample, however many samples a pixel has, and
 //! changes no bit.
 
-use super::block::offset;
+use super::tile::offset;
 use super::*;
 use crate::gaze::{Acuity, LineOfSight, VisualField};
 use core::f32::consts::PI;

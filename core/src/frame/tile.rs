@@ -39,6 +39,11 @@ impl Tile {
         })
     }
 
+    /// The number of pixels of a block or square.
+    pub(super) const fn area(self) -> u32 {
+        self.width * self.height
+    }
+
     /// Index among the tile's pixels of a pixel of the view.
     pub(super) fn index(self, x: u32, y: u32) -> usize {
         (y - self.y) as usize * self.width as usize + (x - self.x) as usize
@@ -78,16 +83,39 @@ pub enum TileError {
 /// Pixels a side.
 pub(super) const BLOCK: u32 = 8;
 
-/// The part of a cell of the view's grid that a tile covers.
+/// The part of a cell of the view's grid that a tile covers: 1 to [`BLOCK`] pixels a side.
 pub(super) struct Block {
-    pub(super) x: u32,
-    pub(super) y: u32,
-    /// 1 to [`BLOCK`].
-    pub(super) columns: u32,
-    /// 1 to [`BLOCK`].
-    pub(super) rows: u32,
+    pub(super) tile: Tile,
     /// Where the patch that it belongs to lies in the visual field.
     pub(super) patch: Region,
+}
+
+/// The part in a tile of a square of the view's grid whose samples are equally far apart.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Piece {
+    pub(super) tile: Tile,
+    /// Column and row of the square's first pixel.
+    pub(super) corner: (u32, u32),
+    /// Pixels a side of the square.
+    pub(super) side: u32,
+    /// Pixels between samples, a power of two.
+    pub(super) stride: u32,
+}
+
+/// How far samples may be from their pixel's centre; a single one is there.
+pub(super) fn spread(samples: u16) -> f32 {
+    if samples == 1 { 0.0 } else { 0.5 }
+}
+
+/// Returns where in its pixel a sample lies, from the centre: Hammersley's points.
+pub(super) fn offset(sample: u16, samples: u16) -> (f32, f32) {
+    let x = (f32::from(sample) + 0.5) / f32::from(samples) - 0.5;
+    // The radical inverse: the bits of the number behind the binary point.
+    let bits = samples.next_power_of_two().trailing_zeros();
+    let reversed = u32::from(sample).reverse_bits().checked_shr(32 - bits);
+    let steps = (1u32 << bits) as f32;
+    let y = (reversed.unwrap_or(0) as f32 + 0.5) / steps - 0.5;
+    (x, y)
 }
 
 /// Where the pixels of a block go.
@@ -102,7 +130,17 @@ pub(super) struct Target<'p> {
     pub(super) y: usize,
 }
 
-impl Target<'_> {
+impl<'p> Target<'p> {
+    /// The place of a part of a tile among the tile's pixels.
+    pub(super) const fn new(pixels: &'p mut [Pixel], tile: Tile, part: Tile) -> Self {
+        Self {
+            pixels,
+            width: tile.width as usize,
+            x: (part.x - tile.x) as usize,
+            y: (part.y - tile.y) as usize,
+        }
+    }
+
     /// The first `columns` pixels of a row of the block.
     #[inline(always)]
     pub(super) fn row(&mut self, row: u32, columns: u32) -> &mut [Pixel] {

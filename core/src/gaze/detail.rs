@@ -111,26 +111,22 @@ mod tests {
     }
 
     #[test]
-    fn levels_are_from_0_to_1() {
+    fn all_bounces_and_wavelengths_only_at_level_1() {
         for bad in [f32::NAN, -1.0e-9, 1.0f32.next_up(), f32::INFINITY] {
             assert_eq!(Detail::of_level(bad), None);
         }
-        assert!(!detail(0.0).is_traced() && !detail(-0.0).is_traced());
-        assert!(detail(f32::from_bits(1)).is_traced());
-    }
-
-    #[test]
-    fn all_bounces_only_at_level_1() {
         let below = 1.0 - f32::EPSILON / 2.0;
         for most in [1, 3, 16, 255] {
             assert_eq!(Detail::FULL.bounces(most), most);
             assert_eq!(detail(below).bounces(most), most - 1);
-            assert_eq!(detail(0.0).bounces(most), 0);
+            assert_eq!(Detail::FULL.wavelengths(most), most);
+            let none = (detail(0.0).bounces(most), detail(0.0).wavelengths(most));
+            assert_eq!(none, (0, 0));
+            let faint = detail(f32::from_bits(1));
+            assert_eq!((faint.bounces(most), faint.wavelengths(most)), (0, 1));
         }
-        assert_eq!(
-            [0.14, 0.34, 0.66, 0.67].map(|l| detail(l).bounces(3)),
-            [0, 1, 1, 2]
-        );
+        let bounces = [0.14, 0.34, 0.66, 0.67].map(|level| detail(level).bounces(3));
+        assert_eq!(bounces, [0, 1, 1, 2]);
     }
 
     #[test]
@@ -145,16 +141,6 @@ mod tests {
             assert_eq!(detail(0.0).faces(range), min);
             assert_eq!(Detail::FULL.faces(range), max);
         }
-    }
-
-    #[test]
-    fn wavelengths_thin_out_to_one() {
-        let faint = detail(1.0e-6);
-        assert_eq!(faint.wavelengths(8), 1);
-        assert_eq!(faint.wavelengths(0), 0);
-        assert_eq!(detail(0.5).wavelengths(5), 3);
-        assert_eq!(detail(0.0).wavelengths(9), 0);
-        assert_eq!(Detail::FULL.wavelengths(u8::MAX), u8::MAX);
     }
 
     proptest! {

@@ -133,94 +133,12 @@ impl Spheroid {
 mod tests {
     use super::*;
     use crate::hostile::{a_ray, finite, is_unit, torment};
-    use proptest::prelude::*;
-
-    /// Both hits in f64, by the textbook quadratic.
-    fn reference(e: f32, p: f32, o: Vec3, d: Vec3) -> Option<[f64; 2]> {
-        let [o, d] = [o, d].map(|v| v.as_dvec3() / Vec3::new(e, p, e).as_dvec3());
-        let (a, h, c) = (d.dot(d), o.dot(d), o.dot(o) - 1.0);
-        let root = h * h - a * c;
-        (root >= 0.0).then(|| [(-h - root.sqrt()) / a, (-h + root.sqrt()) / a])
-    }
-
-    #[test]
-    fn a_line_askew_is_known_from_ten_million_radii() {
-        let spheroid = Spheroid::new(1.5, 2.5).unwrap();
-        let mut met = 0;
-        for i in 0..2000 {
-            let turn = i as f32 * 0.618;
-            let from = Vec3::new(turn.cos(), (turn * 1.7).sin(), turn.sin()) * 1.5e7;
-            let aim = Vec3::new((turn * 3.1).sin(), (turn * 2.3).cos(), 0.3) * 2.0;
-            let ray = Ray::new(from, aim - from).unwrap();
-            let exact = reference(1.5, 2.5, ray.origin(), ray.direction());
-            let found = spheroid.intersect(&ray);
-            // The reference's own digits end at half a metre, those of `t` in f32 at
-            // one.
-            if exact.is_some_and(|t| (t[1] - t[0]).abs() * 1.5e7 > 2.0) {
-                assert!(found.is_some(), "{i}");
-                met += 1;
-            }
-            assert!(
-                exact.is_some()
-                    || found.is_none_or(|hits| { (hits.t[1] - hits.t[0]) * 1.5e7 < 4.0 })
-            );
-        }
-        assert!(met > 300, "{met}");
-    }
 
     #[test]
     fn radii_have_a_range() {
         for bad in [0.0, -1.0, f32::NAN, f32::INFINITY, 1.0e-7, 1.0e7] {
             assert_eq!(Spheroid::new(bad, 1.0), None);
             assert_eq!(Spheroid::new(1.0, bad), None);
-        }
-    }
-
-    proptest! {
-        #[test]
-        fn agrees_with_f64(
-            e in 0.05f32..20.0, p in 0.05f32..20.0,
-            o in prop::array::uniform3(-100f32..100.0),
-            d in prop::array::uniform3(-1f32..1.0),
-        ) {
-            let Some(ray) = Ray::new(Vec3::from(o), Vec3::from(d)) else { return Ok(()) };
-            let spheroid = Spheroid::new(e, p).unwrap();
-            let expected = reference(e, p, ray.origin(), ray.direction());
-            let found = spheroid.intersect(&ray);
-            // Within rounding of the silhouette either answer is right.
-            let scaled = Vec3::from(o) / Vec3::new(e, p, e);
-            let slack = 8.0 * 6e-8 * (1.0 + scaled.length() as f64);
-            let Some(expected) = expected else { return Ok(()) };
-            let speed = (Vec3::from(d) / Vec3::new(e, p, e)).length() as f64;
-            let half_chord = (expected[1] - expected[0]) * speed / 2.0;
-            let Some(found) = found else {
-                prop_assert!(half_chord * half_chord < 4.0 * slack);
-                return Ok(());
-            };
-            for (found, expected) in found.t.into_iter().zip(expected) {
-                let error = (found as f64 - expected).abs() * speed;
-                prop_assert!(error <= slack * (1.0 + 1.0 / half_chord), "{} {}", error, slack);
-            }
-        }
-
-        #[test]
-        fn normals_are_perpendicular_to_the_surface(
-            e in 0.05f32..20.0, p in 0.05f32..20.0, latitude in -1.5f32..1.5, longitude in 0f32..6.2,
-        ) {
-            let spheroid = Spheroid::new(e, p).unwrap();
-            let point = Vec3::new(
-                e * latitude.cos() * longitude.cos(), p * latitude.sin(),
-                e * latitude.cos() * longitude.sin(),
-            );
-            let along = Vec3::new(
-                -e * latitude.sin() * longitude.cos(), p * latitude.cos(),
-                -e * latitude.sin() * longitude.sin(),
-            ).normalize();
-            let normal = spheroid.normal(point);
-            prop_assert!((normal.length() - 1.0).abs() < 1e-6);
-            prop_assert!(normal.dot(along).abs() < 2e-6 * (e / p).max(p / e));
-            prop_assert!(normal.dot(point) > 0.0);
-            prop_assert!((spheroid.project(point * 1.1) - point).length() < 4e-6 * (e + p));
         }
     }
 

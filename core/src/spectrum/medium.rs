@@ -318,31 +318,6 @@ mod tests {
     ];
 
     #[test]
-    fn both_forms_are_the_same_medium() {
-        let squared = Medium::form2([300.0, 2500.0], 0.0, &BK7).unwrap();
-        assert_eq!(squared, Medium::N_BK7);
-        let roots = BK7.map(|[b, c]| [b, sqrt(c)]);
-        let plain = Medium::form1([300.0, 2500.0], 0.0, &roots).unwrap();
-        for nm in [300.0, 400.0, 587.6, 2500.0] {
-            assert!((plain.index(nm) - squared.index(nm)).abs() < 4.0e-7);
-        }
-    }
-
-    #[test]
-    fn an_index_is_known_in_its_range_and_clamped_where_asked() {
-        let sf11 = Medium::SF11;
-        assert_eq!(sf11.index_in(390.0), Ok(sf11.index(390.0)));
-        for nm in [380.0, f32::NAN, 2500.1, f32::INFINITY, -1.0] {
-            let error = sf11.index_in(nm).unwrap_err();
-            assert!(matches!(error, MediumError::OutOfRange { range, .. } if range == sf11.range));
-            assert!(error.to_string().contains("390 to 2500 nm"), "{error}");
-        }
-        assert_eq!(sf11.index_clamped(380.0), sf11.index(390.0));
-        assert_eq!(sf11.index_clamped(1.0e9), sf11.index(2500.0));
-        assert!((390.0..=2500.0).contains(&{ sf11.index_clamped(f32::NAN) * 1000.0 }));
-    }
-
-    #[test]
     fn poles_and_indices_below_one_are_found_wherever_they_are() {
         let range = [400.0, 700.0];
         // A pole at 500 nm, on an end, and next to it.

@@ -229,10 +229,9 @@ fn settle(samples: &mut [SpectralSample]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{MatchingTable, Medium};
+    use super::super::MatchingTable;
     use super::*;
     use crate::hostile::{finite, finite_or_error, torment};
-    use glam::DVec3;
     use std::string::ToString;
 
     /// Without Z.
@@ -282,67 +281,6 @@ mod tests {
                 let sum: Vec3 = broad.iter().map(|sample| sample.weight).sum();
                 assert_eq!(sum, Vec3::ONE, "{broad:?}");
             }
-        });
-    }
-
-    /// Fresnel's reflectance at several angles, of all built-in media.
-    #[test]
-    fn three_samples_have_the_colour_of_what_glass_reflects() {
-        let reflectance = |cosine: f64, n: f64| {
-            let beyond = (1.0 - (1.0 - cosine * cosine) / (n * n)).sqrt();
-            let s = (cosine - n * beyond) / (cosine + n * beyond);
-            let p = (n * cosine - beyond) / (n * cosine + beyond);
-            0.5 * (s * s + p * p)
-        };
-        let cosines: &[f64] = if cfg!(miri) {
-            &[0.2]
-        } else {
-            &[1.0, 0.5, 0.2, 0.05, 0.01]
-        };
-        for_all_tables(|table, phases| {
-            if table.wavelengths().range() != Wavelengths::RANGE {
-                return;
-            }
-            for phase in 0..phases {
-                for medium in [Medium::FUSED_SILICA, Medium::SF11, Medium::DIAMOND] {
-                    for &cosine in cosines {
-                        let share = |sample: &SpectralSample| {
-                            let n = f64::from(medium.index(sample.nm));
-                            sample.weight.as_dvec3() * reflectance(cosine, n)
-                        };
-                        let all: DVec3 = table.phase(phase).iter().map(share).sum();
-                        let three: DVec3 = table.broad(phase).iter().map(share).sum();
-                        let off = (all - three).abs().max_element();
-                        assert!(off < 1.0e-4, "{medium:?} {cosine}: {off}");
-                    }
-                }
-            }
-        });
-    }
-
-    #[test]
-    fn phases_shift_all_wavelengths_alike_and_fill_the_gaps() {
-        for_all_tables(|table, phases| {
-            let count = table.wavelengths().count();
-            let [low, high] = table.wavelengths().range();
-            let part = (high - low) / count as f32;
-            let mut offsets = 0.0;
-            for phase in 0..phases {
-                let offset = table.offset(phase);
-                offsets += offset;
-                for k in 0..count {
-                    let expected = low + (k as f32 + offset) * part;
-                    let sample = table.sample(phase, k);
-                    assert!((sample.nm - expected).abs() < 1.0e-3);
-                    assert_eq!(sample, table.sample(phase + phases, k));
-                }
-                // Any two after one another are half a part apart, but for
-                // where the sequence turns.
-                let next = (table.offset(phase + 1) - offset).abs();
-                assert!(phases == 1 || next >= 0.25, "{phase} of {phases}: {next}");
-            }
-            assert_eq!(offsets / phases as f32, 0.5);
-            assert_eq!(table.sample(0, count), SpectralSample::default());
         });
     }
 

@@ -247,55 +247,15 @@ impl Balance {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectrum::{Matching, Wavelengths};
-
-    fn with_tables(count: u32, check: impl Fn(SpectralTable<'_>)) {
-        let mut storage = [SpectralSample::default(); (64 + SpectralTable::BROAD) * 8];
-        let wavelengths = Wavelengths::new(count, Wavelengths::RANGE).unwrap();
-        check(SpectralTable::new(wavelengths, 8, Matching::Wyman, &mut storage).unwrap());
-    }
-
-    /// No wavelength sees a strip of its pixel only.
-    #[test]
-    fn each_wavelength_sees_all_of_its_pixel() {
-        for length in [2u32, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20] {
-            with_tables(length, |table| {
-                let comb = Spectrum::Comb { table, each: 1 };
-                for (column, count) in [(0, 56), (1, 56), (2, 140)] {
-                    // For each wavelength: its samples, those in the left half, and those
-                    // in each quarter of the height.
-                    let mut taken = [[0u32; 6]; 64];
-                    for index in 0..count {
-                        let sample = Sample::new(column, 5, index, count);
-                        let part = comb.part(sample, length as u8).unwrap();
-                        let of = &mut taken[part.next as usize];
-                        of[0] += 1;
-                        of[1] += u32::from(2 * index < count);
-                        of[2 + usize::from(index % 4)] += 1;
-                    }
-                    for of in &taken[..length as usize] {
-                        let [all, left, a, b, c, d] = *of;
-                        let half = |of: u32| of.abs_diff(all - of) <= 2;
-                        assert!(half(left) && half(a + c), "{length} of {count}: {of:?}");
-                        if all >= 8 {
-                            assert!(a.min(b).min(c).min(d) > 0, "{length}: {of:?}");
-                        }
-                    }
-                }
-            });
-        }
-    }
 
     #[test]
     fn media_that_are_not_known_are_named() {
-        with_tables(7, |table| {
-            let media = [Medium::N_BK7, Medium::SF11];
-            assert_eq!(Spectrum::Comb { table, each: 1 }.check(&media), Ok(()));
-        });
         let media = [Medium::N_BK7, Medium::SF11];
         let error = Spectrum::Single(380.0).check(&media).unwrap_err();
         assert_eq!((error.medium, error.known), (1, [390.0, 2500.0]));
+        assert_eq!(error.wavelengths, [380.0; 2]);
         assert!(Spectrum::Single(f32::NAN).check(&media).is_err());
+        assert_eq!(Spectrum::Single(400.0).check(&media), Ok(()));
         assert_eq!(Spectrum::Rgb.check(&media), Ok(()));
     }
 }

@@ -44,10 +44,7 @@ impl RowHits {
     pub(crate) fn between_lines(&self, lane: usize, workspace: &mut Workspace) -> Option<Pixel> {
         (self.between >> (lane % EIGHT) & 1 != 0).then(|| {
             workspace.statistics.primary += 1;
-            Pixel {
-                alpha: 1.0,
-                ..Pixel::default()
-            }
+            Pixel::new(Vec3::ZERO, 1.0)
         })
     }
 

@@ -9,7 +9,7 @@ use super::background;
 use super::budget::Budget;
 use super::dispersion::Balance;
 use super::hit::Hit;
-use super::ledger::{Ledger, Record};
+use super::ledger::Record;
 use super::optics::{Refraction, reflect, refract};
 use super::sample::Sample;
 use super::search::Searcher;
@@ -17,7 +17,6 @@ use super::surface::Surface;
 use super::texture::TEXTURES;
 use super::workspace::{Pending, Pixel, RayDetail, Workspace};
 use crate::numeric::{map3, sqrt};
-use crate::scene::EffectSet;
 use crate::scene::format::effect;
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
@@ -58,26 +57,12 @@ pub(super) fn shade_tree<const W: usize, const EFFECTS: u32>(
 where
     Simd: Runs<W>,
 {
-    tree::<W, EFFECTS, ()>(searcher, primary, budget, workspace, &mut ())
+    shade_and_record::<W, EFFECTS, ()>(searcher, primary, budget, workspace, &mut ())
 }
 
-/// Shades with all effects and records what each does.
-pub(super) fn shade_and_record<const W: usize>(
-    searcher: &Searcher<'_, W>,
-    primary: &PrimaryRay<'_>,
-    workspace: &mut Workspace,
-    ledger: &mut Ledger,
-) -> Pixel
-where
-    Simd: Runs<W>,
-{
-    const ALL: u32 = EffectSet::ALL.bits();
-    let budget = &mut { Budget::UNLIMITED };
-    tree::<W, ALL, Ledger>(searcher, primary, budget, workspace, ledger)
-}
-
+/// As [`shade_tree`], and records what each effect does.
 #[inline(always)]
-fn tree<const W: usize, const EFFECTS: u32, R: Record>(
+pub(super) fn shade_and_record<const W: usize, const EFFECTS: u32, R: Record>(
     searcher: &Searcher<'_, W>,
     primary: &PrimaryRay<'_>,
     budget: &mut Budget,
@@ -87,14 +72,16 @@ fn tree<const W: usize, const EFFECTS: u32, R: Record>(
 where
     Simd: Runs<W>,
 {
-    let detail = primary.detail;
-    let shading = Shading::<W, EFFECTS> {
-        searcher,
-        detail,
-        sample: primary.sample,
-        effects: searcher.effects.bits() & EFFECTS,
-    };
-    let mut gathered = Gathered {
+    let mut tree = RayTree::<W, EFFECTS, R> {
+        shading: Shading {
+            searcher,
+            detail: primary.detail,
+            sample: primary.sample,
+            effects: searcher.effects.bits() & EFFECTS,
+        },
+        budget,
+        workspace,
+        record,
         light: Vec3::ZERO,
         alpha: 1.0,
         nm: searcher.spectrum.single(),
@@ -105,9 +92,8 @@ where
         reflected: Vec3::ONE,
         through: Vec3::ZERO,
         missing: None,
-        record,
     };
-    let mut next = Pending {
+    let first = Pending {
         ray: *primary.ray,
         weight: Vec3::ONE,
         uncovered: 1.0,
@@ -115,38 +101,7 @@ where
         cause: 0,
         is_tinted: false,
     };
-    let mut hit = Some(primary.hit);
-    workspace.pending.clear();
-    // The loop ends: every ray has more bounces than its parent, and a fan has a fixed
-    // number of wavelengths.
-    loop {
-        shading.shade(&next, hit, &mut gathered, budget, workspace);
-        if EFFECTS & effect::DISPERSION != 0 {
-            shading.advance_fan(&mut gathered, workspace);
-        }
-        let Some(pending) = workspace.pending.pop().filter(|_| !budget.is_exhausted()) else {
-            break;
-        };
-        next = pending;
-        if EFFECTS & effect::DISPERSION != 0 && gathered.fan.is_none() {
-            gathered.look_through(next.is_tinted);
-        }
-        let before = workspace.statistics.steps;
-        hit = searcher.nearest_on(detail.rung, &next.ray, budget, workspace);
-        let steps = workspace.statistics.steps - before;
-        gathered.record.ray(next.cause, steps);
-    }
-    if EFFECTS & effect::DISPERSION != 0
-        && let Some(missing) = gathered.missing.filter(|_| !budget.is_exhausted())
-    {
-        workspace.balance = Balance::one(missing, gathered.through);
-    }
-    Pixel {
-        red: gathered.light.x,
-        green: gathered.light.y,
-        blue: gathered.light.z,
-        alpha: gathered.alpha,
-    }
+    tree.trace(first, primary.hit)
 }
 
 /// Effects that are counted whenever a ray meets a surface that has them.
@@ -157,7 +112,8 @@ const fn place(bit: u32) -> u8 {
     bit.trailing_zeros() as u8
 }
 
-/// The shading of one ray tree, for the effects of some bits.
+/// How a ray tree is shaded, for the effects of some bits.
+#[derive(Clone, Copy)]
 struct Shading<'t, 'a, const W: usize, const EFFECTS: u32> {
     searcher: &'t Searcher<'a, W>,
     detail: RayDetail,
@@ -166,145 +122,7 @@ struct Shading<'t, 'a, const W: usize, const EFFECTS: u32> {
     effects: u32,
 }
 
-impl<'a, const W: usize, const EFFECTS: u32> Shading<'_, 'a, W, EFFECTS>
-where
-    Simd: Runs<W>,
-{
-    /// Whether this is compiled for an effect.
-    const fn has(bits: u32) -> bool {
-        EFFECTS & bits != 0
-    }
-
-    /// Adds what a ray sees to the pixel and pushes its child rays.
-    fn shade<R: Record>(
-        &self,
-        from: &Pending,
-        hit: Option<Hit>,
-        gathered: &mut Gathered<'_, 'a, R>,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) {
-        let direction = from.ray.direction();
-        let scene = &self.searcher.scene;
-        let surface =
-            hit.and_then(|hit| Surface::new::<W, EFFECTS>(scene, &from.ray, &hit, self.effects));
-        let (Some(hit), Some(surface)) = (hit, surface) else {
-            self.see_background(direction, from.weight, from.uncovered, gathered);
-            return;
-        };
-        let material = surface.material;
-        let effects = material.effects & self.effects;
-        gathered.record.touch(effects & OF_SURFACES);
-        let length = sqrt(direction.dot(direction));
-        let direction = direction / length;
-        let inside = direction.dot(surface.geometric_normal) > 0.0;
-        let weight = if inside && Self::has(effect::ABSORPTION) && effects & effect::ABSORPTION != 0
-        {
-            gathered.record.touch(effect::ABSORPTION);
-            let distance = hit.on.t * length;
-            let [r, g, b] = map3(material.absorption, |a| libm::expf(-a * distance));
-            from.weight * Vec3::new(r, g, b)
-        } else {
-            from.weight
-        };
-        let facing = if inside { -1.0 } else { 1.0 };
-        let normal = surface.shading_normal * facing;
-        let incidence = Incidence {
-            direction,
-            normal,
-            facing,
-        };
-        let record = &mut *gathered.record;
-        let own = self.own_light(&surface, incidence, budget, workspace, record);
-        gathered.add::<EFFECTS>(weight * own);
-        let is_clear = Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0;
-        if from.bounces >= self.detail.depth {
-            if is_clear {
-                // At the last bounce the background stands for what is behind the glass.
-                let let_through = Vec3::from_array(material.transmission);
-                let share = if inside { Vec3::ONE } else { let_through };
-                let uncovered = from.uncovered * share.max_element();
-                self.see_background(direction, weight * share, uncovered, gathered);
-            }
-            return;
-        }
-        let at = Arrival {
-            surface,
-            direction,
-            normal,
-            inside,
-            weight,
-            uncovered: from.uncovered,
-            bounces: from.bounces + 1,
-            is_tinted: from.is_tinted,
-        };
-        if is_clear {
-            self.enter(at, gathered, workspace);
-        } else if Self::has(effect::REFLECTION) && effects & effect::REFLECTION != 0 {
-            let weight = at.weight * Vec3::from_array(material.mirror);
-            let cause = gathered.cause::<EFFECTS>(effect::REFLECTION);
-            if weight.max_element() >= LEAST_WEIGHT
-                && workspace.push(at.reflected(weight, 0.0, cause))
-            {
-                gathered.record.touch(effect::REFLECTION);
-                workspace.statistics.reflected += 1;
-            }
-        }
-    }
-
-    /// Adds the background, with a weight and the uncovered share of the pixel.
-    #[inline(always)]
-    fn see_background<R: Record>(
-        &self,
-        direction: Vec3,
-        weight: Vec3,
-        uncovered: f32,
-        gathered: &mut Gathered<'_, 'a, R>,
-    ) {
-        let background = self.searcher.scene.background();
-        let alpha = background.alpha;
-        // Seen directly or through glass it counts as far as it covers; seen in a
-        // mirror it is part of the mirror.
-        let share = if uncovered > 0.0 { alpha } else { 1.0 };
-        let light = weight * background::colour(background, direction) * share;
-        gathered.add::<EFFECTS>(light);
-        gathered.alpha -= uncovered * (1.0 - alpha);
-    }
-
-    /// Pushes the reflected and the refracted ray at the border of a clear body.
-    fn enter<R: Record>(
-        &self,
-        at: Arrival<'a>,
-        gathered: &mut Gathered<'_, 'a, R>,
-        workspace: &mut Workspace,
-    ) {
-        let material = at.surface.material;
-        if Self::has(effect::DISPERSION)
-            && material.effects & self.effects & effect::DISPERSION != 0
-            && gathered.nm == 0.0
-            && let Some(part) = self
-                .searcher
-                .spectrum
-                .part(self.sample, self.detail.wavelengths)
-        {
-            self.begin_fan(at, part, gathered, workspace);
-            return;
-        }
-        let refraction = self.refraction(&at, gathered.nm);
-        let reflectance = Vec3::splat(refraction.reflectance);
-        let sides = self.sides(&at, at.let_through(&refraction), reflectance);
-        if let Some(share) = sides.through {
-            let cause = gathered.cause::<EFFECTS>(effect::REFRACTION);
-            if workspace.push(at.refracted(&refraction, share, cause)) {
-                gathered.record.touch(effect::REFRACTION);
-                workspace.statistics.refracted += 1;
-            }
-        }
-        if let Some(share) = sides.back {
-            Self::reflect_in_part(&at, share, gathered, workspace);
-        }
-    }
-
+impl<const W: usize, const EFFECTS: u32> Shading<'_, '_, W, EFFECTS> {
     /// Chooses the rays that leave a border; one that is not traced gives its share to the other.
     fn sides(&self, at: &Arrival<'_>, through: Vec3, back: Vec3) -> Sides {
         let counts = |share: Vec3| (at.weight * share).max_element() >= LEAST_WEIGHT;
@@ -322,30 +140,10 @@ where
         Sides { through, back }
     }
 
-    /// Pushes the ray that the border of a clear body reflects.
-    fn reflect_in_part<R: Record>(
-        at: &Arrival<'a>,
-        share: Vec3,
-        gathered: &mut Gathered<'_, 'a, R>,
-        workspace: &mut Workspace,
-    ) {
-        // A ray reflected inside the body may still leave it on the far side.
-        let uncovered = if at.inside {
-            at.uncovered * share.max_element()
-        } else {
-            0.0
-        };
-        let cause = gathered.cause::<EFFECTS>(effect::REFRACTION);
-        if workspace.push(at.reflected(at.weight * share, uncovered, cause)) {
-            gathered.record.touch(effect::REFRACTION);
-            workspace.statistics.reflected += 1;
-        }
-    }
-
     /// The refraction from or to air at one wavelength (`nm`), or for all (0).
     fn refraction(&self, at: &Arrival<'_>, nm: f32) -> Refraction {
         let material = at.surface.material;
-        let own = if Self::has(effect::DISPERSION)
+        let own = if EFFECTS & effect::DISPERSION != 0
             && material.effects & self.effects & effect::DISPERSION != 0
             && nm > 0.0
             && let Some(medium) = self.searcher.scene.media.get(material.medium as usize)
@@ -416,7 +214,12 @@ struct Sides {
     back: Option<Vec3>,
 }
 
-struct Gathered<'r, 'a, R> {
+/// A ray tree that is traced: what it is traced with, and what its rays have gathered.
+struct RayTree<'t, 'a, const W: usize, const EFFECTS: u32, R> {
+    shading: Shading<'t, 'a, W, EFFECTS>,
+    budget: &'t mut Budget,
+    workspace: &'t mut Workspace,
+    record: &'t mut R,
     light: Vec3,
     alpha: f32,
     /// Wavelength of the current rays: nanometres; 0 for all wavelengths.
@@ -435,14 +238,187 @@ struct Gathered<'r, 'a, R> {
     through: Vec3,
     /// What the sample's wavelengths lack to sum to white; `None` without a fan.
     missing: Option<Vec3>,
-    record: &'r mut R,
 }
 
-impl<R> Gathered<'_, '_, R> {
+impl<'a, const W: usize, const EFFECTS: u32, R: Record> RayTree<'_, 'a, W, EFFECTS, R>
+where
+    Simd: Runs<W>,
+{
+    /// Whether this is compiled for an effect.
+    const fn has(bits: u32) -> bool {
+        EFFECTS & bits != 0
+    }
+
+    /// Traces a primary ray, whose hit is known, and all that follow from it.
+    #[inline(always)]
+    fn trace(&mut self, mut next: Pending, hit: Hit) -> Pixel {
+        let Shading {
+            searcher, detail, ..
+        } = self.shading;
+        let mut hit = Some(hit);
+        self.workspace.pending.clear();
+        // The loop ends: every ray has more bounces than its parent, and a fan has a fixed
+        // number of wavelengths.
+        loop {
+            self.shade(&next, hit);
+            if Self::has(effect::DISPERSION) {
+                self.advance_fan();
+            }
+            let pending = self.workspace.pending.pop();
+            let Some(pending) = pending.filter(|_| !self.budget.is_exhausted()) else {
+                break;
+            };
+            next = pending;
+            if Self::has(effect::DISPERSION) && self.fan.is_none() {
+                self.look_through(next.is_tinted);
+            }
+            let before = self.workspace.statistics.steps;
+            hit = searcher.nearest_on(detail.rung, &next.ray, self.budget, self.workspace);
+            let steps = self.workspace.statistics.steps - before;
+            self.record.ray(next.cause, steps);
+        }
+        if Self::has(effect::DISPERSION)
+            && let Some(missing) = self.missing.filter(|_| !self.budget.is_exhausted())
+        {
+            self.workspace.balance = Balance::one(missing, self.through);
+        }
+        Pixel::new(self.light, self.alpha)
+    }
+
+    /// Adds what a ray sees to the pixel and pushes its child rays.
+    fn shade(&mut self, from: &Pending, hit: Option<Hit>) {
+        let direction = from.ray.direction();
+        let Shading {
+            searcher,
+            detail,
+            effects,
+            ..
+        } = self.shading;
+        let scene = &searcher.scene;
+        let surface =
+            hit.and_then(|hit| Surface::new::<W, EFFECTS>(scene, &from.ray, &hit, effects));
+        let (Some(hit), Some(surface)) = (hit, surface) else {
+            self.see_background(direction, from.weight, from.uncovered);
+            return;
+        };
+        let material = surface.material;
+        let effects = material.effects & effects;
+        self.record.touch(effects & OF_SURFACES);
+        let length = sqrt(direction.dot(direction));
+        let direction = direction / length;
+        let inside = direction.dot(surface.geometric_normal) > 0.0;
+        let weight = if inside && Self::has(effect::ABSORPTION) && effects & effect::ABSORPTION != 0
+        {
+            self.record.touch(effect::ABSORPTION);
+            let distance = hit.on.t * length;
+            let [r, g, b] = map3(material.absorption, |a| libm::expf(-a * distance));
+            from.weight * Vec3::new(r, g, b)
+        } else {
+            from.weight
+        };
+        let facing = if inside { -1.0 } else { 1.0 };
+        let normal = surface.shading_normal * facing;
+        let incidence = Incidence {
+            direction,
+            normal,
+            facing,
+        };
+        let own = self.own_light(&surface, incidence);
+        self.add(weight * own);
+        let is_clear = Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0;
+        if from.bounces >= detail.depth {
+            if is_clear {
+                // At the last bounce the background stands for what is behind the glass.
+                let let_through = Vec3::from_array(material.transmission);
+                let share = if inside { Vec3::ONE } else { let_through };
+                let uncovered = from.uncovered * share.max_element();
+                self.see_background(direction, weight * share, uncovered);
+            }
+            return;
+        }
+        let at = Arrival {
+            surface,
+            direction,
+            normal,
+            inside,
+            weight,
+            uncovered: from.uncovered,
+            bounces: from.bounces + 1,
+            is_tinted: from.is_tinted,
+        };
+        if is_clear {
+            self.enter(at);
+        } else if Self::has(effect::REFLECTION) && effects & effect::REFLECTION != 0 {
+            let weight = at.weight * Vec3::from_array(material.mirror);
+            let cause = self.cause(effect::REFLECTION);
+            if weight.max_element() >= LEAST_WEIGHT
+                && self.workspace.push(at.reflected(weight, 0.0, cause))
+            {
+                self.record.touch(effect::REFLECTION);
+                self.workspace.statistics.reflected += 1;
+            }
+        }
+    }
+
+    /// Adds the background, with a weight and the uncovered share of the pixel.
+    #[inline(always)]
+    fn see_background(&mut self, direction: Vec3, weight: Vec3, uncovered: f32) {
+        let background = self.shading.searcher.scene.background();
+        let alpha = background.alpha;
+        // Seen directly or through glass it counts as far as it covers; seen in a
+        // mirror it is part of the mirror.
+        let share = if uncovered > 0.0 { alpha } else { 1.0 };
+        self.add(weight * background::colour(background, direction) * share);
+        self.alpha -= uncovered * (1.0 - alpha);
+    }
+
+    /// Pushes the reflected and the refracted ray at the border of a clear body.
+    fn enter(&mut self, at: Arrival<'a>) {
+        let shading = self.shading;
+        if Self::has(effect::DISPERSION)
+            && at.surface.material.effects & shading.effects & effect::DISPERSION != 0
+            && self.nm == 0.0
+            && let spectrum = shading.searcher.spectrum
+            && let Some(part) = spectrum.part(shading.sample, shading.detail.wavelengths)
+        {
+            self.begin_fan(at, part);
+            return;
+        }
+        let refraction = shading.refraction(&at, self.nm);
+        let reflectance = Vec3::splat(refraction.reflectance);
+        let sides = shading.sides(&at, at.let_through(&refraction), reflectance);
+        if let Some(share) = sides.through {
+            let cause = self.cause(effect::REFRACTION);
+            if self.workspace.push(at.refracted(&refraction, share, cause)) {
+                self.record.touch(effect::REFRACTION);
+                self.workspace.statistics.refracted += 1;
+            }
+        }
+        if let Some(share) = sides.back {
+            self.reflect_in_part(&at, share);
+        }
+    }
+
+    /// Pushes the ray that the border of a clear body reflects.
+    fn reflect_in_part(&mut self, at: &Arrival<'a>, share: Vec3) {
+        // A ray reflected inside the body may still leave it on the far side.
+        let uncovered = if at.inside {
+            at.uncovered * share.max_element()
+        } else {
+            0.0
+        };
+        let cause = self.cause(effect::REFRACTION);
+        let reflected = at.reflected(at.weight * share, uncovered, cause);
+        if self.workspace.push(reflected) {
+            self.record.touch(effect::REFRACTION);
+            self.workspace.statistics.reflected += 1;
+        }
+    }
+
     /// The effect that a ray is counted for: dispersion from a fan's second wavelength on.
     #[inline(always)]
-    fn cause<const EFFECTS: u32>(&self, own: u32) -> u32 {
-        if EFFECTS & effect::DISPERSION != 0 && self.share > 0.0 && !self.is_first {
+    fn cause(&self, own: u32) -> u32 {
+        if Self::has(effect::DISPERSION) && self.share > 0.0 && !self.is_first {
             effect::DISPERSION
         } else {
             own
@@ -461,12 +437,12 @@ impl<R> Gathered<'_, '_, R> {
     }
 
     #[inline(always)]
-    fn add<const EFFECTS: u32>(&mut self, light: Vec3) {
-        if EFFECTS & effect::DISPERSION == 0 {
-            self.light += light;
-        } else {
+    fn add(&mut self, light: Vec3) {
+        if Self::has(effect::DISPERSION) {
             self.light += light * self.tint;
             self.through += light * self.share;
+        } else {
+            self.light += light;
         }
     }
 }
@@ -478,17 +454,5 @@ fn above(direction: Vec3, normal: Vec3) -> Vec3 {
         direction - normal * (2.0 * depth)
     } else {
         direction
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn reflections_into_the_surface_come_back_out() {
-        let bent = above(Vec3::new(0.8, -0.6, 0.0), Vec3::Y);
-        assert_eq!(bent, Vec3::new(0.8, 0.6, 0.0));
-        assert_eq!(above(bent, Vec3::Y), bent);
     }
 }

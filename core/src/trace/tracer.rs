@@ -71,14 +71,12 @@ where
     /// # Errors
     /// A wavelength outside the range of a medium of the scene.
     pub fn with_spectrum(mut self, spectrum: Spectrum<'a>) -> Result<Self, SpectrumError> {
-        let carried_out = self
-            .searcher
-            .effects
-            .intersection(self.searcher.scene.effects());
+        let searcher = &mut self.searcher;
+        let carried_out = searcher.effects.intersection(searcher.scene.effects());
         if carried_out.contains(EffectSet::DISPERSION) {
-            spectrum.check(self.searcher.scene.media())?;
-            self.searcher.detail.wavelengths = spectrum.count();
-            self.searcher.spectrum = spectrum;
+            spectrum.check(searcher.scene.media())?;
+            searcher.detail.wavelengths = spectrum.count();
+            searcher.spectrum = spectrum;
         }
         Ok(self)
     }
@@ -163,17 +161,8 @@ where
 
     /// The light that comes back along a ray from the eye.
     pub fn radiance(&self, ray: &Ray, budget: &mut Budget, workspace: &mut Workspace) -> Pixel {
-        let hit = self
-            .searcher
-            .nearest_on(self.searcher.detail.rung, ray, budget, workspace);
-        let pixel = self.radiance_from(
-            ray,
-            hit,
-            self.searcher.detail,
-            Sample::ALONE,
-            budget,
-            workspace,
-        );
+        let detail = self.searcher.detail;
+        let pixel = self.radiance_with(ray, detail, Sample::ALONE, budget, workspace);
         // A ray alone is white: no pixel takes this balance.
         workspace.balance = Balance::NONE;
         pixel
@@ -188,9 +177,8 @@ where
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Pixel {
-        let hit = self
-            .searcher
-            .nearest_on(detail.rung, ray, budget, workspace);
+        let searcher = &self.searcher;
+        let hit = searcher.nearest_on(detail.rung, ray, budget, workspace);
         self.radiance_from(ray, hit, detail, sample, budget, workspace)
     }
 
@@ -228,35 +216,27 @@ where
         workspace: &mut Workspace,
         ledger: &mut Ledger,
     ) -> Pixel {
-        let budget = &mut { Budget::UNLIMITED };
-        let hit = self
-            .searcher
-            .nearest_on(detail.rung, ray, budget, workspace);
+        const ALL: u32 = EffectSet::ALL.bits();
+        let (searcher, budget) = (&self.searcher, &mut { Budget::UNLIMITED });
+        let hit = searcher.nearest_on(detail.rung, ray, budget, workspace);
         workspace.statistics.primary += 1;
-        match hit {
-            Some(hit) => {
-                let primary = PrimaryRay {
-                    ray,
-                    hit,
-                    detail,
-                    sample,
-                };
-                shade_and_record(&self.searcher, &primary, workspace, ledger)
-            }
-            None => self.missed(ray.direction()),
-        }
+        let Some(hit) = hit else {
+            return self.missed(ray.direction());
+        };
+        let primary = PrimaryRay {
+            ray,
+            hit,
+            detail,
+            sample,
+        };
+        shade_and_record::<W, ALL, Ledger>(searcher, &primary, budget, workspace, ledger)
     }
 
     /// The background along a direction from the eye.
     pub(crate) fn missed(&self, direction: Vec3) -> Pixel {
         let background = self.searcher.scene.background();
         let light = background::colour(background, direction) * background.alpha;
-        Pixel {
-            red: light.x,
-            green: light.y,
-            blue: light.z,
-            // Same rounding as the alpha of a ray tree.
-            alpha: 1.0 - (1.0 - background.alpha),
-        }
+        // Same rounding as the alpha of a ray tree.
+        Pixel::new(light, 1.0 - (1.0 - background.alpha))
     }
 }

@@ -36,6 +36,28 @@ impl Pixel {
         blue: 0.0,
         alpha: 0.0,
     };
+
+    #[inline(always)]
+    pub(crate) fn new(light: Vec3, alpha: f32) -> Self {
+        let [red, green, blue] = light.to_array();
+        Self {
+            red,
+            green,
+            blue,
+            alpha,
+        }
+    }
+
+    /// `f` of the numbers of two pixels, channel by channel.
+    #[inline(always)]
+    pub(crate) fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        Self {
+            red: f(self.red, other.red),
+            green: f(self.green, other.green),
+            blue: f(self.blue, other.blue),
+            alpha: f(self.alpha, other.alpha),
+        }
+    }
 }
 
 /// The memory that tracing needs: the caller's, 2 KiB, used for one ray
@@ -107,13 +129,4 @@ pub(super) struct Pending {
     pub(super) is_tinted: bool,
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_workspace_is_as_small_as_documented() {
-        let size = size_of::<Workspace>();
-        assert!(size <= 2 * 1024 + 64, "{size} bytes");
-    }
-}
+const _: () = assert!(size_of::<Workspace>() <= 2 * 1024 + 64);

@@ -1,12 +1,11 @@
 //! Samples that are traced together.
 
-use super::{Node, Seeing};
-use crate::frame::begun::Sum;
-use crate::frame::block::offset;
-use crate::frame::tile::BLOCK;
+use super::Seeing;
+use crate::frame::begun::{MISSED, Node, Sum, Work};
+use crate::frame::tile::{BLOCK, offset};
 use crate::frame::view::{Kind, Screen};
 use crate::simd::{Runs, Simd};
-use crate::trace::{Budget, NOT_TRACED, RayDetail, Sample, TileRays, Workspace};
+use crate::trace::{Hit, NOT_TRACED, RayDetail, Sample, TileRays};
 
 /// Most samples of a batch.
 pub(super) const TOGETHER: usize = 64;
@@ -50,74 +49,51 @@ where
     Simd: Runs<W>,
 {
     /// Traces all samples. False where the budget ends before.
-    pub(super) fn trace(
-        &self,
-        batch: &mut Batch,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> bool {
+    pub(super) fn trace(&self, batch: &mut Batch, work: &mut Work<'_>) -> bool {
         match (self.view.kind(), self.renderer.together) {
             _ if batch.count == 0 => true,
-            _ if self.ends(budget) => false,
-            (Kind::Screen(screen), Some(_)) => {
-                self.trace_together(batch, screen, budget, workspace)
-            }
-            _ => self.trace_singly(batch, budget, workspace),
+            _ if self.ends(work) => false,
+            (Kind::Screen(screen), Some(_)) => self.trace_together(batch, screen, work),
+            _ => self.trace_singly(batch, work),
         }
     }
 
-    fn trace_singly(
-        &self,
-        batch: &mut Batch,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> bool {
+    fn trace_singly(&self, batch: &mut Batch, work: &mut Work<'_>) -> bool {
         let samples = self.renderer.settings.samples;
         for at in 0..batch.count.min(TOGETHER) {
             let mut sum = Sum::NONE;
             for sample in 0..samples {
-                if self.ends(budget) {
+                if self.ends(work) {
                     return false;
                 }
-                let (place, detail) = (batch.places[at], batch.details[at]);
-                let Some(seen) = self.see(place, detail, sample, budget, workspace) else {
+                let Some(seen) = self.see(batch.places[at], batch.details[at], sample, work) else {
                     continue;
                 };
                 if sample == 0 {
                     batch.seen[at].class = seen.class;
                 }
-                sum.add(seen.pixel, workspace);
+                sum.add(seen.pixel, work.workspace);
             }
             batch.seen[at].pixel = sum.mean(samples);
         }
-        !budget.is_exhausted()
+        !work.budget.is_exhausted()
     }
 
     /// Its rays go through the scene together.
     // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
-    fn trace_together(
-        &self,
-        batch: &mut Batch,
-        screen: &Screen,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> bool {
+    fn trace_together(&self, batch: &mut Batch, screen: &Screen, work: &mut Work<'_>) -> bool {
         let tracer = &self.renderer.tracer;
         let samples = self.renderer.settings.samples;
         let count = batch.count.min(TOGETHER);
         let mut rungs = [[NOT_TRACED; BLOCK as usize]; BLOCK as usize];
-        for (rung, detail) in rungs
-            .as_flattened_mut()
-            .iter_mut()
-            .zip(&batch.details)
-            .take(count)
-        {
+        let details = batch.details.iter().take(count);
+        for (rung, detail) in rungs.as_flattened_mut().iter_mut().zip(details) {
             *rung = detail.rung;
         }
         let mut sums = [Sum::NONE; TOGETHER];
         for sample in 0..samples {
-            if self.ends(budget) {
+            if self.ends(work) {
                 return false;
             }
             let (dx, dy) = offset(sample, samples);
@@ -128,12 +104,12 @@ where
                 screen.direction(x as f32 + dx, y as f32 + dy)
             });
             let rays = rays.on_rungs(&rungs);
-            let hits = tracer.nearest_of_tile(&rays, budget, workspace);
-            if budget.is_exhausted() {
+            let hits = tracer.nearest_of_tile(&rays, work.budget, work.workspace);
+            if work.budget.is_exhausted() {
                 return false;
             }
             for (at, sum) in sums.iter_mut().enumerate().take(count) {
-                if at > 0 && self.ends(budget) {
+                if at > 0 && self.ends(work) {
                     return false;
                 }
                 let (column, row) = (at % BLOCK as usize, at / BLOCK as usize);
@@ -142,11 +118,13 @@ where
                     continue;
                 };
                 if sample == 0 {
-                    batch.seen[at].class = Node::class_of(hit.as_ref());
+                    batch.seen[at].class = class_of(hit.as_ref());
                 }
-                let (x, y) = batch.places[at];
+                let ((x, y), detail) = (batch.places[at], batch.details[at]);
                 let of = Sample::new(x, y, sample, samples);
-                let detail = batch.details[at];
+                let Work {
+                    budget, workspace, ..
+                } = work;
                 let seen = tracer.radiance_from(&ray, hit, detail, of, budget, workspace);
                 sum.add(seen, workspace);
             }
@@ -154,7 +132,7 @@ where
         for (seen, sum) in batch.seen.iter_mut().zip(sums).take(count) {
             seen.pixel = sum.mean(samples);
         }
-        !budget.is_exhausted()
+        !work.budget.is_exhausted()
     }
 
     /// What one sample of a pixel sees; `None` outside a dome master's rim.
@@ -163,20 +141,25 @@ where
         (x, y): (u32, u32),
         detail: RayDetail,
         sample: u16,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
+        work: &mut Work<'_>,
     ) -> Option<Node> {
+        let Work {
+            budget, workspace, ..
+        } = work;
         let tracer = &self.renderer.tracer;
         let samples = self.renderer.settings.samples;
         let (dx, dy) = offset(sample, samples);
         let ray = self.view.ray(x as f32 + dx, y as f32 + dy)?;
-        let hit = tracer
-            .searcher
-            .nearest_on(detail.rung, &ray, budget, workspace);
+        let searcher = &tracer.searcher;
+        let hit = searcher.nearest_on(detail.rung, &ray, budget, workspace);
         let of = Sample::new(x, y, sample, samples);
         Some(Node {
-            class: Node::class_of(hit.as_ref()),
+            class: class_of(hit.as_ref()),
             pixel: tracer.radiance_from(&ray, hit, detail, of, budget, workspace),
         })
     }
+}
+
+fn class_of(hit: Option<&Hit>) -> u32 {
+    hit.map_or(MISSED, |hit| hit.instance)
 }

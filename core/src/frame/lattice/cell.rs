@@ -1,33 +1,11 @@
 //! The rest of an interrupted square, cell by cell: a cell lies between four samples.
 
-use super::{Node, Seeing, differs, fill};
-use crate::frame::begun::Begun;
-use crate::frame::lattice::grid::Grid;
-use crate::frame::tile::Target;
+use super::grid::Grid;
+use super::{Seeing, differs, fill};
+use crate::frame::begun::{Cell, Node, Work};
 use crate::simd::{Runs, Simd};
-use crate::trace::{Budget, Workspace};
-
-/// The cell at which an interrupted square goes on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::frame) struct Cell {
-    column: u8,
-    row: u8,
-    /// Steps a side, a power of two; 0 where no square is interrupted.
-    step: u8,
-    /// A bit for each corner that is there.
-    known: u8,
-    corners: [Node; 4],
-}
 
 impl Cell {
-    pub(in crate::frame) const NONE: Self = Self {
-        column: 0,
-        row: 0,
-        step: 0,
-        known: 0,
-        corners: [Node::SKIPPED; 4],
-    };
-
     pub(super) const fn is_none(&self) -> bool {
         self.step == 0
     }
@@ -105,74 +83,62 @@ where
     Simd: Runs<W>,
 {
     /// Renders the cells of a square from the one begun on. False where the budget ends before.
-    pub(super) fn render_cells(
-        &self,
-        grid: &Grid,
-        begun: &mut Begun,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-        target: &mut Target<'_>,
-    ) -> bool {
+    pub(super) fn render_cells(&self, grid: &Grid, work: &mut Work<'_>) -> bool {
         let field = self.field(&grid.piece);
         loop {
             let Cell {
                 column, row, step, ..
-            } = begun.cell;
+            } = work.begun.cell;
             let (at, side) = ((column.into(), row.into()), step.into());
             if grid.meets(at, side) {
-                if !self.trace_corners(grid, begun, budget, workspace) {
+                if !self.trace_corners(grid, work) {
                     return false;
                 }
-                let corners = begun.cell.corners.each_ref();
+                let corners = work.begun.cell.corners.each_ref();
                 if step > 1 && differs(&corners) {
-                    begun.cell = begun.cell.with_shared(column, row, step / 2);
+                    work.begun.cell = work.begun.cell.with_shared(column, row, step / 2);
                     continue;
                 }
-                fill(grid, &corners, at, side, &field, target);
+                fill(grid, &corners, at, side, &field, &mut work.target);
             }
-            match begun.cell.next(grid) {
-                Some(next) => begun.cell = next,
+            match work.begun.cell.next(grid) {
+                Some(next) => work.begun.cell = next,
                 None => return true,
             }
         }
     }
 
     /// Traces the missing corners; false where the budget ends before the last sample.
-    fn trace_corners(
-        &self,
-        grid: &Grid,
-        begun: &mut Begun,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> bool {
+    fn trace_corners(&self, grid: &Grid, work: &mut Work<'_>) -> bool {
         let samples = self.renderer.settings.samples;
         for corner in 0..4 {
-            if begun.cell.has(corner) {
+            let cell = &work.begun.cell;
+            if cell.has(corner) {
                 continue;
             }
-            let (column, row) = begun.cell.corner(corner);
+            let (column, row) = cell.corner(corner);
             let place = grid.place(column, row);
-            let mut node = begun.cell.corners[corner];
+            let mut node = cell.corners[corner];
             if let Some(detail) = self.detail(place) {
-                while begun.samples < samples {
-                    if begun.is_interrupted(budget) {
+                while work.begun.samples < samples {
+                    if work.begun.is_interrupted(work.budget) {
                         return false;
                     }
-                    let seen = self.see(place, detail, begun.samples, budget, workspace);
-                    if budget.is_exhausted() {
+                    let seen = self.see(place, detail, work.begun.samples, work);
+                    if work.budget.is_exhausted() {
                         return false;
                     }
                     let seen = seen.unwrap_or(Node::SKIPPED);
-                    if begun.samples == 0 {
+                    if work.begun.samples == 0 {
                         node.class = seen.class;
-                        begun.cell.corners[corner] = node;
+                        work.begun.cell.corners[corner] = node;
                     }
-                    begun.add(seen.pixel, workspace);
+                    work.begun.add(seen.pixel, work.workspace);
                 }
-                node.pixel = begun.take_pixel(samples);
+                node.pixel = work.begun.take_pixel(samples);
             }
-            begun.cell.set(corner, node);
-            if budget.is_spent() {
+            work.begun.cell.set(corner, node);
+            if work.budget.is_spent() {
                 return false;
             }
         }

@@ -1,7 +1,7 @@
 //! Which samples of a square exist.
 
-use super::piece::Piece;
 use super::{HALVINGS, STEPS};
+use crate::frame::tile::Piece;
 
 /// The places of a square's samples, and which of them exist.
 pub(super) struct Grid {
@@ -49,8 +49,8 @@ impl Grid {
         let meets =
             |start: u32, first: u32, count: u32| start < first + count && first < start + side;
         let (x, y) = self.place(column, row);
-        let piece = &self.piece;
-        meets(x, piece.x, piece.columns) && meets(y, piece.y, piece.rows)
+        let tile = self.piece.tile;
+        meets(x, tile.x, tile.width) && meets(y, tile.y, tile.height)
     }
 
     /// Steps along a side of the square.

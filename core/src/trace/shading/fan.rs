@@ -1,12 +1,11 @@
 //! The wavelengths of a ray that enters a dispersive medium, one after another.
 
-use super::{Arrival, Gathered, Shading};
+use super::{Arrival, RayTree};
 use crate::scene::format::effect;
 use crate::simd::{Runs, Simd};
 use crate::spectrum::SpectralSample;
 use crate::trace::dispersion::Part;
 use crate::trace::ledger::Record;
-use crate::trace::workspace::Workspace;
 use glam::Vec3;
 
 /// What goes on from where a ray enters a dispersive medium, by wavelength.
@@ -22,21 +21,16 @@ pub(super) struct Fan<'a> {
     at: Arrival<'a>,
 }
 
-impl<'a, const W: usize, const EFFECTS: u32> Shading<'_, 'a, W, EFFECTS>
+impl<'a, const W: usize, const EFFECTS: u32, R: Record> RayTree<'_, 'a, W, EFFECTS, R>
 where
     Simd: Runs<W>,
 {
     /// Begins a fan where a ray of all wavelengths enters a dispersive medium; reflects once.
     #[inline(never)]
-    pub(super) fn begin_fan<R: Record>(
-        &self,
-        mut at: Arrival<'a>,
-        part: Part<'a>,
-        gathered: &mut Gathered<'_, 'a, R>,
-        workspace: &mut Workspace,
-    ) {
+    pub(super) fn begin_fan(&mut self, mut at: Arrival<'a>, part: Part<'a>) {
+        let shading = self.shading;
         let share = 1.0 / part.count().max(1) as f32;
-        let of = |sample: &SpectralSample| self.refraction(&at, sample.nm).reflectance;
+        let of = |sample: &SpectralSample| shading.refraction(&at, sample.nm).reflectance;
         // The colour of all of the sample's wavelengths, and that of what they
         // reflect.
         let (white, reflected, reflectance) = if part.is_whole() {
@@ -55,59 +49,51 @@ where
             (white, reflected, Vec3::splat(sum * share))
         };
         // The same for all fans of a sample: all of them have its wavelengths.
-        gathered.reflected = white;
-        let mut missing = gathered.missing.unwrap_or(Vec3::ONE - white);
+        self.reflected = white;
+        let mut missing = self.missing.unwrap_or(Vec3::ONE - white);
         at.is_tinted = true;
         let transmission = Vec3::from_array(at.surface.material.transmission);
-        let sides = self.sides(&at, transmission * (Vec3::ONE - reflectance), reflectance);
+        let sides = shading.sides(&at, transmission * (Vec3::ONE - reflectance), reflectance);
         if let Some(share) = sides.back {
-            Self::reflect_in_part(&at, share, gathered, workspace);
+            self.reflect_in_part(&at, share);
             if sides.through.is_some() {
                 // What goes back has the colour of all, and what goes on is each
                 // wavelength's own share.
                 missing += at.weight * (reflected - white * reflectance);
             }
         }
-        gathered.missing = Some(missing);
+        self.missing = Some(missing);
         if sides.through.is_none() {
             return;
         }
-        gathered.record.touch(effect::DISPERSION);
-        gathered.share = share;
-        gathered.is_first = true;
+        self.record.touch(effect::DISPERSION);
+        self.share = share;
+        self.is_first = true;
         at.uncovered *= share;
-        gathered.fan = Some(Fan {
+        self.fan = Some(Fan {
             part,
             is_new: true,
             is_all: sides.back.is_none(),
-            waiting: workspace.pending.len(),
+            waiting: self.workspace.pending.len(),
             at,
         });
     }
 
     /// Once all rays of a fan's wavelength are through, its next.
     #[inline(always)]
-    pub(super) fn advance_fan<R: Record>(
-        &self,
-        gathered: &mut Gathered<'_, 'a, R>,
-        workspace: &mut Workspace,
-    ) {
-        if let Some(fan) = &gathered.fan
-            && workspace.pending.len() <= fan.waiting
+    pub(super) fn advance_fan(&mut self) {
+        if let Some(fan) = &self.fan
+            && self.workspace.pending.len() <= fan.waiting
         {
-            self.next_wavelength(gathered, workspace);
+            self.next_wavelength();
         }
     }
 
     #[inline(never)]
-    fn next_wavelength<R: Record>(
-        &self,
-        gathered: &mut Gathered<'_, 'a, R>,
-        workspace: &mut Workspace,
-    ) {
-        if let Some(fan) = &mut gathered.fan {
+    fn next_wavelength(&mut self) {
+        if let Some(fan) = &mut self.fan {
             while let Some(sample) = fan.part.next() {
-                let refraction = self.refraction(&fan.at, sample.nm);
+                let refraction = self.shading.refraction(&fan.at, sample.nm);
                 let cause = if fan.is_new {
                     effect::REFRACTION
                 } else {
@@ -117,16 +103,19 @@ where
                 if fan.is_all {
                     share += refraction.reflectance;
                 }
-                if workspace.push(fan.at.refracted(&refraction, share, cause)) {
-                    workspace.statistics.refracted += 1;
-                    gathered.is_first = fan.is_new;
+                if self
+                    .workspace
+                    .push(fan.at.refracted(&refraction, share, cause))
+                {
+                    self.workspace.statistics.refracted += 1;
+                    self.is_first = fan.is_new;
                     fan.is_new = false;
-                    (gathered.nm, gathered.tint) = (sample.nm, sample.weight);
+                    (self.nm, self.tint) = (sample.nm, sample.weight);
                     return;
                 }
             }
         }
-        gathered.fan = None;
-        gathered.nm = 0.0;
+        self.fan = None;
+        self.nm = 0.0;
     }
 }

@@ -1,37 +1,28 @@
 //! What a surface sends back of light from lights, and its own.
 
-use super::{Shading, place};
+use super::{RayTree, Shading, place};
 use crate::numeric::normalize;
 use crate::scene::EffectSet;
 use crate::scene::format::{Light, effect, light};
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
-use crate::trace::budget::Budget;
 use crate::trace::ledger::Record;
 use crate::trace::soft_light::{Points, Rectangle};
 use crate::trace::surface::Surface;
 use crate::trace::texture::{self, TEXTURES};
-use crate::trace::workspace::Workspace;
 use glam::Vec3;
 
-impl<const W: usize, const EFFECTS: u32> Shading<'_, '_, W, EFFECTS>
+impl<const W: usize, const EFFECTS: u32, R: Record> RayTree<'_, '_, W, EFFECTS, R>
 where
     Simd: Runs<W>,
 {
     /// A surface's own light and that of lights, in the colours of its texture.
     #[inline(always)]
-    pub(super) fn own_light<R: Record>(
-        &self,
-        surface: &Surface<'_>,
-        incidence: Incidence,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-        record: &mut R,
-    ) -> Vec3 {
+    pub(super) fn own_light(&mut self, surface: &Surface<'_>, incidence: Incidence) -> Vec3 {
         let material = surface.material;
-        let effects = material.effects & self.effects;
+        let effects = material.effects & self.shading.effects;
         let texture = if Self::has(TEXTURES) && effects & TEXTURES != 0 {
-            let (scene, at) = (&self.searcher.scene, surface.coordinate);
+            let (scene, at) = (&self.shading.searcher.scene, surface.coordinate);
             Some(texture::colour::<W, EFFECTS>(scene, material, at))
         } else {
             None
@@ -42,12 +33,11 @@ where
         };
         let mut light = Vec3::ZERO;
         if material.effects & effect::LIT != 0 {
-            let at = Lighting {
+            light = self.lit(&Lighting {
                 surface,
                 diffuse: textured(material.diffuse),
                 incidence,
-            };
-            light = self.lit(&at, budget, workspace, record);
+            });
         }
         let outside = incidence.facing > 0.0;
         if Self::has(effect::EMISSION) && effects & effect::EMISSION != 0 && outside {
@@ -57,18 +47,12 @@ where
     }
 
     /// Light from lights: ambient, Lambert, and Blinn-Phong (Blinn 1977).
-    fn lit<R: Record>(
-        &self,
-        at: &Lighting<'_, '_>,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-        record: &mut R,
-    ) -> Vec3 {
-        let scene = &self.searcher.scene;
+    fn lit(&mut self, at: &Lighting<'_, '_>) -> Vec3 {
+        let scene = &self.shading.searcher.scene;
         let mut sum = Vec3::from_array(scene.header.ambient) * at.diffuse;
         for (number, source) in (0..).zip(scene.lights) {
             if source.is_large() {
-                sum += self.lit_by_rectangle(at, number, source, budget, workspace, record);
+                sum += self.lit_by_rectangle(at, number, source);
                 continue;
             }
             let place = Vec3::from_array(source.place);
@@ -83,7 +67,7 @@ where
             let Some((ray, limit)) = at.ray_to(unit, from) else {
                 continue;
             };
-            if self.is_shadowed(&ray, limit, EffectSet::SHADOWS, budget, workspace, record) {
+            if self.is_shadowed(&ray, limit, EffectSet::SHADOWS) {
                 continue;
             }
             let mut colour = Vec3::from_array(source.colour);
@@ -96,29 +80,24 @@ where
     }
 
     /// The mean over points of a rectangle; its middle alone without soft light.
-    fn lit_by_rectangle<R: Record>(
-        &self,
-        at: &Lighting<'_, '_>,
-        number: u32,
-        source: &Light,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-        record: &mut R,
-    ) -> Vec3 {
+    fn lit_by_rectangle(&mut self, at: &Lighting<'_, '_>, number: u32, source: &Light) -> Vec3 {
         const SOFT_LIGHT: u32 = EffectSet::SOFT_LIGHT.bits();
         let Some(rectangle) = Rectangle::new(source) else {
             return Vec3::ZERO;
         };
-        let points = (Self::has(SOFT_LIGHT) && self.effects & SOFT_LIGHT != 0)
-            .then(|| Points::new(self.sample.seed(), number));
+        let Shading {
+            sample, effects, ..
+        } = self.shading;
+        let points = (Self::has(SOFT_LIGHT) && effects & SOFT_LIGHT != 0)
+            .then(|| Points::new(sample.seed(), number));
         let count = match points {
             Some(_) => {
-                record.touch(SOFT_LIGHT);
+                self.record.touch(SOFT_LIGHT);
                 source.samples
             }
             None => 1,
         };
-        let first = u32::from(self.sample.index) * count;
+        let first = u32::from(sample.index) * count;
         let mut sum = Vec3::ZERO;
         for point in first..first + count {
             let on_square = points.map_or([0.0; 2], |points| points.point(point));
@@ -140,7 +119,7 @@ where
             } else {
                 EffectSet::SOFT_LIGHT
             };
-            if !self.is_shadowed(&ray, limit, cause, budget, workspace, record) {
+            if !self.is_shadowed(&ray, limit, cause) {
                 sum += at.answer(unit, cosine) * irradiance;
             }
         }
@@ -149,24 +128,23 @@ where
 
     /// Whether something keeps light from a place: a ray for `cause`.
     #[inline]
-    fn is_shadowed<R: Record>(
-        &self,
-        ray: &Ray,
-        limit: f32,
-        cause: EffectSet,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-        record: &mut R,
-    ) -> bool {
+    fn is_shadowed(&mut self, ray: &Ray, limit: f32, cause: EffectSet) -> bool {
         const SHADOWS: u32 = EffectSet::SHADOWS.bits();
-        if !Self::has(SHADOWS) || self.effects & SHADOWS == 0 {
+        let Shading {
+            searcher,
+            detail,
+            effects,
+            ..
+        } = self.shading;
+        if !Self::has(SHADOWS) || effects & SHADOWS == 0 {
             return false;
         }
+        let (budget, workspace) = (&mut *self.budget, &mut *self.workspace);
         let before = workspace.statistics.steps;
-        let (searcher, rung) = (self.searcher, self.detail.rung);
-        let is_shadowed = searcher.is_occluded_on(rung, ray, limit, budget, workspace);
-        record.touch(SHADOWS);
-        record.ray(place(cause.bits()), workspace.statistics.steps - before);
+        let is_shadowed = searcher.is_occluded_on(detail.rung, ray, limit, budget, workspace);
+        self.record.touch(SHADOWS);
+        let steps = workspace.statistics.steps - before;
+        self.record.ray(place(cause.bits()), steps);
         is_shadowed
     }
 }
