@@ -117,10 +117,7 @@ where
     /// # Errors
     /// A mesh, an object or a number of bytes that the core would refuse.
     pub fn new(scene: &Scene) -> Result<Self, BakeError> {
-        validate(scene)?;
-        let meshes = shown(scene);
-        let prepared = meshes.par_iter().map(|mesh| Prepared::single(mesh));
-        Self::of_prepared(scene, &prepared.collect::<Vec<_>>())
+        Self::bake(scene, None)
     }
 
     /// As [`new`](Self::new), with each mesh at several polygon levels.
@@ -128,15 +125,19 @@ where
     /// # Errors
     /// Also where a mesh cannot be simplified that far.
     pub fn with_levels(scene: &Scene, levels: &PolygonLevels) -> Result<Self, BakeError> {
-        validate(scene)?;
-        let meshes = shown(scene);
-        let prepared = meshes.par_iter().enumerate().map(|(mesh, source)| {
-            Prepared::at_levels(source, levels).map_err(|source| BakeError::Ladder { mesh, source })
-        });
-        Self::of_prepared(scene, &prepared.collect::<Result<Vec<_>, _>>()?)
+        Self::bake(scene, Some(levels))
     }
 
-    fn of_prepared(scene: &Scene, meshes: &[Prepared<'_, W>]) -> Result<Self, BakeError> {
+    fn bake(scene: &Scene, levels: Option<&PolygonLevels>) -> Result<Self, BakeError> {
+        for (mesh, source) in scene.meshes.iter().enumerate() {
+            let checked = source.validate();
+            checked.map_err(|source| BakeError::Mesh { mesh, source })?;
+        }
+        let shown = shown(scene);
+        let prepared = shown.par_iter().enumerate().map(|(mesh, source)| {
+            Prepared::new(source, levels).map_err(|source| BakeError::Ladder { mesh, source })
+        });
+        let meshes: Vec<Prepared<'_, W>> = prepared.collect::<Result<_, _>>()?;
         let mut tables = Tables::<W>::default();
         let mut textures = Textures::default();
         for source in &scene.materials {
@@ -179,10 +180,11 @@ where
                 let Prepared { ladder, cover, .. } = &meshes[mesh];
                 let positions = &ladder.versions().positions;
                 let cover = cover.placed(positions, &object.world_from_object, *slack);
-                (instance.cover, instance.cover_nodes) = tables.add_cover(cover);
+                instance.cover = tables.add_nodes(&cover, 0);
+                instance.cover_nodes = cover.len() as u32;
             }
         }
-        for mesh in meshes {
+        for mesh in &meshes {
             tables.add_mesh(&mesh.ladder, &mesh.trees, &mut textures);
         }
         tables.rungs = meshes.iter().map(|m| m.trees.len()).max().unwrap_or(1) as u32;
@@ -262,14 +264,6 @@ fn shown(scene: &Scene) -> Vec<Cow<'_, TriangleMesh>> {
         .collect()
 }
 
-fn validate(scene: &Scene) -> Result<(), BakeError> {
-    let mut meshes = scene.meshes.iter().enumerate();
-    meshes.try_for_each(|(mesh, source)| {
-        let checked = source.validate();
-        checked.map_err(|source| BakeError::Mesh { mesh, source })
-    })
-}
-
 /// The parts of a baked mesh that do not depend on where it stands.
 struct Prepared<'m, const W: usize> {
     ladder: Ladder<'m>,
@@ -278,33 +272,20 @@ struct Prepared<'m, const W: usize> {
 }
 
 impl<'m, const W: usize> Prepared<'m, W> {
-    fn single(mesh: &'m TriangleMesh) -> Self {
-        let ladder = Ladder::single(mesh);
-        let tree = |rung: &Vec<u32>| Boxes::of_rung(mesh, rung).tree();
-        let (trees, cover) = rayon::join(
-            || ladder.rungs().iter().map(tree).collect(),
-            || Cover::new(mesh),
-        );
-        Self {
-            ladder,
-            trees,
-            cover,
-        }
-    }
-
-    /// At several levels. Trees of finer rungs are built while coarser rungs are still to be
-    /// made, one after another, and while the cover is.
-    fn at_levels(mesh: &'m TriangleMesh, levels: &PolygonLevels) -> Result<Self, LadderError> {
+    /// Trees of finer rungs are built while coarser rungs are still to be made, one after another,
+    /// and while the cover is.
+    fn new(mesh: &'m TriangleMesh, levels: Option<&PolygonLevels>) -> Result<Self, LadderError> {
         let (built, trees) = mpsc::channel();
         let (ladder, cover) = rayon::in_place_scope(|scope| {
             let mut number = 0;
-            let ladder = Ladder::with_each(mesh, levels, |versions, rung| {
+            let each = |versions: &TriangleMesh, rung: &[u32]| {
                 let (own, boxes) = (number, Boxes::of_rung(versions, rung));
                 let built = built.clone();
                 number += 1;
                 // After an error nobody receives the tree.
                 scope.spawn(move |_| drop(built.send((own, boxes.tree()))));
-            })?;
+            };
+            let ladder = Ladder::with_each(mesh, levels, each)?;
             let cover = Cover::new(ladder.versions());
             Ok((ladder, cover))
         })?;
@@ -350,18 +331,20 @@ fn extent(points: impl Iterator<Item = [f32; 3]>) -> f32 {
 }
 
 impl<const W: usize> Tables<W> {
-    /// Adds the nodes of a cover: the number of the first, and how many.
-    fn add_cover(&mut self, cover: Vec<Node<W>>) -> (u32, u32) {
-        let (first, count) = (self.nodes.len() as u32, cover.len() as u32);
-        for mut node in cover {
+    /// Adds the nodes of a tree, whose leaves start at `first_leaf`; returns the number of the first.
+    fn add_nodes(&mut self, nodes: &[Node<W>], first_leaf: u32) -> u32 {
+        let first = self.nodes.len() as u32;
+        for mut node in nodes.iter().copied() {
             for lane in 0..W {
-                if node.child[lane] & format::LEAF == 0 && !node.is_empty_lane(lane) {
+                if node.child[lane] & format::LEAF != 0 {
+                    node.child[lane] += first_leaf;
+                } else if !node.is_empty_lane(lane) {
                     node.child[lane] += first;
                 }
             }
             self.nodes.push(node);
         }
-        (first, count)
+        first
     }
 
     fn add_mesh(&mut self, ladder: &Ladder<'_>, trees: &[WideTree<W>], textures: &mut Textures) {
@@ -398,19 +381,8 @@ impl<const W: usize> Tables<W> {
                 self.meshes.push(format::Mesh { rungs, ..finer });
                 continue;
             }
-            let first_node = self.nodes.len() as u32;
             let first_leaf = (self.leaves.len() + self.id_leaves.len()) as u32;
-            for node in &tree.nodes {
-                let mut node = *node;
-                for lane in 0..W {
-                    if node.child[lane] & format::LEAF != 0 {
-                        node.child[lane] += first_leaf;
-                    } else if !node.is_empty_lane(lane) {
-                        node.child[lane] += first_node;
-                    }
-                }
-                self.nodes.push(node);
-            }
+            let first_node = self.add_nodes(&tree.nodes, first_leaf);
             for leaf in &tree.leaves {
                 if W == 8 {
                     self.leaves.push(leaf_block(mesh, leaf));

@@ -27,7 +27,6 @@ mod viewer;
 mod wall_plane;
 
 pub use dome::{DomeDescription, DomeScreen};
-pub use view::WallView;
 pub use viewer::{DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer};
 pub(crate) use wall_plane::WallPlane;
 

@@ -150,16 +150,21 @@ impl<'m> Ladder<'m> {
     /// # Errors
     /// Where the mesh cannot be simplified that far: how far it can, for as many rungs.
     pub fn new(mesh: &'m TriangleMesh, levels: &PolygonLevels) -> Result<Self, LadderError> {
-        Self::with_each(mesh, levels, |_, _| ())
+        Self::with_each(mesh, Some(levels), |_, _| ())
     }
 
-    /// As [`new`](Self::new), and hands on each rung as soon as it is made, the finest first: the
-    /// [`versions`](Self::versions) so far, and the numbers of its triangles.
+    /// As [`new`](Self::new), or the mesh itself as the only rung; hands on each rung as soon as it
+    /// is made, the finest first: the [`versions`](Self::versions) so far, and its triangles.
     pub(crate) fn with_each(
         mesh: &'m TriangleMesh,
-        levels: &PolygonLevels,
+        levels: Option<&PolygonLevels>,
         mut each: impl FnMut(&TriangleMesh, &[u32]),
     ) -> Result<Self, LadderError> {
+        let Some(levels) = levels else {
+            let single = Self::single(mesh);
+            each(mesh, &single.rungs[0]);
+            return Ok(single);
+        };
         let (asked, mut reached) = match Self::reaching(mesh, levels, &mut each) {
             Err(LadderError::Unreachable { asked, reached }) => (asked, reached),
             other => return other,

@@ -153,73 +153,57 @@ enum BinaryKind {
 
 impl Binary {
     fn from_bvh2(bvh: &Bvh2, boxes: &[Bounds]) -> Self {
-        let mut tree = Self { nodes: Vec::new() };
-        let mut pending = vec![(0usize, None)];
-        while let Some((source, parent)) = pending.pop() {
-            let node = &bvh.nodes[source];
+        Self::grow(0, boxes, |number: usize| {
+            let node = &bvh.nodes[number];
             let first = node.first_index as usize;
-            let kind = if node.is_leaf() {
-                BinaryKind::Leaf(bvh.primitive_indices[first])
+            if node.is_leaf() {
+                Err(bvh.primitive_indices[first])
             } else {
-                BinaryKind::Inner([0; 2])
-            };
-            let number = tree.push(kind, parent);
-            if !node.is_leaf() {
-                pending.push((first, Some((number, 0))));
-                pending.push((first + 1, Some((number, 1))));
+                Ok([first, first + 1])
             }
-        }
-        tree.fit(boxes)
+        })
     }
 
     /// Halves `order` again and again.
     fn balanced(order: &[u32], boxes: &[Bounds]) -> Self {
-        let mut tree = Self { nodes: Vec::new() };
-        let mut pending = vec![(order, None)];
+        Self::grow(order, boxes, |part| match part {
+            [primitive] => Err(*primitive),
+            _ => Ok(part.split_at(part.len() / 2).into()),
+        })
+    }
+
+    /// Grows a tree from its root: `split` makes two children of a part, or a leaf with a primitive.
+    fn grow<T>(root: T, boxes: &[Bounds], split: impl Fn(T) -> Result<[T; 2], u32>) -> Self {
+        let mut nodes: Vec<BinaryNode> = Vec::new();
+        let mut pending = vec![(root, None::<(usize, usize)>)];
         while let Some((part, parent)) = pending.pop() {
-            if let [primitive] = part {
-                tree.push(BinaryKind::Leaf(*primitive), parent);
-            } else {
-                let number = tree.push(BinaryKind::Inner([0; 2]), parent);
-                let (left, right) = part.split_at(part.len() / 2);
-                pending.push((left, Some((number, 0))));
-                pending.push((right, Some((number, 1))));
+            let number = nodes.len();
+            if let Some((parent, side)) = parent
+                && let BinaryKind::Inner(children) = &mut nodes[parent].kind
+            {
+                children[side] = number;
             }
-        }
-        tree.fit(boxes)
-    }
-
-    fn push(&mut self, kind: BinaryKind, parent: Option<(usize, usize)>) -> usize {
-        let number = self.nodes.len();
-        self.nodes.push(BinaryNode {
-            bounds: Bounds::EMPTY,
-            kind,
-            primitives: 0,
-        });
-        if let Some((parent, side)) = parent
-            && let BinaryKind::Inner(children) = &mut self.nodes[parent].kind
-        {
-            children[side] = number;
-        }
-        number
-    }
-
-    fn fit(mut self, boxes: &[Bounds]) -> Self {
-        for number in (0..self.nodes.len()).rev() {
-            let (bounds, primitives) = match self.nodes[number].kind {
-                BinaryKind::Leaf(primitive) => (boxes[primitive as usize], 1),
-                BinaryKind::Inner([left, right]) => {
-                    let (left, right) = (&self.nodes[left], &self.nodes[right]);
-                    (
-                        left.bounds.union(right.bounds),
-                        left.primitives + right.primitives,
-                    )
+            let (bounds, kind) = match split(part) {
+                Err(primitive) => (boxes[primitive as usize], BinaryKind::Leaf(primitive)),
+                Ok([left, right]) => {
+                    pending.push((left, Some((number, 0))));
+                    pending.push((right, Some((number, 1))));
+                    (Bounds::EMPTY, BinaryKind::Inner([0; 2]))
                 }
             };
-            self.nodes[number].bounds = bounds;
-            self.nodes[number].primitives = primitives;
+            nodes.push(BinaryNode {
+                bounds,
+                kind,
+                primitives: 1,
+            });
         }
-        self
+        for number in (0..nodes.len()).rev() {
+            if let BinaryKind::Inner([left, right]) = nodes[number].kind {
+                nodes[number].bounds = nodes[left].bounds.union(nodes[right].bounds);
+                nodes[number].primitives = nodes[left].primitives + nodes[right].primitives;
+            }
+        }
+        Self { nodes }
     }
 
     fn primitives(&self, node: usize) -> Vec<u32> {

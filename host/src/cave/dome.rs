@@ -3,7 +3,7 @@
 use super::RoomError;
 use crate::cave::angle::sin_cos_degrees;
 use glam::{DMat3, DVec2, DVec3};
-use shisen_core::frame;
+use shisen_core::frame::{self, View};
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
@@ -128,12 +128,12 @@ impl DomeScreen {
         self.axes
     }
 
-    /// The dome in the tracer's terms, for an eye at `eye`: metres, in the room.
+    /// The rays from an eye at `eye` (metres, in the room) through the dome's pixels.
     ///
     /// # Errors
-    /// An eye that is not finite, or farther from the centre than
-    /// [`frame::DomeScreen::FARTHEST_EYE`] of the radius.
-    pub fn view_from(&self, eye: DVec3) -> Result<frame::DomeScreen, RoomError> {
+    /// An eye that is not finite, farther from the centre than
+    /// [`frame::DomeScreen::FARTHEST_EYE`] of the radius, or whose rays f32 cannot hold.
+    pub fn view_from(&self, eye: DVec3) -> Result<View, RoomError> {
         let distance = eye.distance(self.centre());
         let farthest = f64::from(frame::DomeScreen::FARTHEST_EYE) * self.radius();
         if !(distance <= farthest) {
@@ -154,7 +154,7 @@ impl DomeScreen {
             ));
         }
         let (least, most) = frame::DomeScreen::RADII;
-        Ok(frame::DomeScreen {
+        let screen = frame::DomeScreen {
             pose: frame::DomePose {
                 position: self.centre().as_vec3(),
                 room_from_capture: self.axes.as_mat3(),
@@ -162,6 +162,13 @@ impl DomeScreen {
             radius: (self.radius() as f32).clamp(least, most),
             // 360 degrees round to a little more than 2π.
             field_of_view: (self.field_of_view() as f32).min(TAU as f32),
+        };
+        View::dome_screen(screen, eye.as_vec3(), self.size()).map_err(|fault| {
+            RoomError::new(
+                "eye",
+                format!("dome \"{}\" cannot be traced: {fault}", self.name()),
+                "move the head towards the dome's centre",
+            )
         })
     }
 

@@ -358,12 +358,6 @@ mod tests {
         }
         assert!(perspective(1.2102).p.unwrap() < 1.5);
         assert!(perspective(1.2883).p.unwrap() > 1.0e4);
-        for a in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(local_optima(a).is_err());
-            for projection in [Projection::Parallel, Projection::Perspective] {
-                assert!(optimum(a, projection).is_err());
-            }
-        }
     }
 
     #[test]
@@ -378,11 +372,8 @@ mod tests {
         rounds_to(perspective.error_percent, "0.105759211320");
         rounds_to(perspective.error_px_4096, "2.165949");
         // The optimum is inside the range that is looked through.
-        for a in [0.01, 0.1, 4.4, 4.6, 8.0, 20.0, 100.0] {
-            let design = optimum(a, Projection::Perspective).unwrap();
-            assert!(design.error_percent > perspective.error_percent, "{a}");
-            let design = optimum(a, Projection::Parallel).unwrap();
-            assert!(design.error_percent > parallel.error_percent, "{a}");
+        for a in [0.01, 4.4, 4.6, 100.0] {
+            assert!(self::perspective(a).error_percent > perspective.error_percent);
         }
     }
 }

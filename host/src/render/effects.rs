@@ -5,9 +5,8 @@
 //! not ask for changes no pixel.
 
 use crate::files::description::suggestion;
-use shisen_core::frame::{Renderer, Settings, Spectrum, SpectrumError};
-use shisen_core::scene::{EffectSet, Scene};
-use shisen_core::{COMPILED, Runs, Simd};
+use shisen_core::COMPILED;
+use shisen_core::scene::EffectSet;
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
@@ -107,26 +106,6 @@ fn named(name: &str) -> Result<EffectSet, EffectsError> {
         let help = suggestion(name, EffectSet::ALL.names()).unwrap_or_default();
         EffectsError(format!("there is no effect \"{name}\": {help}"))
     })
-}
-
-/// A renderer of a scene, with the smallest shading that has the effects wanted.
-///
-/// # Errors
-/// A wavelength at which a medium of the scene is not known.
-pub fn renderer<'a, const W: usize>(
-    scene: Scene<'a, W>,
-    simd: Simd,
-    settings: Settings,
-    effects: &Effects,
-    spectrum: Spectrum<'a>,
-) -> Result<Renderer<'a, W>, SpectrumError>
-where
-    Simd: Runs<W>,
-{
-    let wanted = effects.of(scene.effects());
-    let renderer = Renderer::smallest(scene, simd, settings, wanted);
-    let others = EffectSet::ALL.difference(wanted);
-    renderer.without(others).with_spectrum(spectrum)
 }
 
 /// The smallest set that shading with some effects is compiled for.

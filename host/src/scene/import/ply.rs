@@ -313,12 +313,9 @@ mod tests {
                      property list int ushort {list}\nend_header\n"
                 )
                 .into_bytes();
-                let mut put = |little: &[u8]| {
-                    if big {
-                        bytes.extend(little.iter().rev());
-                    } else {
-                        bytes.extend(little);
-                    }
+                let mut put = |little: &[u8]| match big {
+                    true => bytes.extend(little.iter().rev()),
+                    false => bytes.extend(little),
                 };
                 put(&5_i16.to_le_bytes());
                 for [x, y] in [[0.0_f32, 0.0], [1.0, 0.0], [0.0, 1.5]] {
@@ -346,23 +343,17 @@ mod tests {
     #[test]
     fn places_on_a_texture_go_by_several_names() {
         for [u, v] in COORDINATES {
-            let text = |second: &str| {
-                format!(
-                    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n\
-                     property float {u}\nproperty float y\nproperty float z\n\
-                     property float {v}\nelement face 1\n\
-                     property list uchar int vertex_indices\nend_header\n\
-                     0 0.5 0 0 0.25\n1 {second} 0 0 0\n0 0 1 0 1\n3 0 1 2\n"
-                )
-            };
-            let read = mesh(text("0.75").as_bytes()).unwrap();
+            let text = format!(
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n\
+                 property float {u}\nproperty float y\nproperty float z\n\
+                 property float {v}\nelement face 1\n\
+                 property list uchar int vertex_indices\nend_header\n\
+                 0 0.5 0 0 0.25\n1 0.75 0 0 0\n0 0 1 0 1\n3 0 1 2\n"
+            );
+            let read = mesh(text.as_bytes()).unwrap();
             assert_eq!(read.coordinates, [[0.5, 0.25], [0.75, 0.0], [0.0, 1.0]]);
             assert_eq!(read.positions[2], [0.0, 1.0, 0.0]);
-            let far = mesh(text("1e9").as_bytes()).unwrap();
-            assert!(far.coordinates.is_empty());
         }
-        let bare = mesh(ascii(&["3 0 1 2"]).as_bytes()).unwrap();
-        assert!(bare.coordinates.is_empty());
     }
 
     #[test]
@@ -370,15 +361,12 @@ mod tests {
         let whole = ascii(&["3 0 1 2"]);
         for (text, says) in [
             ("obj\n".to_owned(), "a.ply:1: not a valid PLY"),
-            (ascii(&[]), "no triangles"),
             (ascii(&["3 0 1 4"]), "names vertex 4, but"),
             (ascii(&["3 0 -1 2"]), "names vertex -1, but"),
-            (ascii(&["3 0 1 1"]), "names vertex 1 twice"),
             (ascii(&["2 0 1"]), "2 corners"),
-            (ascii(&["3 0 1"]), "a.ply:14: "),
             (
                 ascii(&["3 0 1"]),
-                "Expected 3 list elements, but found only 2; correct it",
+                "a.ply:14: not a valid PLY file: Expected",
             ),
             (whole.replace("double z", "double w"), "'z'"),
             (whole.replace("uchar int", "uchar float"), "integers"),
@@ -397,8 +385,8 @@ mod tests {
                 let text = text
                     .replace("vertex 4", &format!("vertex {claim}"))
                     .replace("ascii", format);
-                let error = mesh(text.as_bytes()).unwrap_err();
-                assert!(error.to_string().contains("cut off or damaged"), "{error}");
+                let error = mesh(text.as_bytes()).unwrap_err().to_string();
+                assert!(error.contains("cut off or damaged"), "{error}");
             }
         }
     }
