@@ -58,7 +58,7 @@ impl Design {
         let error = largest(&extrema);
         Self {
             mirror,
-            a: mirror.axis_ratio(),
+            a: mirror.a,
             p: d1.map(|d1| c1 + d1),
             c1,
             b1,
@@ -157,7 +157,7 @@ fn level(a: f64, design: impl Fn(f64) -> Design) -> Design {
 
 /// How θ − `r_d` changes with a and with g at the parametric angle β.
 fn gradient(mirror: &Mirror, beta: f64) -> [f64; 2] {
-    let (a, g) = (mirror.axis_ratio(), mirror.slope());
+    let (a, g) = (mirror.a, mirror.g);
     let Parameters { k, c1, b1, .. } = mirror.parameters();
     let (sin, cos) = libm::sincos(beta);
     let h = libm::hypot(a, g);
@@ -184,7 +184,7 @@ fn gradient(mirror: &Mirror, beta: f64) -> [f64; 2] {
 }
 
 fn extrema(mirror: &Mirror) -> Vec<Extremum> {
-    let a = mirror.axis_ratio();
+    let a = mirror.a;
     let Parameters { k, c1, b1, beta1 } = mirror.parameters();
     // The derivative by β.
     let rise = |beta: f64| {
@@ -214,17 +214,23 @@ fn extrema(mirror: &Mirror) -> Vec<Extremum> {
 }
 
 /// Where `f`, of one sign at `low` and the other at `high`, changes it.
-pub(super) fn crossing(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn crossing(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let sign = f(low) > 0.0;
+    bisect(low, high, |x| (f(x) > 0.0) == sign)
+}
+
+/// The last number on the way from `good` to `bad` that `is_good`, which holds at `good` only.
+pub(super) fn bisect(mut good: f64, mut bad: f64, is_good: impl Fn(f64) -> bool) -> f64 {
     loop {
-        let middle = low.midpoint(high);
-        if middle <= low || middle >= high {
-            return low;
+        let middle = good.midpoint(bad);
+        // The midpoint of neighbours is one of them.
+        if middle == good || middle == bad {
+            return good;
         }
-        if (f(middle) > 0.0) == sign {
-            low = middle;
+        if is_good(middle) {
+            good = middle;
         } else {
-            high = middle;
+            bad = middle;
         }
     }
 }

@@ -1,4 +1,4 @@
-use super::design::golden;
+use super::design::{bisect, golden};
 use super::near_field::{NearField, NearestError, Ray};
 
 /// The best place of an eye for a mirror's picture.
@@ -48,7 +48,8 @@ pub fn effective_viewpoint(near: &NearField, nearest: f64) -> Result<Viewpoint, 
             offset = best;
         }
         if at(offset) < far {
-            offset = as_good(offset, |offset| at(offset) <= far);
+            // The nearest to the screen of those as good.
+            offset = bisect(offset, 0.0, |offset| at(offset) <= far);
         }
     }
     Ok(Viewpoint {
@@ -77,23 +78,6 @@ fn bracket(rays: &[Ray], nearest: f64, far: f64) -> (f64, f64) {
         inside = (inside.0.max(start.y - half), inside.1.min(start.y + half));
     }
     (crossings.0.max(inside.0), crossings.1.min(inside.1))
-}
-
-/// The offset nearest to 0 that `is_good`, which holds at `good` and not at 0.
-fn as_good(mut good: f64, is_good: impl Fn(f64) -> bool) -> f64 {
-    let mut bad = 0f64;
-    loop {
-        let middle = good.midpoint(bad);
-        // The midpoint of neighbours is one of them.
-        if middle == good || middle == bad {
-            return good;
-        }
-        if is_good(middle) {
-            good = middle;
-        } else {
-            bad = middle;
-        }
-    }
 }
 
 #[cfg(test)]
