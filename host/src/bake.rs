@@ -50,59 +50,45 @@ pub struct Baked<const W: usize = 8> {
 /// Why a scene cannot be baked.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
+#[allow(missing_docs, reason = "the messages are the docs")]
 pub enum BakeError {
-    /// One of its meshes is not usable.
     #[error("mesh {mesh} (counted from 0) cannot be used")]
     Mesh {
         mesh: usize,
         #[source]
         source: MeshError,
     },
-    /// One of its meshes cannot be simplified to the levels asked for.
     #[error("mesh {mesh} (counted from 0) cannot be baked at these polygon levels")]
     Ladder {
         mesh: usize,
         #[source]
         source: LadderError,
     },
-    /// No objects.
     #[error("the scene has no objects")]
     NoObjects,
-    /// An object with the index of a mesh or material that does not exist.
     #[error("object {object} (counted from 0) names {what} {index}, which the scene does not have")]
     Missing {
         object: usize,
         what: &'static str,
         index: usize,
     },
-    /// A texture on a mesh that does not say where its vertices are on it.
     #[error(
         "object {object} (counted from 0) has a texture, but its mesh has no texture coordinates"
     )]
     NoCoordinates { object: usize },
-    /// A map that flattens, or that is not finite, or that moves things out
-    /// of range.
     #[error(
         "object {object} (counted from 0) is placed by a map that cannot be undone, or too far away \
          (coordinates may be up to {limit:e} m)"
     )]
-    Transform {
-        object: usize,
-        /// The farthest coordinate, metres.
-        limit: f32,
-    },
-    /// A radius out of range.
+    Transform { object: usize, limit: f32 },
     #[error(
         "object {object} (counted from 0) has a radius outside {:e} to {:e} m",
         Spheroid::RADII.0,
         Spheroid::RADII.1
     )]
     Radius { object: usize },
-    /// The scene does not pass the core's own check.
     #[error("the scene holds a value that the tracer refuses: {0}")]
     Refused(#[from] SceneError),
-    /// More bytes than an offset of the format can name.
     #[error("the scene would take {bytes} bytes; a scene may have 4 GiB")]
     TooLarge { bytes: u64 },
 }

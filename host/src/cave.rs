@@ -26,13 +26,14 @@ mod view;
 mod viewer;
 mod wall_plane;
 
-pub use dome::{DomeDescription, DomeScreen};
+pub use dome::DomeScreen;
 pub use viewer::{DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer};
 pub(crate) use wall_plane::WallPlane;
 
 use crate::files::description::UnknownName;
 use glam::DVec3;
 use miette::Diagnostic;
+use shisen_core::frame::View;
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
@@ -238,7 +239,7 @@ pub(crate) fn name_fault(name: &str) -> Option<&'static str> {
 }
 
 /// The screens of one room.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cave {
     /// In the order of their pictures.
     pub walls: Vec<Wall>,
@@ -260,7 +261,18 @@ impl<'a> Screen<'a> {
     pub fn name(self) -> &'a str {
         match self {
             Self::Wall(wall) => &wall.name,
-            Self::Dome(dome) => dome.name(),
+            Self::Dome(dome) => &dome.name,
+        }
+    }
+
+    /// The rays from an eye at `eye` (metres, in the room) through its pixels.
+    ///
+    /// # Errors
+    /// As [`Wall::view_from`] and [`DomeScreen::view_from`].
+    pub fn view_from(self, eye: DVec3) -> Result<View, RoomError> {
+        match self {
+            Self::Wall(wall) => wall.view_from(eye),
+            Self::Dome(dome) => dome.view_from(eye),
         }
     }
 }
@@ -313,50 +325,48 @@ impl Cave {
     /// The first wall that [`Wall::validate`] rejects or whose name another
     /// has already, upper and lower case being the same.
     pub fn new(walls: Vec<Wall>) -> Result<Self, RoomError> {
-        let mut cave = Self {
-            walls: Vec::with_capacity(walls.len()),
-            domes: Vec::new(),
-        };
+        let mut cave = Self::default();
         for wall in walls {
             cave.add_wall(wall)?;
         }
         Ok(cave)
     }
 
-    fn add_wall(&mut self, wall: Wall) -> Result<(), RoomError> {
+    /// Adds a wall.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn add_wall(&mut self, wall: Wall) -> Result<(), RoomError> {
         wall.validate()?;
-        if self.has_screen(&wall.name) {
-            return Err(RoomError::new(
-                "name",
-                format!("two walls are named \"{}\"", wall.name),
-                "pictures are named after their walls: give each its own name, different in more \
-                 than upper and lower case",
-            ));
-        }
+        let message = format!("two walls are named \"{}\"", wall.name);
+        self.check_new(&wall.name, message, "walls")?;
         self.walls.push(wall);
         Ok(())
     }
 
-    fn has_screen(&self, name: &str) -> bool {
-        let name = name.to_lowercase();
-        self.screens().any(|one| one.name().to_lowercase() == name)
-    }
-
-    /// The same room with a dome more.
+    /// Adds a dome.
     ///
     /// # Errors
-    /// A dome whose name another screen has already, upper and lower case being the same.
-    pub fn with_dome(mut self, dome: DomeScreen) -> Result<Self, RoomError> {
-        if self.has_screen(dome.name()) {
-            return Err(RoomError::new(
-                "name",
-                format!("a dome is named \"{}\" as another screen is", dome.name()),
-                "pictures are named after their screens: give each its own name, different in \
-                 more than upper and lower case",
-            ));
-        }
+    /// A dome that [`DomeScreen::validate`] rejects or whose name another screen has already, upper
+    /// and lower case being the same.
+    pub fn add_dome(&mut self, dome: DomeScreen) -> Result<(), RoomError> {
+        dome.validate()?;
+        let message = format!("a dome is named \"{}\" as another screen is", dome.name);
+        self.check_new(&dome.name, message, "screens")?;
         self.domes.push(dome);
-        Ok(self)
+        Ok(())
+    }
+
+    fn check_new(&self, name: &str, message: String, owners: &str) -> Result<(), RoomError> {
+        let name = name.to_lowercase();
+        if self.screens().all(|one| one.name().to_lowercase() != name) {
+            return Ok(());
+        }
+        let help = format!(
+            "pictures are named after their {owners}: give each its own name, different in more \
+             than upper and lower case"
+        );
+        Err(RoomError::new("name", message, help))
     }
 
     /// All screens, in the order of their pictures: walls, then domes.
@@ -370,13 +380,8 @@ impl Cave {
     /// # Errors
     /// The first screen that it does not: [`Wall::view_from`] and [`DomeScreen::view_from`].
     pub fn check_eye(&self, eye: DVec3) -> Result<(), RoomError> {
-        for screen in self.screens() {
-            match screen {
-                Screen::Wall(wall) => wall.view_from(eye).map(drop)?,
-                Screen::Dome(dome) => dome.view_from(eye).map(drop)?,
-            }
-        }
-        Ok(())
+        let views = self.screens().map(|screen| screen.view_from(eye));
+        views.map(|view| view.map(drop)).collect()
     }
 
     /// A built-in room, every wall with `pixels` columns and rows, a dome with
@@ -389,7 +394,8 @@ impl Cave {
             BuiltInCave::ThreeWall => Self::cube(pixels, false),
             BuiltInCave::Cube => Self::cube(pixels, true),
             BuiltInCave::Dome => {
-                let dome = DomeScreen::new(DomeDescription {
+                let mut cave = Self::new(Vec::new())?;
+                cave.add_dome(DomeScreen {
                     name: "dome".to_owned(),
                     radius: 2.5,
                     centre: DVec3::new(0.0, -1.5, 0.0),
@@ -397,7 +403,7 @@ impl Cave {
                     field_of_view_degrees: 180.0,
                     size: pixels[0],
                 })?;
-                Self::new(Vec::new())?.with_dome(dome)
+                Ok(cave)
             }
         }
     }

@@ -135,32 +135,26 @@ pub fn frame_hash(pictures: impl IntoIterator<Item = u64>) -> u64 {
 /// a [`Diagnostic`], in the help.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
+#[allow(missing_docs, reason = "the messages are the docs")]
 pub enum RenderError {
-    /// A screen that cannot be used, or that an eye does not see.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Screen(#[from] RoomError),
-    /// A picture that cannot be kept in memory.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// A dome master that cannot be traced.
     #[error("the surroundings cannot be captured")]
     #[diagnostic(help(
         "capture 1 to {limit} pixels a side, from a head that is in the room",
         limit = View::MOST_PIXELS
     ))]
     Surroundings(#[from] SurroundingsError),
-    /// A frame to fill from that has other pictures.
     #[error(
         "the frame before has other walls, eyes or sizes: fill from a frame of the same walls, \
          for the same eyes"
     )]
     Previous,
-    /// A wavelength at which a medium of the scene is not known.
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
-    /// No threads to be had.
     #[error("the threads could not be started: {0}; ask for fewer of them")]
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
@@ -287,16 +281,10 @@ fn write_back<'p>(jobs: &[Job<'_>], pictures: impl Iterator<Item = &'p mut Pictu
 }
 
 pub(crate) fn put(picture: &mut Picture, tile: Tile, pixels: &[Pixel]) {
-    for (row, from) in (tile.y..).zip(pixels.chunks_exact(tile.width as usize)) {
-        for (column, pixel) in (tile.x..).zip(from) {
-            let Pixel {
-                red,
-                green,
-                blue,
-                alpha,
-            } = *pixel;
-            picture.set_pixel(column, row, [red, green, blue, alpha]);
-        }
+    let (x, width) = (tile.x as usize, tile.width as usize);
+    let rows = picture.rows_mut(1).skip(tile.y as usize);
+    for (row, from) in rows.zip(pixels.chunks_exact(width)) {
+        row[x..x + width].copy_from_slice(from);
     }
 }
 
@@ -467,10 +455,7 @@ where
 /// # Errors
 /// An eye that does not see the screen, or too near to it to trace its rays.
 pub fn view<'a>(screen: impl Into<Screen<'a>>, observer: &Observer) -> Result<View, RoomError> {
-    match screen.into() {
-        Screen::Wall(wall) => wall.view_from(observer.place),
-        Screen::Dome(dome) => dome.view_from(observer.place),
-    }
+    screen.into().view_from(observer.place)
 }
 
 /// The tiles of a view, in rows.

@@ -103,15 +103,13 @@ impl PolygonLevels {
 /// Why a mesh cannot be simplified to the given levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
+#[allow(missing_docs, reason = "the messages are the docs")]
 pub enum LadderError {
-    /// It cannot be simplified that far.
     #[error(
         "it cannot have as few faces as {asked} without changing how it hangs together: \
          {reached} is the least that it gets to, so ask for no fewer"
     )]
     Unreachable { asked: u32, reached: u32 },
-    /// A closed mesh came out with holes.
     #[error("it is closed, and simplified to {faces} faces it would have {open_edges} open edges")]
     Opened { faces: u32, open_edges: usize },
 }

@@ -129,10 +129,10 @@ fn walls_and_domes_come_from_toml() {
     let [sky, small] = cave.domes.as_slice() else {
         panic!("{cave:?}");
     };
-    assert_eq!((sky.radius(), sky.size()), (2.5, 1640));
-    assert_eq!(sky.centre(), DVec3::new(0.0, -1.0, 0.5));
+    assert_eq!((sky.radius, sky.size), (2.5, 1640));
+    assert_eq!(sky.centre, DVec3::new(0.0, -1.0, 0.5));
     assert!((sky.field_of_view() - 200f64.to_radians()).abs() < 1e-15);
-    assert_eq!((small.size(), small.name()), (100, "small"));
+    assert_eq!((small.size, small.name.as_str()), (100, "small"));
     assert_eq!(small.field_of_view(), std::f64::consts::PI);
     assert_eq!(small.axes().z_axis, DVec3::NEG_Y);
     let names: Vec<&str> = cave.screens().map(Screen::name).collect();

@@ -19,12 +19,12 @@ const PLACES: usize = 2048;
 /// Distances are in equatorial radii, from the viewpoint.
 #[derive(Debug, Clone)]
 pub struct NearField {
-    mirror: Mirror,
-    mapping: Mapping,
-    /// From the screen's centre towards the zenith.
-    offset: f64,
+    pub(super) mirror: Mirror,
+    pub(super) mapping: Mapping,
+    /// From the screen's centre towards the zenith: radii.
+    pub(crate) offset: f64,
     /// Evenly by `r_d`, from the zenith to the rim.
-    rays: Vec<Ray>,
+    pub(super) rays: Vec<Ray>,
 }
 
 /// Surroundings nearer than the mirror itself.
@@ -126,26 +126,6 @@ impl NearField {
             self.offset = offset;
         }
         self
-    }
-
-    /// The mirror that takes the picture.
-    pub const fn mirror(&self) -> Mirror {
-        self.mirror
-    }
-
-    /// How its pixels become directions.
-    pub const fn mapping(&self) -> Mapping {
-        self.mapping
-    }
-
-    /// Where the viewpoint is: radii from the screen's centre, towards the
-    /// zenith.
-    pub const fn offset(&self) -> f64 {
-        self.offset
-    }
-
-    pub(super) fn rays(&self) -> &[Ray] {
-        &self.rays
     }
 
     /// The distance from the viewpoint to the farthest point of the mirror.

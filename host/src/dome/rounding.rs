@@ -44,7 +44,7 @@ pub fn size_errors(
     size: f64,
     offset: f64,
 ) -> Result<SizeErrors, capture::MirrorError> {
-    let (mirror, mapping) = (near.mirror(), near.mapping());
+    let (mirror, mapping) = (near.mirror, near.mapping);
     let single = mirror.single()?;
     let parameters = mirror.parameters();
     let eye = (AWAY * offset).as_vec3();

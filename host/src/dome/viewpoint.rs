@@ -42,7 +42,7 @@ pub fn effective_viewpoint(near: &NearField, nearest: f64) -> Result<Viewpoint, 
     let from_screen = at(0.0).max(far);
     let mut offset = 0.0;
     if from_screen > far {
-        let (low, high) = bracket(near.rays(), nearest, far);
+        let (low, high) = bracket(&near.rays, nearest, far);
         let best = golden(low, high, at);
         if at(best) < from_screen {
             offset = best;

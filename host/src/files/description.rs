@@ -74,9 +74,8 @@ impl<F: Diagnostic> Diagnostic for Located<F> {
 /// Why a file of a scene, walls or a projector could not be used.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
+#[allow(missing_docs, reason = "the messages are the docs")]
 pub enum FileError<F: Diagnostic + 'static> {
-    /// The file could not be read.
     #[error("cannot read {what} in {}", path.display())]
     #[diagnostic(help("{help}"))]
     Read {
@@ -85,7 +84,6 @@ pub enum FileError<F: Diagnostic + 'static> {
         path: PathBuf,
         source: io::Error,
     },
-    /// It was read, and there is a fault in it.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Fault(#[from] Located<F>),

@@ -10,13 +10,17 @@ use std::path::Path;
 /// A projector: a pinhole with lens shift, at a place in the room.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Projector {
-    name: String,
-    position: DVec3,
-    /// The picture's right, its top, and the direction against its light.
-    axes: DMat3,
-    /// The picture's left, right, lower and upper edge at distance 1.
-    edges: [f64; 4],
-    resolution: [u32; 2],
+    /// For file names and messages.
+    pub name: String,
+    /// Metres, in the room.
+    pub position: DVec3,
+    /// To the picture's right, to its top, and against its light.
+    pub axes: DMat3,
+    /// The picture's left, right, lower and upper edge at distance 1, to the
+    /// right and upwards from straight ahead.
+    pub edges: [f64; 4],
+    /// Columns and rows.
+    pub resolution: [u32; 2],
 }
 
 const SYNTAX: &str = "a projector has name, position ([x, y, z] in metres), look ([x, y, z]) and, \
@@ -25,32 +29,6 @@ const SYNTAX: &str = "a projector has name, position ([x, y, z] in metres), look
     heights])";
 
 impl Projector {
-    /// For file names and messages.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// Metres, in the room.
-    pub const fn position(&self) -> DVec3 {
-        self.position
-    }
-
-    /// Columns and rows.
-    pub const fn resolution(&self) -> [u32; 2] {
-        self.resolution
-    }
-
-    /// To the picture's right, to its top, and against its light.
-    pub const fn axes(&self) -> DMat3 {
-        self.axes
-    }
-
-    /// The picture's left, right, lower and upper edge at distance 1, to the
-    /// right and upwards from straight ahead.
-    pub const fn edges(&self) -> [f64; 4] {
-        self.edges
-    }
-
     /// Towards a point of the picture, 0 to 1 to the right and downwards from
     /// its upper left corner: of unit length.
     pub fn direction(&self, at: DVec2) -> DVec3 {
