@@ -265,11 +265,18 @@ impl<'m, const W: usize> Prepared<'m, W> {
         let (ladder, cover) = rayon::in_place_scope(|scope| {
             let mut number = 0;
             let each = |versions: &TriangleMesh, rung: &[u32]| {
-                let (own, boxes) = (number, Boxes::of_rung(versions, rung));
-                let built = built.clone();
+                let bounds = |&triangle: &u32| Bounds::of_triangle(versions, triangle as usize);
+                let boxes: Vec<Bounds> = rung.iter().map(bounds).collect();
+                let (own, rung, built) = (number, rung.to_vec(), built.clone());
                 number += 1;
-                // After an error nobody receives the tree.
-                scope.spawn(move |_| drop(built.send((own, boxes.tree()))));
+                scope.spawn(move |_| {
+                    let mut tree = tree::build(&boxes, W, BuildEffort::Great);
+                    for number in tree.leaves.iter_mut().flatten() {
+                        *number = rung[*number as usize];
+                    }
+                    // After an error nobody receives the tree.
+                    drop(built.send((own, tree)));
+                });
             };
             let ladder = Ladder::with_each(mesh, levels, each)?;
             let cover = Cover::new(ladder.versions());
@@ -282,33 +289,6 @@ impl<'m, const W: usize> Prepared<'m, W> {
             trees: trees.into_values().collect(),
             cover,
         })
-    }
-}
-
-/// The boxes that the tree of a rung is built over.
-struct Boxes {
-    boxes: Vec<Bounds>,
-    triangles: Vec<u32>,
-}
-
-impl Boxes {
-    fn of_rung(mesh: &TriangleMesh, rung: &[u32]) -> Self {
-        let bounds = |&triangle: &u32| {
-            let corners = mesh.triangles[triangle as usize];
-            Bounds::of_points(&corners.map(|c| mesh.positions[c as usize]))
-        };
-        Self {
-            boxes: rung.iter().map(bounds).collect(),
-            triangles: rung.to_vec(),
-        }
-    }
-
-    fn tree<const W: usize>(&self) -> WideTree<W> {
-        let mut tree = tree::build(&self.boxes, W, BuildEffort::Great);
-        for number in tree.leaves.iter_mut().flatten() {
-            *number = self.triangles[*number as usize];
-        }
-        tree
     }
 }
 

@@ -71,19 +71,26 @@ impl RoomError {
         Self { key, message, help }
     }
 
-    /// Refuses names that cannot be part of a file's name. `what` has the name.
-    fn check_name(what: &str, name: &str, help: &str) -> Result<(), Self> {
-        match name_fault(name) {
-            None => Ok(()),
-            Some(reason) => {
-                let name = name.escape_debug();
-                Err(Self::new(
-                    "name",
-                    format!("the {what} name \"{name}\" {reason}"),
-                    help,
-                ))
-            }
-        }
+    /// Refuses names that cannot be part of a file's name on some system. `named` says which files
+    /// are named after it.
+    fn check_name(what: &str, name: &str, named: &str, example: &str) -> Result<(), Self> {
+        let is_special = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
+        let reason = if name.is_empty() {
+            "is empty"
+        } else if name.len() > Wall::LONGEST_NAME {
+            "is longer than 100 bytes"
+        } else if name.starts_with('.') {
+            "starts with a full stop, which hides files"
+        } else if name.trim() != name || name.ends_with('.') {
+            "starts or ends with a character that file systems drop"
+        } else if name.chars().any(is_special) {
+            "has a character that file names cannot have"
+        } else {
+            return Ok(());
+        };
+        let message = format!("the {what} name \"{}\" {reason}", name.escape_debug());
+        let help = format!("{named}: use letters, digits, '-' and '_', such as \"{example}\"");
+        Err(Self::new("name", message, help))
     }
 
     /// Refuses places that are not in a room. `whose` starts the message.
@@ -103,10 +110,8 @@ impl RoomError {
         whose: fmt::Arguments<'_>,
         pixels: [u32; 2],
     ) -> Result<(), Self> {
-        if pixels
-            .iter()
-            .all(|side| (1..=Wall::MOST_PIXELS).contains(side))
-        {
+        let mut sides = pixels.into_iter();
+        if sides.all(|side| (1..=Wall::MOST_PIXELS).contains(&side)) {
             return Ok(());
         }
         Err(Self::new(
@@ -126,7 +131,7 @@ impl Wall {
     /// counts as in it, metres.
     pub const CLOSEST: f64 = 1.0e-6;
     /// Most bytes in a name; leaves room for the eye and the file type.
-    pub const LONGEST_NAME: usize = 100;
+    const LONGEST_NAME: usize = 100;
 
     /// A usable wall. Corners are metres in the room, as the wall's viewer sees them; `pixels` are
     /// columns and rows, 1 to [`Self::MOST_PIXELS`] each.
@@ -157,9 +162,8 @@ impl Wall {
     /// The first fault: a name that no file can have, a corner that is not finite or beyond
     /// [`Self::FARTHEST`], no width or height, corners on one line, a number of pixels out of range.
     pub fn validate(&self) -> Result<(), RoomError> {
-        let help = "pictures are named after their walls: use letters, digits, '-' and '_', such as \
-                    \"front\"";
-        RoomError::check_name("wall", &self.name, help)?;
+        let named = "pictures are named after their walls";
+        RoomError::check_name("wall", &self.name, named, "front")?;
         self.check_corners()?;
         let wall = format_args!("wall \"{}\"", self.name);
         RoomError::check_pixels("pixels", wall, self.pixels)
@@ -211,31 +215,8 @@ impl Wall {
     }
 }
 
-pub(crate) fn is_in_a_room(position: DVec3) -> bool {
-    position
-        .to_array()
-        .iter()
-        .all(|c| c.abs() <= Wall::FARTHEST)
-}
-
-/// The reason why a name cannot be part of a file's name on some system.
-pub(crate) fn name_fault(name: &str) -> Option<&'static str> {
-    if name.is_empty() {
-        Some("is empty")
-    } else if name.len() > Wall::LONGEST_NAME {
-        Some("is longer than 100 bytes")
-    } else if name.starts_with('.') {
-        Some("starts with a full stop, which hides files")
-    } else if name.trim() != name || name.ends_with('.') {
-        Some("starts or ends with a character that file systems drop")
-    } else if name
-        .chars()
-        .any(|c| c.is_control() || "/\\:*?\"<>|".contains(c))
-    {
-        Some("has a character that file names cannot have")
-    } else {
-        None
-    }
+fn is_in_a_room(position: DVec3) -> bool {
+    position.abs().cmple(DVec3::splat(Wall::FARTHEST)).all()
 }
 
 /// The screens of one room.

@@ -16,11 +16,8 @@ pub(super) struct Cover<const W: usize> {
 
 impl<const W: usize> Cover<W> {
     pub(super) fn new(mesh: &TriangleMesh) -> Self {
-        let boxes: Vec<Bounds> = mesh
-            .triangles
-            .iter()
-            .map(|corners| Bounds::of_points(&corners.map(|c| mesh.positions[c as usize])))
-            .collect();
+        let triangles = 0..mesh.triangles.len();
+        let boxes: Vec<Bounds> = triangles.map(|t| Bounds::of_triangle(mesh, t)).collect();
         let tree = tree::build::<W>(&boxes, 1, BuildEffort::Little);
         let mut cover = Self {
             nodes: vec![tree.nodes[0]],

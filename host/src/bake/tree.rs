@@ -1,5 +1,6 @@
 //! Wide trees over boxes: built binary by `obvhs`, then collapsed.
 
+use crate::scene::mesh::TriangleMesh;
 use glam::DVec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -24,12 +25,13 @@ impl Bounds {
         high: [f32::NEG_INFINITY; 3],
     };
 
-    /// The box of some points.
-    pub fn of_points(points: &[[f32; 3]]) -> Self {
-        points.iter().fold(Self::EMPTY, |bounds, &point| {
+    /// The box of a mesh's triangle.
+    pub(super) fn of_triangle(mesh: &TriangleMesh, number: usize) -> Self {
+        let corners = mesh.triangles[number].map(|c| mesh.positions[c as usize]);
+        corners.into_iter().fold(Self::EMPTY, |bounds, corner| {
             bounds.union(Self {
-                low: point,
-                high: point,
+                low: corner,
+                high: corner,
             })
         })
     }

@@ -47,9 +47,8 @@ impl DomeScreen {
     pub fn validate(&self) -> Result<(), RoomError> {
         let (name, radius) = (&self.name, self.radius);
         let (tilt, field) = (self.tilt_degrees, self.field_of_view_degrees);
-        let help = "pictures are named after their domes: use letters, digits, '-' and '_', such as \
-                    \"dome\"";
-        RoomError::check_name("dome", name, help)?;
+        let named = "pictures are named after their domes";
+        RoomError::check_name("dome", name, named, "dome")?;
         // Formatted only for errors: views are made for each frame, without taking memory.
         let dome = format_args!("dome \"{name}\"");
         let [least, most] = [*Self::RADII.start(), *Self::RADII.end()];

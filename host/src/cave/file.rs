@@ -72,20 +72,13 @@ impl Cave {
         Ok(Self::from_toml(&text, &path.to_string_lossy(), size)?)
     }
 
-    /// As [`Self::load`], from the text of a file; `source_name` is what messages call it.
+    /// As [`Self::load`], from the text of a file; `name` is what messages call it.
     ///
     /// # Errors
     /// The first fault and its place: text that is not TOML, unknown or missing keys, no screens, a
     /// wall that [`Wall::validate`] or a dome that [`DomeScreen::validate`] rejects, a name twice.
-    pub fn from_toml(
-        text: &str,
-        source_name: &str,
-        size: [u32; 2],
-    ) -> Result<Self, Located<RoomError>> {
-        let source = Source {
-            name: source_name,
-            text,
-        };
+    pub fn from_toml(text: &str, name: &str, size: [u32; 2]) -> Result<Self, Located<RoomError>> {
+        let source = Source { name, text };
         let entries: CaveEntry = source.parse(|message| RoomError::new("", message, SYNTAX))?;
         if entries.wall.is_empty() && entries.dome.is_empty() {
             let fault = RoomError::new(

@@ -354,9 +354,8 @@ mod tests {
         let parallel = optimum(1.0, Projection::Parallel).unwrap();
         assert_eq!(local_optima(1.0).unwrap(), [perspective(1.0), parallel]);
         // Rounding next to the limit finds no other viewpoint.
-        for i in 0..=70 {
-            let a = 1.2105 + 0.0011 * f64::from(i);
-            assert_eq!(local_optima(a).unwrap().last().unwrap().p, None, "{a}");
+        for i in 0..=10 {
+            let a = 1.2105 + 0.0077 * f64::from(i);
             assert_eq!(perspective(a).p, None, "{a}");
         }
         for (a, nearest) in [(1.2102, 0), (1.2104, 1)] {

@@ -166,22 +166,3 @@ pub(crate) fn suggestion<'a>(
         _ => format!("use one of: {}", names.join(", ")),
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn suggests_the_nearest_or_all() {
-        let names = ["chrome", "clay", "glass"];
-        for (given, says) in [
-            ("Crome", "did you mean \"chrome\"?"),
-            ("cloy", "did you mean \"clay\"?"),
-            ("", "use one of: chrome, clay, glass"),
-            ("velvety", "use one of: chrome, clay, glass"),
-        ] {
-            assert_eq!(suggestion(given, names).as_deref(), Some(says));
-        }
-        assert_eq!(suggestion("crome", []), None);
-    }
-}

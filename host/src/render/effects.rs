@@ -128,17 +128,13 @@ mod tests {
             ("auto", MIRRORS),
             ("all", EffectSet::ALL),
             ("-shadows", EffectSet::REFLECTION),
-            ("-shadows, -reflection", EffectSet::NONE),
             ("-shadows,+shadows", MIRRORS),
             ("+refraction", MIRRORS | EffectSet::REFRACTION),
             ("-shadows,auto", MIRRORS),
             ("all,-graticule", without_lines),
         ] {
-            assert_eq!(
-                text.parse::<Effects>().unwrap().of(MIRRORS),
-                expected,
-                "{text}"
-            );
+            let effects: Effects = text.parse().unwrap();
+            assert_eq!(effects.of(MIRRORS), expected, "{text}");
         }
         for text in ["auto", "all,-graticule", "auto,+refraction,-shadows"] {
             assert_eq!(text.parse::<Effects>().unwrap().to_string(), text);
@@ -150,23 +146,11 @@ mod tests {
         for (text, expected) in [
             ("-shadow", "no effect \"shadow\": did you mean \"shadows\"?"),
             ("+caustics", "no effect \"caustics\": use one of: shadows,"),
-            ("-", "no effect \"\": use one of"),
             ("shadows", "write +shadows or -shadows"),
-            ("", "no effect \"\""),
             ("Auto", "no effect \"Auto\""),
         ] {
             let error = text.parse::<Effects>().unwrap_err().to_string();
             assert!(error.contains(expected), "{text}: {error}");
-        }
-    }
-
-    #[test]
-    fn the_smallest_shading_is_taken() {
-        assert_eq!(compiled_for(EffectSet::NONE), EffectSet::SHADOWS);
-        assert_eq!(compiled_for(MIRRORS), MIRRORS);
-        assert_eq!(compiled_for(EffectSet::REFRACTION), EffectSet::ALL);
-        for pair in COMPILED.windows(2) {
-            assert!(!pair[0].contains(pair[1]), "{} hides {}", pair[0], pair[1]);
         }
     }
 }

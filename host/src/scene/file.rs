@@ -106,7 +106,7 @@ impl Scene {
         Ok(Self::from_toml(&text, &name, folder, load_mesh)?)
     }
 
-    /// A scene from the text of a scene file. `source_name` is what messages call it, `base_dir`
+    /// A scene from the text of a scene file. `name` is what messages call it, `base_dir`
     /// where its relative paths start; `load_mesh` is called once for each mesh, in order of names.
     ///
     /// # Errors
@@ -114,17 +114,14 @@ impl Scene {
     /// range, names that nothing has, meshes and images that cannot be loaded or used, no objects.
     pub fn from_toml<E>(
         text: &str,
-        source_name: &str,
+        name: &str,
         base_dir: &Path,
         mut load_mesh: impl FnMut(&MeshSource) -> Result<TriangleMesh, E>,
     ) -> Result<Self, Located<SceneFault>>
     where
         E: Into<Box<dyn std::error::Error + Send + Sync>>,
     {
-        let source = Source {
-            name: source_name,
-            text,
-        };
+        let source = Source { name, text };
         let entry: SceneEntry = source.parse(|message| SceneFault::new(message, SYNTAX))?;
         let check = Check { source };
         if entry.object.is_empty() {
@@ -172,7 +169,7 @@ impl Scene {
             placed.fit(&check, entry, &meshes, &materials)?;
         }
         let file_name = || {
-            let stem = Path::new(source_name).file_stem().unwrap_or_default();
+            let stem = Path::new(name).file_stem().unwrap_or_default();
             stem.to_string_lossy().into_owned()
         };
         Ok(Self {

@@ -62,7 +62,7 @@ impl Projector {
         Ok(Self::from_toml(&text, &path.to_string_lossy())?)
     }
 
-    /// A projector from the text of a file; `source_name` is what messages call it.
+    /// A projector from the text of a file; `name` is what messages call it.
     ///
     /// ```toml
     /// name = "back"
@@ -78,11 +78,8 @@ impl Projector {
     /// # Errors
     /// The first fault and its place: text that is not TOML, unknown or missing keys, keys that
     /// exclude each other, a value out of its range.
-    pub fn from_toml(text: &str, source_name: &str) -> Result<Self, Located<RoomError>> {
-        let source = Source {
-            name: source_name,
-            text,
-        };
+    pub fn from_toml(text: &str, name: &str) -> Result<Self, Located<RoomError>> {
+        let source = Source { name, text };
         let entry: Entry = source.parse(|message| RoomError::new("", message, SYNTAX))?;
         entry.projector().map_err(|fault| {
             // Without `up` in the file, `look` is along the room's up.
@@ -114,9 +111,8 @@ struct Entry {
 impl Entry {
     fn projector(self) -> Result<Projector, RoomError> {
         let (axes, across) = (self.axes()?, self.half_width()?);
-        let help = "files are named after projectors: use letters, digits, '-' and '_', such as \
-                    \"left\"";
-        RoomError::check_name("projector", &self.name, help)?;
+        let named = "files are named after projectors";
+        RoomError::check_name("projector", &self.name, named, "left")?;
         let position = self.position.into();
         RoomError::check_place("position", format_args!("the projector is"), position)?;
         let resolution = self.resolution;

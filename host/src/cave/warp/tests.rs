@@ -60,9 +60,6 @@ fn angles_are_those_that_a_projector_is_turned_by() {
         for (found, expected) in found.into_iter().zip([yaw, pitch, roll]) {
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }
-        let axes = projector.axes;
-        assert!((axes.determinant() - 1.0).abs() < 1e-14);
-        assert!((axes * axes.transpose()).abs_diff_eq(glam::DMat3::IDENTITY, 1e-14));
     }
     // To the right, up, and the picture's right side down.
     let turned = |text: &str| {
