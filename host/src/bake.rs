@@ -18,7 +18,7 @@ mod instance;
 mod layout;
 mod light;
 mod material;
-pub mod tree;
+mod tree;
 
 pub use layout::{BakedScene, Layout};
 
@@ -30,6 +30,7 @@ use cover::Cover;
 use instance::instance;
 use light::{background, light};
 use material::Textures;
+use obvhs::BvhBuildParams;
 use rayon::prelude::*;
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::{self, IdLeaf, Instance, LeafBlock, NO_MATERIAL, Node};
@@ -39,7 +40,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::mpsc;
 use thiserror::Error;
-use tree::{Bounds, BuildEffort, WideTree};
+use tree::{Bounds, WideTree};
 
 /// A baked scene: the bytes of `shisen_core::scene`, aligned for use in place.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,9 +79,10 @@ pub enum BakeError {
     NoCoordinates { object: usize },
     #[error(
         "object {object} (counted from 0) is placed by a map that cannot be undone, or too far away \
-         (coordinates may be up to {limit:e} m)"
+         (coordinates may be up to {:e} m)",
+        TriangleMesh::FARTHEST
     )]
-    Transform { object: usize, limit: f32 },
+    Transform { object: usize },
     #[error(
         "object {object} (counted from 0) has a radius outside {:e} to {:e} m",
         Spheroid::RADII.0,
@@ -146,7 +148,7 @@ where
         }
         let bounds = |&(Instance { low, high, .. }, _): &(Instance, f64)| Bounds { low, high };
         let boxes: Vec<Bounds> = placed.iter().map(bounds).collect();
-        let top = tree::build::<W>(&boxes, 1, BuildEffort::Great);
+        let top = tree::build::<W>(&boxes, 1, BvhBuildParams::very_slow_build());
         let trees = meshes.iter().flat_map(|mesh| &mesh.trees);
         let deepest = trees.map(|tree| tree.stack_entries).max();
         let stack_entries = top.stack_entries + deepest.unwrap_or(0);
@@ -270,7 +272,7 @@ impl<'m, const W: usize> Prepared<'m, W> {
                 let (own, rung, built) = (number, rung.to_vec(), built.clone());
                 number += 1;
                 scope.spawn(move |_| {
-                    let mut tree = tree::build(&boxes, W, BuildEffort::Great);
+                    let mut tree = tree::build(&boxes, W, BvhBuildParams::very_slow_build());
                     for number in tree.leaves.iter_mut().flatten() {
                         *number = rung[*number as usize];
                     }

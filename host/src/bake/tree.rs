@@ -12,11 +12,9 @@ use std::time::Duration;
 
 /// An axis-aligned box: least and greatest corner.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bounds {
-    /// Least corner.
-    pub low: [f32; 3],
-    /// Greatest corner.
-    pub high: [f32; 3],
+pub(super) struct Bounds {
+    pub(super) low: [f32; 3],
+    pub(super) high: [f32; 3],
 }
 
 impl Bounds {
@@ -70,14 +68,13 @@ impl Boundable for Bounds {
 /// A tree with up to `W` children a node and up to `leaf_size` primitives a
 /// leaf.
 #[derive(Debug, Clone)]
-pub struct WideTree<const W: usize> {
-    /// Parents before children; the root is the first. Indices are this
-    /// tree's own, from 0.
-    pub nodes: Vec<Node<W>>,
+pub(super) struct WideTree<const W: usize> {
+    /// Parents before children; the root is the first. Indices are this tree's own, from 0.
+    pub(super) nodes: Vec<Node<W>>,
     /// The primitives of each leaf, ascending.
-    pub leaves: Vec<Vec<u32>>,
+    pub(super) leaves: Vec<Vec<u32>>,
     /// Stack entries that traversal may need.
-    pub stack_entries: usize,
+    pub(super) stack_entries: usize,
 }
 
 impl<const W: usize> WideTree<W> {
@@ -97,33 +94,16 @@ impl<const W: usize> WideTree<W> {
     }
 }
 
-/// Cost of visiting a node; a leaf costs [`LEAF_COST`]. Both are one vector
-/// operation over all lanes, so that the number of lanes in use is free.
-const NODE_COST: f64 = 1.0;
-const LEAF_COST: f64 = 1.0;
-
-/// What a tree may take to build.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BuildEffort {
-    /// A tree that is built once and walked by many rays.
-    Great,
-    /// A tree whose shape matters less.
-    Little,
-}
-
 /// Builds over the boxes of primitives, of which there is at least one.
-pub fn build<const W: usize>(
+pub(super) fn build<const W: usize>(
     boxes: &[Bounds],
     leaf_size: usize,
-    effort: BuildEffort,
+    effort: BvhBuildParams,
 ) -> WideTree<W> {
     let parameters = BvhBuildParams {
         pre_split: false,
         max_prims_per_leaf: 1,
-        ..match effort {
-            BuildEffort::Great => BvhBuildParams::very_slow_build(),
-            BuildEffort::Little => BvhBuildParams::fast_build(),
-        }
+        ..effort
     };
     let mut build_time = Duration::ZERO;
     let bvh = build_bvh2(boxes, parameters, &mut build_time);
@@ -241,9 +221,10 @@ impl<const W: usize> Plan<W> {
         };
         for number in (0..count).rev() {
             let node = &tree.nodes[number];
+            // To visit a node or a leaf is one vector operation, however many lanes are in use.
             let area = node.bounds.half_area();
             let as_leaf = if node.primitives <= leaf_size {
-                area * LEAF_COST
+                area
             } else {
                 f64::INFINITY
             };
@@ -259,7 +240,7 @@ impl<const W: usize> Plan<W> {
                     .unwrap_or((f64::INFINITY, 1))
             };
             let (below, k) = split(W);
-            let as_node = below + area * NODE_COST;
+            let as_node = below + area;
             let (mut cost, mut choice) = ([0.0; W], [0; W]);
             // The last place holds the split among the node's own children.
             choice[W - 1] = k;

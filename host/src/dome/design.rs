@@ -135,7 +135,9 @@ fn local_slopes(a: f64) -> Vec<f64> {
 pub fn best(projection: Projection) -> Design {
     let ratios = |i: usize| 0.5 * 16f64.powf(i as f64 / CANDIDATES as f64);
     let design = |a: f64| best_viewpoint(a, projection);
-    let a = minimum(ratios, |a| design(a).error_percent);
+    let minima = minima(ratios, |a| design(a).error_percent).into_iter();
+    let least = minima.min_by(|a, b| a.0.total_cmp(&b.0));
+    let a = least.map_or(ratios(0), |(_, a)| a);
     match projection {
         Projection::Parallel => design(a),
         Projection::Perspective => level(a, design),
@@ -237,13 +239,6 @@ pub(super) fn bisect(mut good: f64, mut bad: f64, is_good: impl Fn(f64) -> bool)
 
 fn largest(extrema: &[Extremum]) -> f64 {
     extrema.iter().fold(0.0, |most, e| most.max(e.error.abs()))
-}
-
-/// Where `f` is least over the candidates and between them.
-fn minimum(candidate: impl Fn(usize) -> f64, f: impl Fn(f64) -> f64) -> f64 {
-    let first = (f64::INFINITY, candidate(0));
-    let least = |best: (f64, f64), found: (f64, f64)| if found.0 < best.0 { found } else { best };
-    minima(candidate, f).into_iter().fold(first, least).1
 }
 
 /// Every local minimum, refined by golden section: its value and its place.

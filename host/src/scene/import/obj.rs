@@ -100,18 +100,22 @@ impl Geometry {
                 .split_whitespace()
                 .take_while(|word| !word.starts_with('#'));
             match keyword {
-                "v" => geometry.add_position(at, words)?,
+                "v" => {
+                    let problem = "a vertex needs three coordinates that are numbers";
+                    let position = three_floats(words).ok_or_else(|| syntax(at, problem))?;
+                    TriangleMesh::check_position(geometry.positions.len(), position)
+                        .map_err(|fault| unusable(at, &fault))?;
+                    geometry.positions.push(position);
+                }
                 "vn" => {
                     let problem = "a normal needs three numbers";
-                    let normal = three_floats(words);
-                    let normal = normal.ok_or_else(|| syntax(at, problem))?;
-                    geometry.normals.push(normal);
+                    let normal = three_floats(words).ok_or_else(|| syntax(at, problem));
+                    geometry.normals.push(normal?);
                 }
                 "vt" => {
                     let problem = "a texture coordinate needs a number or two";
                     let mut numbers = words.map_while(|word| f32::from_str(word).ok());
-                    let u = numbers.next();
-                    let u = u.ok_or_else(|| syntax(at, problem))?;
+                    let u = numbers.next().ok_or_else(|| syntax(at, problem))?;
                     let v = numbers.next().unwrap_or(0.0);
                     geometry.coordinates.push([u, v]);
                 }
@@ -133,19 +137,6 @@ impl Geometry {
             }
         }
         Ok(geometry)
-    }
-
-    fn add_position<'a>(
-        &mut self,
-        at: Place<'_>,
-        words: impl Iterator<Item = &'a str>,
-    ) -> Result<(), ImportError> {
-        let position = three_floats(words)
-            .ok_or_else(|| syntax(at, "a vertex needs three coordinates that are numbers"))?;
-        TriangleMesh::check_position(self.positions.len(), position)
-            .map_err(|fault| unusable(at, &fault))?;
-        self.positions.push(position);
-        Ok(())
     }
 
     /// Reads `v`, `v/vt`, `v//vn` or `v/vt/vn`. Negative indices count back

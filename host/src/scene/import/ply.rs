@@ -102,9 +102,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, ImportErr
         .read_header(&mut reader)
         .map_err(fault)?;
     check_claims(path, &header, reader.get_ref().len())?;
-    let has_normals = check_properties(path, &header)?;
-    let has_coordinates = has_coordinates(&header);
-
+    let (has_normals, has_coordinates) = check_properties(path, &header)?;
     let mut mesh = TriangleMesh::default();
     let mut faces = Vec::new();
     for (name, element) in &header.elements {
@@ -202,27 +200,24 @@ fn check_claims(path: &Path, header: &Header, payload: usize) -> Result<(), Impo
     Ok(())
 }
 
-/// Checks that vertices and faces have what a mesh needs; returns whether there are normals.
-fn check_properties(path: &Path, header: &Header) -> Result<bool, ImportError> {
+/// Checks that vertices and faces have what a mesh needs; returns whether there are normals and
+/// texture coordinates.
+fn check_properties(path: &Path, header: &Header) -> Result<(bool, bool), ImportError> {
     let missing = |what: &str| {
-        syntax(
-            path,
-            format!("the header declares no {what}, as a triangle mesh needs"),
-        )
+        let problem = format!("the header declares no {what}, as a triangle mesh needs");
+        syntax(path, problem)
     };
-    let vertex = header
-        .elements
-        .get("vertex")
-        .ok_or_else(|| missing("element 'vertex'"))?;
+    let element = |name: &str| {
+        let element = header.elements.get(name);
+        element.ok_or_else(|| missing(&format!("element '{name}'")))
+    };
+    let vertex = element("vertex")?;
     for name in ["x", "y", "z"] {
         if !vertex.properties.contains_key(name) {
             return Err(missing(&format!("property '{name}' of 'vertex'")));
         }
     }
-    let face = header
-        .elements
-        .get("face")
-        .ok_or_else(|| missing("element 'face'"))?;
+    let face = element("face")?;
     let is_corner_list = |name: &&str| {
         let property = face.properties.get(*name);
         property.is_some_and(|property| {
@@ -235,21 +230,13 @@ fn check_properties(path: &Path, header: &Header) -> Result<bool, ImportError> {
     if !CORNER_LISTS.iter().any(is_corner_list) {
         return Err(missing("list of integers 'vertex_indices' of 'face'"));
     }
-    Ok(["nx", "ny", "nz"]
-        .iter()
-        .all(|&name| vertex.properties.contains_key(name)))
-}
-
-fn has_coordinates(header: &Header) -> bool {
-    let Some(vertex) = header.elements.get("vertex") else {
-        return false;
-    };
-    let has = |pair: &&[&str; 2]| {
-        pair.iter()
-            .all(|&name| vertex.properties.contains_key(name))
+    let has = |names: &[&str]| {
+        let mut names = names.iter();
+        names.all(|&name| vertex.properties.contains_key(name))
     };
     // Two pairs would overwrite each other.
-    COORDINATES.iter().filter(has).count() == 1
+    let pairs = COORDINATES.iter().filter(|pair| has(&pair[..]));
+    Ok((has(&["nx", "ny", "nz"]), pairs.count() == 1))
 }
 
 fn triangulate(path: &Path, faces: &[Face], mesh: &mut TriangleMesh) -> Result<(), ImportError> {
