@@ -18,7 +18,7 @@ mod instance;
 mod layout;
 mod light;
 mod material;
-pub mod tree;
+mod tree;
 
 pub use layout::{BakedScene, Layout};
 
@@ -30,6 +30,7 @@ use cover::Cover;
 use instance::instance;
 use light::{background, light};
 use material::Textures;
+use obvhs::BvhBuildParams;
 use rayon::prelude::*;
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::{self, IdLeaf, Instance, LeafBlock, NO_MATERIAL, Node};
@@ -39,7 +40,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::mpsc;
 use thiserror::Error;
-use tree::{Bounds, BuildEffort, WideTree};
+use tree::{Bounds, WideTree};
 
 /// A baked scene: the bytes of `shisen_core::scene`, aligned for use in place.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,59 +51,46 @@ pub struct Baked<const W: usize = 8> {
 /// Why a scene cannot be baked.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
+#[allow(missing_docs, reason = "the messages are the docs")]
 pub enum BakeError {
-    /// One of its meshes is not usable.
     #[error("mesh {mesh} (counted from 0) cannot be used")]
     Mesh {
         mesh: usize,
         #[source]
         source: MeshError,
     },
-    /// One of its meshes cannot be simplified to the levels asked for.
     #[error("mesh {mesh} (counted from 0) cannot be baked at these polygon levels")]
     Ladder {
         mesh: usize,
         #[source]
         source: LadderError,
     },
-    /// No objects.
     #[error("the scene has no objects")]
     NoObjects,
-    /// An object with the index of a mesh or material that does not exist.
     #[error("object {object} (counted from 0) names {what} {index}, which the scene does not have")]
     Missing {
         object: usize,
         what: &'static str,
         index: usize,
     },
-    /// A texture on a mesh that does not say where its vertices are on it.
     #[error(
         "object {object} (counted from 0) has a texture, but its mesh has no texture coordinates"
     )]
     NoCoordinates { object: usize },
-    /// A map that flattens, or that is not finite, or that moves things out
-    /// of range.
     #[error(
         "object {object} (counted from 0) is placed by a map that cannot be undone, or too far away \
-         (coordinates may be up to {limit:e} m)"
+         (coordinates may be up to {:e} m)",
+        TriangleMesh::FARTHEST
     )]
-    Transform {
-        object: usize,
-        /// The farthest coordinate, metres.
-        limit: f32,
-    },
-    /// A radius out of range.
+    Transform { object: usize },
     #[error(
         "object {object} (counted from 0) has a radius outside {:e} to {:e} m",
         Spheroid::RADII.0,
         Spheroid::RADII.1
     )]
     Radius { object: usize },
-    /// The scene does not pass the core's own check.
     #[error("the scene holds a value that the tracer refuses: {0}")]
     Refused(#[from] SceneError),
-    /// More bytes than an offset of the format can name.
     #[error("the scene would take {bytes} bytes; a scene may have 4 GiB")]
     TooLarge { bytes: u64 },
 }
@@ -117,10 +105,7 @@ where
     /// # Errors
     /// A mesh, an object or a number of bytes that the core would refuse.
     pub fn new(scene: &Scene) -> Result<Self, BakeError> {
-        validate(scene)?;
-        let meshes = shown(scene);
-        let prepared = meshes.par_iter().map(|mesh| Prepared::single(mesh));
-        Self::of_prepared(scene, &prepared.collect::<Vec<_>>())
+        Self::bake(scene, None)
     }
 
     /// As [`new`](Self::new), with each mesh at several polygon levels.
@@ -128,15 +113,19 @@ where
     /// # Errors
     /// Also where a mesh cannot be simplified that far.
     pub fn with_levels(scene: &Scene, levels: &PolygonLevels) -> Result<Self, BakeError> {
-        validate(scene)?;
-        let meshes = shown(scene);
-        let prepared = meshes.par_iter().enumerate().map(|(mesh, source)| {
-            Prepared::at_levels(source, levels).map_err(|source| BakeError::Ladder { mesh, source })
-        });
-        Self::of_prepared(scene, &prepared.collect::<Result<Vec<_>, _>>()?)
+        Self::bake(scene, Some(levels))
     }
 
-    fn of_prepared(scene: &Scene, meshes: &[Prepared<'_, W>]) -> Result<Self, BakeError> {
+    fn bake(scene: &Scene, levels: Option<&PolygonLevels>) -> Result<Self, BakeError> {
+        for (mesh, source) in scene.meshes.iter().enumerate() {
+            let checked = source.validate();
+            checked.map_err(|source| BakeError::Mesh { mesh, source })?;
+        }
+        let shown = shown(scene);
+        let prepared = shown.par_iter().enumerate().map(|(mesh, source)| {
+            Prepared::new(source, levels).map_err(|source| BakeError::Ladder { mesh, source })
+        });
+        let meshes: Vec<Prepared<'_, W>> = prepared.collect::<Result<_, _>>()?;
         let mut tables = Tables::<W>::default();
         let mut textures = Textures::default();
         for source in &scene.materials {
@@ -159,7 +148,7 @@ where
         }
         let bounds = |&(Instance { low, high, .. }, _): &(Instance, f64)| Bounds { low, high };
         let boxes: Vec<Bounds> = placed.iter().map(bounds).collect();
-        let top = tree::build::<W>(&boxes, 1, BuildEffort::Great);
+        let top = tree::build::<W>(&boxes, 1, BvhBuildParams::very_slow_build());
         let trees = meshes.iter().flat_map(|mesh| &mesh.trees);
         let deepest = trees.map(|tree| tree.stack_entries).max();
         let stack_entries = top.stack_entries + deepest.unwrap_or(0);
@@ -179,10 +168,11 @@ where
                 let Prepared { ladder, cover, .. } = &meshes[mesh];
                 let positions = &ladder.versions().positions;
                 let cover = cover.placed(positions, &object.world_from_object, *slack);
-                (instance.cover, instance.cover_nodes) = tables.add_cover(cover);
+                instance.cover = tables.add_nodes(&cover, 0);
+                instance.cover_nodes = cover.len() as u32;
             }
         }
-        for mesh in meshes {
+        for mesh in &meshes {
             tables.add_mesh(&mesh.ladder, &mesh.trees, &mut textures);
         }
         tables.rungs = meshes.iter().map(|m| m.trees.len()).max().unwrap_or(1) as u32;
@@ -262,14 +252,6 @@ fn shown(scene: &Scene) -> Vec<Cow<'_, TriangleMesh>> {
         .collect()
 }
 
-fn validate(scene: &Scene) -> Result<(), BakeError> {
-    let mut meshes = scene.meshes.iter().enumerate();
-    meshes.try_for_each(|(mesh, source)| {
-        let checked = source.validate();
-        checked.map_err(|source| BakeError::Mesh { mesh, source })
-    })
-}
-
 /// The parts of a baked mesh that do not depend on where it stands.
 struct Prepared<'m, const W: usize> {
     ladder: Ladder<'m>,
@@ -278,33 +260,27 @@ struct Prepared<'m, const W: usize> {
 }
 
 impl<'m, const W: usize> Prepared<'m, W> {
-    fn single(mesh: &'m TriangleMesh) -> Self {
-        let ladder = Ladder::single(mesh);
-        let tree = |rung: &Vec<u32>| Boxes::of_rung(mesh, rung).tree();
-        let (trees, cover) = rayon::join(
-            || ladder.rungs().iter().map(tree).collect(),
-            || Cover::new(mesh),
-        );
-        Self {
-            ladder,
-            trees,
-            cover,
-        }
-    }
-
-    /// At several levels. Trees of finer rungs are built while coarser rungs are still to be
-    /// made, one after another, and while the cover is.
-    fn at_levels(mesh: &'m TriangleMesh, levels: &PolygonLevels) -> Result<Self, LadderError> {
+    /// Trees of finer rungs are built while coarser rungs are still to be made, one after another,
+    /// and while the cover is.
+    fn new(mesh: &'m TriangleMesh, levels: Option<&PolygonLevels>) -> Result<Self, LadderError> {
         let (built, trees) = mpsc::channel();
         let (ladder, cover) = rayon::in_place_scope(|scope| {
             let mut number = 0;
-            let ladder = Ladder::with_each(mesh, levels, |versions, rung| {
-                let (own, boxes) = (number, Boxes::of_rung(versions, rung));
-                let built = built.clone();
+            let each = |versions: &TriangleMesh, rung: &[u32]| {
+                let bounds = |&triangle: &u32| Bounds::of_triangle(versions, triangle as usize);
+                let boxes: Vec<Bounds> = rung.iter().map(bounds).collect();
+                let (own, rung, built) = (number, rung.to_vec(), built.clone());
                 number += 1;
-                // After an error nobody receives the tree.
-                scope.spawn(move |_| drop(built.send((own, boxes.tree()))));
-            })?;
+                scope.spawn(move |_| {
+                    let mut tree = tree::build(&boxes, W, BvhBuildParams::very_slow_build());
+                    for number in tree.leaves.iter_mut().flatten() {
+                        *number = rung[*number as usize];
+                    }
+                    // After an error nobody receives the tree.
+                    drop(built.send((own, tree)));
+                });
+            };
+            let ladder = Ladder::with_each(mesh, levels, each)?;
             let cover = Cover::new(ladder.versions());
             Ok((ladder, cover))
         })?;
@@ -318,50 +294,25 @@ impl<'m, const W: usize> Prepared<'m, W> {
     }
 }
 
-/// The boxes that the tree of a rung is built over.
-struct Boxes {
-    boxes: Vec<Bounds>,
-    triangles: Vec<u32>,
-}
-
-impl Boxes {
-    fn of_rung(mesh: &TriangleMesh, rung: &[u32]) -> Self {
-        let bounds = |&triangle: &u32| {
-            let corners = mesh.triangles[triangle as usize];
-            Bounds::of_points(&corners.map(|c| mesh.positions[c as usize]))
-        };
-        Self {
-            boxes: rung.iter().map(bounds).collect(),
-            triangles: rung.to_vec(),
-        }
-    }
-
-    fn tree<const W: usize>(&self) -> WideTree<W> {
-        let mut tree = tree::build(&self.boxes, W, BuildEffort::Great);
-        for number in tree.leaves.iter_mut().flatten() {
-            *number = self.triangles[*number as usize];
-        }
-        tree
-    }
-}
-
 fn extent(points: impl Iterator<Item = [f32; 3]>) -> f32 {
     points.flatten().fold(0.0, |extent, c| extent.max(c.abs()))
 }
 
 impl<const W: usize> Tables<W> {
-    /// Adds the nodes of a cover: the number of the first, and how many.
-    fn add_cover(&mut self, cover: Vec<Node<W>>) -> (u32, u32) {
-        let (first, count) = (self.nodes.len() as u32, cover.len() as u32);
-        for mut node in cover {
+    /// Adds the nodes of a tree, whose leaves start at `first_leaf`; returns the number of the first.
+    fn add_nodes(&mut self, nodes: &[Node<W>], first_leaf: u32) -> u32 {
+        let first = self.nodes.len() as u32;
+        for mut node in nodes.iter().copied() {
             for lane in 0..W {
-                if node.child[lane] & format::LEAF == 0 && !node.is_empty_lane(lane) {
+                if node.child[lane] & format::LEAF != 0 {
+                    node.child[lane] += first_leaf;
+                } else if !node.is_empty_lane(lane) {
                     node.child[lane] += first;
                 }
             }
             self.nodes.push(node);
         }
-        (first, count)
+        first
     }
 
     fn add_mesh(&mut self, ladder: &Ladder<'_>, trees: &[WideTree<W>], textures: &mut Textures) {
@@ -398,19 +349,8 @@ impl<const W: usize> Tables<W> {
                 self.meshes.push(format::Mesh { rungs, ..finer });
                 continue;
             }
-            let first_node = self.nodes.len() as u32;
             let first_leaf = (self.leaves.len() + self.id_leaves.len()) as u32;
-            for node in &tree.nodes {
-                let mut node = *node;
-                for lane in 0..W {
-                    if node.child[lane] & format::LEAF != 0 {
-                        node.child[lane] += first_leaf;
-                    } else if !node.is_empty_lane(lane) {
-                        node.child[lane] += first_node;
-                    }
-                }
-                self.nodes.push(node);
-            }
+            let first_node = self.add_nodes(&tree.nodes, first_leaf);
             for leaf in &tree.leaves {
                 if W == 8 {
                     self.leaves.push(leaf_block(mesh, leaf));

@@ -26,14 +26,14 @@ mod view;
 mod viewer;
 mod wall_plane;
 
-pub use dome::{DomeDescription, DomeScreen};
-pub use view::WallView;
+pub use dome::DomeScreen;
 pub use viewer::{DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer};
 pub(crate) use wall_plane::WallPlane;
 
 use crate::files::description::UnknownName;
 use glam::DVec3;
 use miette::Diagnostic;
+use shisen_core::frame::View;
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
@@ -71,19 +71,26 @@ impl RoomError {
         Self { key, message, help }
     }
 
-    /// Refuses names that cannot be part of a file's name. `what` has the name.
-    fn check_name(what: &str, name: &str, help: &str) -> Result<(), Self> {
-        match name_fault(name) {
-            None => Ok(()),
-            Some(reason) => {
-                let name = name.escape_debug();
-                Err(Self::new(
-                    "name",
-                    format!("the {what} name \"{name}\" {reason}"),
-                    help,
-                ))
-            }
-        }
+    /// Refuses names that cannot be part of a file's name on some system. `named` says which files
+    /// are named after it.
+    fn check_name(what: &str, name: &str, named: &str, example: &str) -> Result<(), Self> {
+        let is_special = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
+        let reason = if name.is_empty() {
+            "is empty"
+        } else if name.len() > Wall::LONGEST_NAME {
+            "is longer than 100 bytes"
+        } else if name.starts_with('.') {
+            "starts with a full stop, which hides files"
+        } else if name.trim() != name || name.ends_with('.') {
+            "starts or ends with a character that file systems drop"
+        } else if name.chars().any(is_special) {
+            "has a character that file names cannot have"
+        } else {
+            return Ok(());
+        };
+        let message = format!("the {what} name \"{}\" {reason}", name.escape_debug());
+        let help = format!("{named}: use letters, digits, '-' and '_', such as \"{example}\"");
+        Err(Self::new("name", message, help))
     }
 
     /// Refuses places that are not in a room. `whose` starts the message.
@@ -103,10 +110,8 @@ impl RoomError {
         whose: fmt::Arguments<'_>,
         pixels: [u32; 2],
     ) -> Result<(), Self> {
-        if pixels
-            .iter()
-            .all(|side| (1..=Wall::MOST_PIXELS).contains(side))
-        {
+        let mut sides = pixels.into_iter();
+        if sides.all(|side| (1..=Wall::MOST_PIXELS).contains(&side)) {
             return Ok(());
         }
         Err(Self::new(
@@ -126,7 +131,7 @@ impl Wall {
     /// counts as in it, metres.
     pub const CLOSEST: f64 = 1.0e-6;
     /// Most bytes in a name; leaves room for the eye and the file type.
-    pub const LONGEST_NAME: usize = 100;
+    const LONGEST_NAME: usize = 100;
 
     /// A usable wall. Corners are metres in the room, as the wall's viewer sees them; `pixels` are
     /// columns and rows, 1 to [`Self::MOST_PIXELS`] each.
@@ -157,9 +162,8 @@ impl Wall {
     /// The first fault: a name that no file can have, a corner that is not finite or beyond
     /// [`Self::FARTHEST`], no width or height, corners on one line, a number of pixels out of range.
     pub fn validate(&self) -> Result<(), RoomError> {
-        let help = "pictures are named after their walls: use letters, digits, '-' and '_', such as \
-                    \"front\"";
-        RoomError::check_name("wall", &self.name, help)?;
+        let named = "pictures are named after their walls";
+        RoomError::check_name("wall", &self.name, named, "front")?;
         self.check_corners()?;
         let wall = format_args!("wall \"{}\"", self.name);
         RoomError::check_pixels("pixels", wall, self.pixels)
@@ -211,35 +215,12 @@ impl Wall {
     }
 }
 
-pub(crate) fn is_in_a_room(position: DVec3) -> bool {
-    position
-        .to_array()
-        .iter()
-        .all(|c| c.abs() <= Wall::FARTHEST)
-}
-
-/// The reason why a name cannot be part of a file's name on some system.
-pub(crate) fn name_fault(name: &str) -> Option<&'static str> {
-    if name.is_empty() {
-        Some("is empty")
-    } else if name.len() > Wall::LONGEST_NAME {
-        Some("is longer than 100 bytes")
-    } else if name.starts_with('.') {
-        Some("starts with a full stop, which hides files")
-    } else if name.trim() != name || name.ends_with('.') {
-        Some("starts or ends with a character that file systems drop")
-    } else if name
-        .chars()
-        .any(|c| c.is_control() || "/\\:*?\"<>|".contains(c))
-    {
-        Some("has a character that file names cannot have")
-    } else {
-        None
-    }
+fn is_in_a_room(position: DVec3) -> bool {
+    position.abs().cmple(DVec3::splat(Wall::FARTHEST)).all()
 }
 
 /// The screens of one room.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cave {
     /// In the order of their pictures.
     pub walls: Vec<Wall>,
@@ -261,7 +242,18 @@ impl<'a> Screen<'a> {
     pub fn name(self) -> &'a str {
         match self {
             Self::Wall(wall) => &wall.name,
-            Self::Dome(dome) => dome.name(),
+            Self::Dome(dome) => &dome.name,
+        }
+    }
+
+    /// The rays from an eye at `eye` (metres, in the room) through its pixels.
+    ///
+    /// # Errors
+    /// As [`Wall::view_from`] and [`DomeScreen::view_from`].
+    pub fn view_from(self, eye: DVec3) -> Result<View, RoomError> {
+        match self {
+            Self::Wall(wall) => wall.view_from(eye),
+            Self::Dome(dome) => dome.view_from(eye),
         }
     }
 }
@@ -314,50 +306,48 @@ impl Cave {
     /// The first wall that [`Wall::validate`] rejects or whose name another
     /// has already, upper and lower case being the same.
     pub fn new(walls: Vec<Wall>) -> Result<Self, RoomError> {
-        let mut cave = Self {
-            walls: Vec::with_capacity(walls.len()),
-            domes: Vec::new(),
-        };
+        let mut cave = Self::default();
         for wall in walls {
             cave.add_wall(wall)?;
         }
         Ok(cave)
     }
 
-    fn add_wall(&mut self, wall: Wall) -> Result<(), RoomError> {
+    /// Adds a wall.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn add_wall(&mut self, wall: Wall) -> Result<(), RoomError> {
         wall.validate()?;
-        if self.has_screen(&wall.name) {
-            return Err(RoomError::new(
-                "name",
-                format!("two walls are named \"{}\"", wall.name),
-                "pictures are named after their walls: give each its own name, different in more \
-                 than upper and lower case",
-            ));
-        }
+        let message = format!("two walls are named \"{}\"", wall.name);
+        self.check_new(&wall.name, message, "walls")?;
         self.walls.push(wall);
         Ok(())
     }
 
-    fn has_screen(&self, name: &str) -> bool {
-        let name = name.to_lowercase();
-        self.screens().any(|one| one.name().to_lowercase() == name)
-    }
-
-    /// The same room with a dome more.
+    /// Adds a dome.
     ///
     /// # Errors
-    /// A dome whose name another screen has already, upper and lower case being the same.
-    pub fn with_dome(mut self, dome: DomeScreen) -> Result<Self, RoomError> {
-        if self.has_screen(dome.name()) {
-            return Err(RoomError::new(
-                "name",
-                format!("a dome is named \"{}\" as another screen is", dome.name()),
-                "pictures are named after their screens: give each its own name, different in \
-                 more than upper and lower case",
-            ));
-        }
+    /// A dome that [`DomeScreen::validate`] rejects or whose name another screen has already, upper
+    /// and lower case being the same.
+    pub fn add_dome(&mut self, dome: DomeScreen) -> Result<(), RoomError> {
+        dome.validate()?;
+        let message = format!("a dome is named \"{}\" as another screen is", dome.name);
+        self.check_new(&dome.name, message, "screens")?;
         self.domes.push(dome);
-        Ok(self)
+        Ok(())
+    }
+
+    fn check_new(&self, name: &str, message: String, owners: &str) -> Result<(), RoomError> {
+        let name = name.to_lowercase();
+        if self.screens().all(|one| one.name().to_lowercase() != name) {
+            return Ok(());
+        }
+        let help = format!(
+            "pictures are named after their {owners}: give each its own name, different in more \
+             than upper and lower case"
+        );
+        Err(RoomError::new("name", message, help))
     }
 
     /// All screens, in the order of their pictures: walls, then domes.
@@ -371,13 +361,8 @@ impl Cave {
     /// # Errors
     /// The first screen that it does not: [`Wall::view_from`] and [`DomeScreen::view_from`].
     pub fn check_eye(&self, eye: DVec3) -> Result<(), RoomError> {
-        for screen in self.screens() {
-            match screen {
-                Screen::Wall(wall) => wall.view_from(eye).map(drop)?,
-                Screen::Dome(dome) => dome.view_from(eye).map(drop)?,
-            }
-        }
-        Ok(())
+        let views = self.screens().map(|screen| screen.view_from(eye));
+        views.map(|view| view.map(drop)).collect()
     }
 
     /// A built-in room, every wall with `pixels` columns and rows, a dome with
@@ -390,7 +375,8 @@ impl Cave {
             BuiltInCave::ThreeWall => Self::cube(pixels, false),
             BuiltInCave::Cube => Self::cube(pixels, true),
             BuiltInCave::Dome => {
-                let dome = DomeScreen::new(DomeDescription {
+                let mut cave = Self::new(Vec::new())?;
+                cave.add_dome(DomeScreen {
                     name: "dome".to_owned(),
                     radius: 2.5,
                     centre: DVec3::new(0.0, -1.5, 0.0),
@@ -398,7 +384,7 @@ impl Cave {
                     field_of_view_degrees: 180.0,
                     size: pixels[0],
                 })?;
-                Self::new(Vec::new())?.with_dome(dome)
+                Ok(cave)
             }
         }
     }

@@ -175,18 +175,4 @@ mod tests {
             std::fs::remove_file(&link).unwrap();
         }
     }
-
-    #[test]
-    fn only_regular_files_are_read() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("a");
-        std::fs::write(&file, b"\xff").unwrap();
-        assert_eq!(read(&file).unwrap(), b"\xff");
-        let kind = |path: &Path| read_text(path).unwrap_err().kind();
-        assert_eq!(kind(&file), io::ErrorKind::InvalidData);
-        assert_eq!(kind(folder.path()), io::ErrorKind::InvalidInput);
-        assert_eq!(kind(&folder.path().join("b")), io::ErrorKind::NotFound);
-        #[cfg(unix)]
-        assert_eq!(kind(Path::new("/dev/zero")), io::ErrorKind::InvalidInput);
-    }
 }

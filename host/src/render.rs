@@ -41,10 +41,10 @@ use miette::Diagnostic;
 pub use observer::Observer;
 use rayon::ThreadPool;
 use shisen_core::frame::{
-    Budget, DomeError, LevelOfDetail, Pixel, Renderer, Settings, Spectrum, SpectrumError,
-    Statistics, SurroundingsError, Tile, TileJob, View, ViewError, Workspace,
+    Budget, LevelOfDetail, Pixel, Renderer, Settings, Spectrum, SpectrumError, Statistics,
+    SurroundingsError, Tile, TileJob, View, Workspace,
 };
-use shisen_core::scene::Scene;
+use shisen_core::scene::{EffectSet, Scene};
 use shisen_core::{Runs, Simd};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -135,50 +135,26 @@ pub fn frame_hash(pictures: impl IntoIterator<Item = u64>) -> u64 {
 /// a [`Diagnostic`], in the help.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
+#[allow(missing_docs, reason = "the messages are the docs")]
 pub enum RenderError {
-    /// A screen that cannot be used, or that an eye does not see.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Screen(#[from] RoomError),
-    /// A wall's rays that cannot be traced.
-    #[error("wall \"{wall}\" cannot be traced")]
-    #[diagnostic(help(
-        "move the head away from the wall's plane, to the side that it is seen from"
-    ))]
-    View {
-        wall: String,
-        #[source]
-        source: ViewError,
-    },
-    /// A dome's rays that cannot be traced.
-    #[error("dome \"{dome}\" cannot be traced")]
-    #[diagnostic(help("move the head towards the dome's centre"))]
-    DomeView {
-        dome: String,
-        #[source]
-        source: DomeError,
-    },
-    /// A picture that cannot be kept in memory.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// A dome master that cannot be traced.
     #[error("the surroundings cannot be captured")]
     #[diagnostic(help(
         "capture 1 to {limit} pixels a side, from a head that is in the room",
         limit = View::MOST_PIXELS
     ))]
     Surroundings(#[from] SurroundingsError),
-    /// A frame to fill from that has other pictures.
     #[error(
         "the frame before has other walls, eyes or sizes: fill from a frame of the same walls, \
          for the same eyes"
     )]
     Previous,
-    /// A wavelength at which a medium of the scene is not known.
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
-    /// No threads to be had.
     #[error("the threads could not be started: {0}; ask for fewer of them")]
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
@@ -219,7 +195,7 @@ where
 {
     if let Some(images) = images(scene, options) {
         let of_wavelength = |one: &Options| cave_filled(scene, cave, eyes, one, filling, progress);
-        if let Some(frame) = images::sum(&images, of_wavelength)? {
+        if let Some(frame) = images::sum(&images, of_wavelength, Frame::parts)? {
             return Ok(frame);
         }
     }
@@ -305,16 +281,10 @@ fn write_back<'p>(jobs: &[Job<'_>], pictures: impl Iterator<Item = &'p mut Pictu
 }
 
 pub(crate) fn put(picture: &mut Picture, tile: Tile, pixels: &[Pixel]) {
-    for (row, from) in (tile.y..).zip(pixels.chunks_exact(tile.width as usize)) {
-        for (column, pixel) in (tile.x..).zip(from) {
-            let Pixel {
-                red,
-                green,
-                blue,
-                alpha,
-            } = *pixel;
-            picture.set_pixel(column, row, [red, green, blue, alpha]);
-        }
+    let (x, width) = (tile.x as usize, tile.width as usize);
+    let rows = picture.rows_mut(1).skip(tile.y as usize);
+    for (row, from) in rows.zip(pixels.chunks_exact(width)) {
+        row[x..x + width].copy_from_slice(from);
     }
 }
 
@@ -378,7 +348,7 @@ where
 {
     if let Some(images) = images(scene, options) {
         let of_wavelength = |one: &Options| dome(scene, view, lod, one, progress);
-        if let Some(picture) = images::sum(&images, of_wavelength)? {
+        if let Some(picture) = images::sum(&images, of_wavelength, DomePicture::parts)? {
             return Ok(picture);
         }
     }
@@ -447,7 +417,8 @@ where
     (statistics, start.elapsed().as_secs_f64())
 }
 
-/// The renderer for what an eye sees, of [`Dispersion::spectrum`].
+/// The renderer for what an eye sees, with the smallest shading that has the effects wanted;
+/// `spectrum` is [`Dispersion::spectrum`].
 ///
 /// # Errors
 /// A wavelength at which a medium of the scene is not known.
@@ -473,40 +444,18 @@ pub(crate) fn in_full<'a, const W: usize>(
 where
     Simd: Runs<W>,
 {
-    let (simd, settings) = (options.simd, options.settings);
-    effects::renderer(*scene, simd, settings, &options.effects, spectrum)
+    let wanted = options.effects.of(scene.effects());
+    let renderer = Renderer::smallest(*scene, options.simd, options.settings, wanted);
+    let others = EffectSet::ALL.difference(wanted);
+    renderer.without(others).with_spectrum(spectrum)
 }
 
 /// The rays through a screen's pixels from an eye.
 ///
 /// # Errors
 /// An eye that does not see the screen, or too near to it to trace its rays.
-pub fn view<'a>(screen: impl Into<Screen<'a>>, observer: &Observer) -> Result<View, RenderError> {
-    match screen.into() {
-        Screen::Wall(wall) => {
-            let view = wall.view_from(observer.place)?;
-            View::new(
-                view.eye.into(),
-                view.first_pixel.into(),
-                view.column_step.into(),
-                view.row_step.into(),
-                [view.columns, view.rows],
-            )
-            .map_err(|source| RenderError::View {
-                wall: wall.name.clone(),
-                source,
-            })
-        }
-        Screen::Dome(dome) => {
-            let seen = dome.view_from(observer.place)?;
-            View::dome_screen(seen, observer.place.as_vec3(), dome.size()).map_err(|source| {
-                RenderError::DomeView {
-                    dome: dome.name().to_owned(),
-                    source,
-                }
-            })
-        }
-    }
+pub fn view<'a>(screen: impl Into<Screen<'a>>, observer: &Observer) -> Result<View, RoomError> {
+    screen.into().view_from(observer.place)
 }
 
 /// The tiles of a view, in rows.
@@ -525,33 +474,4 @@ pub(crate) fn grid([columns, rows]: [u32; 2], side: u32) -> impl Iterator<Item =
             height: side.max(1).min(rows - y),
         })
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::cave::BuiltInCave;
-    use glam::DVec3;
-
-    #[test]
-    fn errors_name_the_next_step() {
-        let limit = View::MOST_PIXELS.to_string();
-        let behind = |cave, place| {
-            let cave = Cave::built_in(cave, [8; 2]).unwrap();
-            let screen = cave.screens().next().unwrap();
-            view(screen, &Observer::new(Eye::Centre, place)).unwrap_err()
-        };
-        let size = DomeError::Size { size: 0 };
-        for (error, step) in [
-            (
-                behind(BuiltInCave::ThreeWall, DVec3::NEG_Z * 9.0),
-                "move the head",
-            ),
-            (behind(BuiltInCave::Dome, DVec3::Y * 9.0), "move the head"),
-            (RenderError::Surroundings(size.into()), &limit),
-        ] {
-            let help = Diagnostic::help(&error).unwrap().to_string();
-            assert!(help.contains(step), "{error}: {help}");
-        }
-    }
 }

@@ -80,7 +80,7 @@ fn middle(picture: &Picture, direction: impl Fn(DVec2) -> DVec3) -> DVec3 {
 
 /// Where a point of a dome's picture is on it, seen from an eye.
 fn through(dome: &DomeScreen, eye: DVec3) -> impl Fn(DVec2) -> DVec3 {
-    let side = f64::from(dome.size());
+    let side = f64::from(dome.size);
     move |at| {
         let place = (2.0 * at / side - 1.0) * DVec2::new(1.0, -1.0);
         (dome.point(place) - eye).normalize()
@@ -206,9 +206,9 @@ fn warped(format: &str, grid: &str) -> (Vec<u8>, DomeScreen, Projector, Value) {
 /// Where a projector's light to a point of the room is on its picture, −1 to 1
 /// to the right and upwards: the opposite way to that of the warp.
 fn projected(projector: &Projector, point: DVec3) -> DVec2 {
-    let towards = projector.axes().transpose() * (point - projector.position());
+    let towards = projector.axes.transpose() * (point - projector.position);
     let at = towards.truncate() / -towards.z;
-    let [left, right, down, up] = projector.edges();
+    let [left, right, down, up] = projector.edges;
     DVec2::new(
         (2.0 * at.x - left - right) / (right - left),
         (2.0 * at.y - down - up) / (up - down),
@@ -280,8 +280,8 @@ fn a_warp_for_a_projector_at_the_eye_shows_a_plain_perspective() {
     let projector = Projector::from_toml(&text, "").expect("a projector");
     let warp = Warp::new(dome, &projector, [200, 150], Nodes::Centres).expect("a warp");
     // The same picture, traced as a flat wall's at distance 1.
-    let [left, right, down, up] = projector.edges();
-    let corner = |x: f64, y: f64| EYE + projector.axes() * DVec3::new(x, y, -1.0);
+    let [left, right, down, up] = projector.edges;
+    let corner = |x: f64, y: f64| EYE + projector.axes * DVec3::new(x, y, -1.0);
     let wall = Wall::new(
         "picture",
         corner(left, down),
@@ -372,7 +372,7 @@ fn an_mpcdi_archive_has_the_points_that_light_arrives_at() {
         // The frustum's edges are the projector's.
         for (name, edge) in ["left", "right", "down", "up"]
             .into_iter()
-            .zip(projector.edges())
+            .zip(projector.edges)
         {
             let degrees: f64 = text(&xml, &format!("{name}Angle"))
                 .parse()
@@ -399,7 +399,7 @@ fn an_mpcdi_archive_has_the_points_that_light_arrives_at() {
                 continue;
             }
             drawn += 1;
-            assert!((point.distance(dome.centre()) - 2.5).abs() < 1e-6);
+            assert!((point.distance(dome.centre) - 2.5).abs() < 1e-6);
             assert!(dome.place(point).expect("a place").length() < 1.0 + 1e-6);
             let at = |number: usize, count: usize| (2 * number + 1) as f64 / count as f64 - 1.0;
             let expected = DVec2::new(at(number % columns, columns), -at(number / columns, rows));

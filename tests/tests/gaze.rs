@@ -2,8 +2,9 @@
 //! they trace.
 
 use glam::{DVec3, Vec3};
-use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, WallView};
+use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::render::gaze_reference::{self, Limits};
+use shisen_core::frame::View;
 use shisen_core::gaze::{Boundary, Detail, Gaze, LineOfSight, VisualField, Zone};
 use shisen_tests::rays::Random;
 use shisen_tests::sizes::cases;
@@ -187,11 +188,10 @@ fn errors_from_rays_in_the_world_are_below_their_bounds() {
 }
 
 /// What pixels see, summed: central, peripheral and outside, the level, bounces, and their number.
-fn sums(gaze: &Gaze, view: &WallView) -> [f64; 6] {
-    let [first, column, row] = [view.first_pixel, view.column_step, view.row_step].map(Vec3::from);
+fn sums(gaze: &Gaze, view: &View) -> [f64; 6] {
     let mut sums = [0.0; 6];
-    for (x, y) in (0..view.rows).flat_map(|y| (0..view.columns).map(move |x| (x, y))) {
-        let direction = first + column * x as f32 + row * y as f32;
+    for (x, y) in (0..view.rows()).flat_map(|y| (0..view.columns()).map(move |x| (x, y))) {
+        let direction = view.direction(x as f32, y as f32).unwrap();
         let sight = gaze.sight(direction).unwrap();
         let zones = [Zone::Central, Zone::Peripheral, Zone::Outside];
         let [central, peripheral, outside] = zones.map(|zone| f64::from(sight.zone == zone));

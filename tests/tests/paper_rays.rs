@@ -8,7 +8,6 @@ use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::mesh::TriangleMesh;
 use shisen_core::Simd;
 use shisen_core::frame::{Budget, Statistics, Workspace};
-use shisen_core::shape::Ray;
 use shisen_core::trace::Tracer;
 use shisen_tests::meshes::{cow, meshes};
 use shisen_tests::scenes::{both_eyes, frame, three_walls};
@@ -43,12 +42,8 @@ fn count(which: PaperScene, mesh: TriangleMesh) -> Count {
     for wall in &room.walls {
         for Observer { place: eye, .. } in eyes {
             let view = wall.view_from(eye).expect("a wall before the eye");
-            let at = |i: usize, x: f32, y: f32| {
-                view.first_pixel[i] + x * view.column_step[i] + y * view.row_step[i]
-            };
             for (y, x) in (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| (y, x))) {
-                let direction = [0, 1, 2].map(|i| at(i, x as f32, y as f32));
-                let ray = Ray::new(view.eye.into(), direction.into()).expect("a ray");
+                let ray = view.ray(x as f32, y as f32).expect("a ray");
                 let hit = tracer.nearest(&ray, &mut Budget::UNLIMITED.clone(), &mut workspace);
                 hits += u64::from(hit.is_some());
             }

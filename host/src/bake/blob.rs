@@ -76,43 +76,29 @@ impl<const W: usize> Tables<W> {
                 bytes.extend_from_slice(leaf.ids.as_bytes());
             }
         });
-        let meshes = append_records(&mut bytes, &self.meshes);
-        let instances = append_records(&mut bytes, &self.instances);
-        let materials = append_records(&mut bytes, &self.materials);
-        let lights = append_records(&mut bytes, &self.lights);
-        let triangles = append_records(&mut bytes, &self.triangles);
-        let normals = append_records(&mut bytes, &self.normals);
-        let id_leaves = append_records(&mut bytes, &self.id_leaves);
-        let positions = append_records(&mut bytes, &self.positions);
-        let coordinates = append_records(&mut bytes, &self.coordinates);
-        let textures = append_records(&mut bytes, &self.textures);
-        let texels = append_records(&mut bytes, &self.texels);
-        let media = append_records(&mut bytes, &self.media);
-        let byte_len = u32::try_from(bytes.len()).map_err(|_| BakeError::TooLarge {
-            bytes: bytes.len() as u64,
-        })?;
-        let header = Header {
+        // The fields are in the order of the tables.
+        let mut header = Header {
             magic: MAGIC,
             checksum: 0,
             version: VERSION,
             width: W as u32,
-            byte_len,
+            byte_len: 0,
             root: 0,
             extent: self.extent,
             stack_entries: self.stack_entries,
             top_nodes: self.top_nodes,
             nodes,
             leaves,
-            meshes,
-            instances,
-            materials,
-            lights,
-            triangles,
-            normals,
+            meshes: append_records(&mut bytes, &self.meshes),
+            instances: append_records(&mut bytes, &self.instances),
+            materials: append_records(&mut bytes, &self.materials),
+            lights: append_records(&mut bytes, &self.lights),
+            triangles: append_records(&mut bytes, &self.triangles),
+            normals: append_records(&mut bytes, &self.normals),
             background,
             ambient: self.ambient,
-            id_leaves,
-            positions,
+            id_leaves: append_records(&mut bytes, &self.id_leaves),
+            positions: append_records(&mut bytes, &self.positions),
             rungs: self.rungs,
             effects: EffectSet::of_records(&Records {
                 instances: &self.instances,
@@ -123,11 +109,14 @@ impl<const W: usize> Tables<W> {
             })
             .bits(),
             reserved: 0,
-            coordinates,
-            textures,
-            texels,
-            media,
+            coordinates: append_records(&mut bytes, &self.coordinates),
+            textures: append_records(&mut bytes, &self.textures),
+            texels: append_records(&mut bytes, &self.texels),
+            media: append_records(&mut bytes, &self.media),
         };
+        header.byte_len = u32::try_from(bytes.len()).map_err(|_| BakeError::TooLarge {
+            bytes: bytes.len() as u64,
+        })?;
         bytes[..size_of::<Header>()].copy_from_slice(header.as_bytes());
         seal(&mut bytes);
         Ok(AlignedBytes::copy_of(&bytes))

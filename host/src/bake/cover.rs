@@ -1,8 +1,9 @@
 //! Boxes in the room around all parts of an instance that rays can meet.
 
-use super::tree::{self, Bounds, BuildEffort};
+use super::tree::{self, Bounds};
 use crate::scene::mesh::TriangleMesh;
 use glam::{DAffine3, DVec3};
+use obvhs::BvhBuildParams;
 use shisen_core::scene::format::{COVER_NODES, LEAF, Node};
 
 const DEPTH: usize = 3;
@@ -16,12 +17,9 @@ pub(super) struct Cover<const W: usize> {
 
 impl<const W: usize> Cover<W> {
     pub(super) fn new(mesh: &TriangleMesh) -> Self {
-        let boxes: Vec<Bounds> = mesh
-            .triangles
-            .iter()
-            .map(|corners| Bounds::of_points(&corners.map(|c| mesh.positions[c as usize])))
-            .collect();
-        let tree = tree::build::<W>(&boxes, 1, BuildEffort::Little);
+        let triangles = 0..mesh.triangles.len();
+        let boxes: Vec<Bounds> = triangles.map(|t| Bounds::of_triangle(mesh, t)).collect();
+        let tree = tree::build::<W>(&boxes, 1, BvhBuildParams::fast_build());
         let mut cover = Self {
             nodes: vec![tree.nodes[0]],
             leaves: Vec::new(),

@@ -44,10 +44,7 @@ pub(super) fn instance(
     {
         return Err(BakeError::NoCoordinates { object: number });
     }
-    let bad_map = BakeError::Transform {
-        object: number,
-        limit: TriangleMesh::FARTHEST,
-    };
+    let bad_map = BakeError::Transform { object: number };
     let map = object.world_from_object;
     let inverse = map.inverse();
     if !map.is_finite() || !inverse.is_finite() || !map.matrix3.determinant().is_normal() {

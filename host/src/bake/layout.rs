@@ -17,7 +17,7 @@ use shisen_core::spectrum::Medium;
 /// use shisen::with_scene;
 ///
 /// # fn main() -> Result<(), shisen::bake::BakeError> {
-/// let baked = BakedScene::new(&lone_mesh(quadruped()), Layout::Compact)?;
+/// let baked = BakedScene::new(&lone_mesh(quadruped()), None, Layout::Compact)?;
 /// let bytes = with_scene!(&baked, |scene| scene.byte_len());
 /// assert_eq!(bytes as usize, baked.as_bytes().len());
 /// # Ok(())
@@ -81,29 +81,19 @@ pub enum BakedScene {
 }
 
 impl BakedScene {
-    /// Bakes a scene. The same scene always gives the same bytes.
-    ///
-    /// # Errors
-    /// As [`Baked::new`].
-    pub fn new(scene: &Scene, layout: Layout) -> Result<Self, BakeError> {
-        match layout {
-            Layout::Fast => Baked::new(scene).map(Self::Fast),
-            Layout::Compact => Baked::new(scene).map(Self::Compact),
-        }
-    }
-
-    /// As [`new`](Self::new), with each mesh at several polygon levels.
+    /// Bakes a scene, each mesh at several polygon levels if any are given. The same scene always
+    /// gives the same bytes.
     ///
     /// # Errors
     /// As [`Baked::with_levels`].
-    pub fn with_levels(
+    pub fn new(
         scene: &Scene,
-        levels: &PolygonLevels,
+        levels: Option<&PolygonLevels>,
         layout: Layout,
     ) -> Result<Self, BakeError> {
         match layout {
-            Layout::Fast => Baked::with_levels(scene, levels).map(Self::Fast),
-            Layout::Compact => Baked::with_levels(scene, levels).map(Self::Compact),
+            Layout::Fast => Baked::bake(scene, levels).map(Self::Fast),
+            Layout::Compact => Baked::bake(scene, levels).map(Self::Compact),
         }
     }
 

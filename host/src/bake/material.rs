@@ -110,31 +110,28 @@ impl Textures {
 /// A material without the number of its texture, and the texture if it shows.
 fn material(m: &Material) -> (format::Material, Option<&Texture>) {
     let any = |colour: [f32; 3]| colour.iter().any(|&c| c > 0.0);
-    let mut effects = 0;
-    if any(m.emission) {
-        effects |= effect::EMISSION;
-    }
     let shows = any(m.diffuse) || any(m.emission);
     let texture = m.texture.as_ref().filter(|_| shows);
-    effects |= match texture.map(|texture| &texture.pattern) {
-        None => 0,
-        Some(Pattern::Checker(_)) => effect::CHECKER_TEXTURE,
-        Some(Pattern::Image(_)) => effect::IMAGE_TEXTURE,
-    };
-    if any(m.diffuse) || any(m.specular) {
-        effects |= effect::LIT;
-    }
-    if any(m.transmission) {
-        effects |= effect::REFRACTION;
-        if any(m.absorption) {
-            effects |= effect::ABSORPTION;
-        }
-    } else if any(m.mirror) {
-        effects |= effect::REFLECTION;
-    }
-    if m.graticule.is_some() {
-        effects |= effect::GRATICULE;
-    }
+    let pattern = texture.map(|texture| &texture.pattern);
+    let is_clear = any(m.transmission);
+    let asked = [
+        (any(m.emission), effect::EMISSION),
+        (
+            matches!(pattern, Some(Pattern::Checker(_))),
+            effect::CHECKER_TEXTURE,
+        ),
+        (
+            matches!(pattern, Some(Pattern::Image(_))),
+            effect::IMAGE_TEXTURE,
+        ),
+        (any(m.diffuse) || any(m.specular), effect::LIT),
+        (is_clear, effect::REFRACTION),
+        (is_clear && any(m.absorption), effect::ABSORPTION),
+        (!is_clear && any(m.mirror), effect::REFLECTION),
+        (m.graticule.is_some(), effect::GRATICULE),
+    ];
+    let asked = asked.into_iter().filter(|(is_asked, _)| *is_asked);
+    let effects = asked.fold(0, |all, (_, effect)| all | effect);
     let baked = format::Material {
         diffuse: m.diffuse,
         shininess: m.shininess,

@@ -60,13 +60,6 @@ impl PolygonLevels {
         Ok(Self { faces, rungs })
     }
 
-    fn with_fewest(&self, min: u32) -> Self {
-        Self {
-            faces: min..=min.max(*self.faces.end()),
-            rungs: self.rungs,
-        }
-    }
-
     /// Whether a mesh has enough faces for coarser levels.
     pub fn apply_to(&self, mesh: &TriangleMesh) -> bool {
         mesh.triangles.len() > *self.faces.start() as usize
@@ -103,29 +96,15 @@ impl PolygonLevels {
 /// Why a mesh cannot be simplified to the given levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
+#[allow(missing_docs, reason = "the messages are the docs")]
 pub enum LadderError {
-    /// It cannot be simplified that far.
     #[error(
         "it cannot have as few faces as {asked} without changing how it hangs together: \
          {reached} is the least that it gets to, so ask for no fewer"
     )]
     Unreachable { asked: u32, reached: u32 },
-    /// A closed mesh came out with holes.
     #[error("it is closed, and simplified to {faces} faces it would have {open_edges} open edges")]
     Opened { faces: u32, open_edges: usize },
-}
-
-impl LadderError {
-    fn for_fewest(self, min: u32) -> Self {
-        match self {
-            Self::Unreachable { reached, .. } => Self::Unreachable {
-                asked: min,
-                reached,
-            },
-            opened @ Self::Opened { .. } => opened,
-        }
-    }
 }
 
 /// One mesh at several levels, the finest first.
@@ -150,27 +129,34 @@ impl<'m> Ladder<'m> {
     /// # Errors
     /// Where the mesh cannot be simplified that far: how far it can, for as many rungs.
     pub fn new(mesh: &'m TriangleMesh, levels: &PolygonLevels) -> Result<Self, LadderError> {
-        Self::with_each(mesh, levels, |_, _| ())
+        Self::with_each(mesh, Some(levels), |_, _| ())
     }
 
-    /// As [`new`](Self::new), and hands on each rung as soon as it is made, the finest first: the
-    /// [`versions`](Self::versions) so far, and the numbers of its triangles.
+    /// As [`new`](Self::new), or the mesh itself as the only rung; hands on each rung as soon as it
+    /// is made, the finest first: the [`versions`](Self::versions) so far, and its triangles.
     pub(crate) fn with_each(
         mesh: &'m TriangleMesh,
-        levels: &PolygonLevels,
+        levels: Option<&PolygonLevels>,
         mut each: impl FnMut(&TriangleMesh, &[u32]),
     ) -> Result<Self, LadderError> {
+        let Some(levels) = levels else {
+            let single = Self::single(mesh);
+            each(mesh, &single.rungs[0]);
+            return Ok(single);
+        };
         let (asked, mut reached) = match Self::reaching(mesh, levels, &mut each) {
             Err(LadderError::Unreachable { asked, reached }) => (asked, reached),
             other => return other,
         };
         // Where a mesh is stuck depends on the steps that led there.
-        while let Err(LadderError::Unreachable { reached: more, .. }) =
-            Self::reaching(mesh, &levels.with_fewest(reached), &mut |_, _| ())
-        {
-            reached = more;
+        let mut fewer = levels.clone();
+        loop {
+            fewer.faces = reached..=reached.max(*levels.faces.end());
+            match Self::reaching(mesh, &fewer, &mut |_, _| ()) {
+                Err(LadderError::Unreachable { reached: more, .. }) => reached = more,
+                _ => return Err(LadderError::Unreachable { asked, reached }),
+            }
         }
-        Err(LadderError::Unreachable { asked, reached })
     }
 
     fn reaching(
@@ -194,7 +180,7 @@ impl<'m> Ladder<'m> {
             return single();
         }
         if mesh.triangles.len() > max as usize {
-            let faces = versions.simplify(max)?;
+            let faces = versions.simplify(max, max)?;
             finest = Cow::Owned(versions.mesh.part(&faces));
             versions = Versions::new(&finest);
         }
@@ -209,9 +195,8 @@ impl<'m> Ladder<'m> {
             let pairs = lost
                 .saturating_sub(u64::from(steps))
                 .div_ceil(2 * u64::from(steps));
-            let coarser = versions.simplify(full - 2 * pairs as u32);
             // It stays where it is stuck, so it does not get to `min` either.
-            let coarser = coarser.map_err(|error| error.for_fewest(min))?;
+            let coarser = versions.simplify(full - 2 * pairs as u32, min)?;
             each(&versions.mesh, &coarser);
             rungs.push(coarser);
         }
@@ -308,9 +293,9 @@ impl Versions {
         }
     }
 
-    /// The triangles of the mesh when it has about `target` faces: as many,
-    /// or one more or less, wherever that can be.
-    fn simplify(&mut self, target: u32) -> Result<Vec<u32>, LadderError> {
+    /// The triangles of the mesh when it has about `target` faces: as many, or one more or less,
+    /// wherever that can be. Errors say that `asked` were asked for.
+    fn simplify(&mut self, target: u32, asked: u32) -> Result<Vec<u32>, LadderError> {
         self.collapse(target);
         if self.indices.len() > 3 * (target as usize + 1) {
             // What many small steps leave can be stuck where one from the
@@ -325,10 +310,7 @@ impl Versions {
         let faces = self.indices.as_chunks::<3>().0.to_vec();
         let reached = faces.len() as u32;
         if reached > target + 1 {
-            return Err(LadderError::Unreachable {
-                asked: target,
-                reached,
-            });
+            return Err(LadderError::Unreachable { asked, reached });
         }
         self.rung += 1;
         let mut triangles: Vec<u32> = faces.iter().map(|&face| self.triangle(face)).collect();

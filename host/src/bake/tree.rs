@@ -1,5 +1,6 @@
 //! Wide trees over boxes: built binary by `obvhs`, then collapsed.
 
+use crate::scene::mesh::TriangleMesh;
 use glam::DVec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -11,11 +12,9 @@ use std::time::Duration;
 
 /// An axis-aligned box: least and greatest corner.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bounds {
-    /// Least corner.
-    pub low: [f32; 3],
-    /// Greatest corner.
-    pub high: [f32; 3],
+pub(super) struct Bounds {
+    pub(super) low: [f32; 3],
+    pub(super) high: [f32; 3],
 }
 
 impl Bounds {
@@ -24,12 +23,13 @@ impl Bounds {
         high: [f32::NEG_INFINITY; 3],
     };
 
-    /// The box of some points.
-    pub fn of_points(points: &[[f32; 3]]) -> Self {
-        points.iter().fold(Self::EMPTY, |bounds, &point| {
+    /// The box of a mesh's triangle.
+    pub(super) fn of_triangle(mesh: &TriangleMesh, number: usize) -> Self {
+        let corners = mesh.triangles[number].map(|c| mesh.positions[c as usize]);
+        corners.into_iter().fold(Self::EMPTY, |bounds, corner| {
             bounds.union(Self {
-                low: point,
-                high: point,
+                low: corner,
+                high: corner,
             })
         })
     }
@@ -68,14 +68,13 @@ impl Boundable for Bounds {
 /// A tree with up to `W` children a node and up to `leaf_size` primitives a
 /// leaf.
 #[derive(Debug, Clone)]
-pub struct WideTree<const W: usize> {
-    /// Parents before children; the root is the first. Indices are this
-    /// tree's own, from 0.
-    pub nodes: Vec<Node<W>>,
+pub(super) struct WideTree<const W: usize> {
+    /// Parents before children; the root is the first. Indices are this tree's own, from 0.
+    pub(super) nodes: Vec<Node<W>>,
     /// The primitives of each leaf, ascending.
-    pub leaves: Vec<Vec<u32>>,
+    pub(super) leaves: Vec<Vec<u32>>,
     /// Stack entries that traversal may need.
-    pub stack_entries: usize,
+    pub(super) stack_entries: usize,
 }
 
 impl<const W: usize> WideTree<W> {
@@ -95,33 +94,16 @@ impl<const W: usize> WideTree<W> {
     }
 }
 
-/// Cost of visiting a node; a leaf costs [`LEAF_COST`]. Both are one vector
-/// operation over all lanes, so that the number of lanes in use is free.
-const NODE_COST: f64 = 1.0;
-const LEAF_COST: f64 = 1.0;
-
-/// What a tree may take to build.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BuildEffort {
-    /// A tree that is built once and walked by many rays.
-    Great,
-    /// A tree whose shape matters less.
-    Little,
-}
-
 /// Builds over the boxes of primitives, of which there is at least one.
-pub fn build<const W: usize>(
+pub(super) fn build<const W: usize>(
     boxes: &[Bounds],
     leaf_size: usize,
-    effort: BuildEffort,
+    effort: BvhBuildParams,
 ) -> WideTree<W> {
     let parameters = BvhBuildParams {
         pre_split: false,
         max_prims_per_leaf: 1,
-        ..match effort {
-            BuildEffort::Great => BvhBuildParams::very_slow_build(),
-            BuildEffort::Little => BvhBuildParams::fast_build(),
-        }
+        ..effort
     };
     let mut build_time = Duration::ZERO;
     let bvh = build_bvh2(boxes, parameters, &mut build_time);
@@ -153,73 +135,57 @@ enum BinaryKind {
 
 impl Binary {
     fn from_bvh2(bvh: &Bvh2, boxes: &[Bounds]) -> Self {
-        let mut tree = Self { nodes: Vec::new() };
-        let mut pending = vec![(0usize, None)];
-        while let Some((source, parent)) = pending.pop() {
-            let node = &bvh.nodes[source];
+        Self::grow(0, boxes, |number: usize| {
+            let node = &bvh.nodes[number];
             let first = node.first_index as usize;
-            let kind = if node.is_leaf() {
-                BinaryKind::Leaf(bvh.primitive_indices[first])
+            if node.is_leaf() {
+                Err(bvh.primitive_indices[first])
             } else {
-                BinaryKind::Inner([0; 2])
-            };
-            let number = tree.push(kind, parent);
-            if !node.is_leaf() {
-                pending.push((first, Some((number, 0))));
-                pending.push((first + 1, Some((number, 1))));
+                Ok([first, first + 1])
             }
-        }
-        tree.fit(boxes)
+        })
     }
 
     /// Halves `order` again and again.
     fn balanced(order: &[u32], boxes: &[Bounds]) -> Self {
-        let mut tree = Self { nodes: Vec::new() };
-        let mut pending = vec![(order, None)];
+        Self::grow(order, boxes, |part| match part {
+            [primitive] => Err(*primitive),
+            _ => Ok(part.split_at(part.len() / 2).into()),
+        })
+    }
+
+    /// Grows a tree from its root: `split` makes two children of a part, or a leaf with a primitive.
+    fn grow<T>(root: T, boxes: &[Bounds], split: impl Fn(T) -> Result<[T; 2], u32>) -> Self {
+        let mut nodes: Vec<BinaryNode> = Vec::new();
+        let mut pending = vec![(root, None::<(usize, usize)>)];
         while let Some((part, parent)) = pending.pop() {
-            if let [primitive] = part {
-                tree.push(BinaryKind::Leaf(*primitive), parent);
-            } else {
-                let number = tree.push(BinaryKind::Inner([0; 2]), parent);
-                let (left, right) = part.split_at(part.len() / 2);
-                pending.push((left, Some((number, 0))));
-                pending.push((right, Some((number, 1))));
+            let number = nodes.len();
+            if let Some((parent, side)) = parent
+                && let BinaryKind::Inner(children) = &mut nodes[parent].kind
+            {
+                children[side] = number;
             }
-        }
-        tree.fit(boxes)
-    }
-
-    fn push(&mut self, kind: BinaryKind, parent: Option<(usize, usize)>) -> usize {
-        let number = self.nodes.len();
-        self.nodes.push(BinaryNode {
-            bounds: Bounds::EMPTY,
-            kind,
-            primitives: 0,
-        });
-        if let Some((parent, side)) = parent
-            && let BinaryKind::Inner(children) = &mut self.nodes[parent].kind
-        {
-            children[side] = number;
-        }
-        number
-    }
-
-    fn fit(mut self, boxes: &[Bounds]) -> Self {
-        for number in (0..self.nodes.len()).rev() {
-            let (bounds, primitives) = match self.nodes[number].kind {
-                BinaryKind::Leaf(primitive) => (boxes[primitive as usize], 1),
-                BinaryKind::Inner([left, right]) => {
-                    let (left, right) = (&self.nodes[left], &self.nodes[right]);
-                    (
-                        left.bounds.union(right.bounds),
-                        left.primitives + right.primitives,
-                    )
+            let (bounds, kind) = match split(part) {
+                Err(primitive) => (boxes[primitive as usize], BinaryKind::Leaf(primitive)),
+                Ok([left, right]) => {
+                    pending.push((left, Some((number, 0))));
+                    pending.push((right, Some((number, 1))));
+                    (Bounds::EMPTY, BinaryKind::Inner([0; 2]))
                 }
             };
-            self.nodes[number].bounds = bounds;
-            self.nodes[number].primitives = primitives;
+            nodes.push(BinaryNode {
+                bounds,
+                kind,
+                primitives: 1,
+            });
         }
-        self
+        for number in (0..nodes.len()).rev() {
+            if let BinaryKind::Inner([left, right]) = nodes[number].kind {
+                nodes[number].bounds = nodes[left].bounds.union(nodes[right].bounds);
+                nodes[number].primitives = nodes[left].primitives + nodes[right].primitives;
+            }
+        }
+        Self { nodes }
     }
 
     fn primitives(&self, node: usize) -> Vec<u32> {
@@ -255,9 +221,10 @@ impl<const W: usize> Plan<W> {
         };
         for number in (0..count).rev() {
             let node = &tree.nodes[number];
+            // To visit a node or a leaf is one vector operation, however many lanes are in use.
             let area = node.bounds.half_area();
             let as_leaf = if node.primitives <= leaf_size {
-                area * LEAF_COST
+                area
             } else {
                 f64::INFINITY
             };
@@ -273,7 +240,7 @@ impl<const W: usize> Plan<W> {
                     .unwrap_or((f64::INFINITY, 1))
             };
             let (below, k) = split(W);
-            let as_node = below + area * NODE_COST;
+            let as_node = below + area;
             let (mut cost, mut choice) = ([0.0; W], [0; W]);
             // The last place holds the split among the node's own children.
             choice[W - 1] = k;

@@ -3,7 +3,7 @@
 use super::RoomError;
 use crate::cave::angle::sin_cos_degrees;
 use glam::{DMat3, DVec2, DVec3};
-use shisen_core::frame;
+use shisen_core::frame::{self, View};
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
@@ -15,17 +15,9 @@ use std::ops::RangeInclusive;
 /// on the dome, for an eye anywhere inside.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DomeScreen {
-    description: DomeDescription,
-    /// The axes of its picture in the room: see [`DomeScreen::axes`].
-    axes: DMat3,
-}
-
-/// The description of a dome; [`DomeScreen::new`] checks it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DomeDescription {
     /// For file names and messages.
     pub name: String,
-    /// The sphere's radius: metres, within [`DomeScreen::RADII`].
+    /// The sphere's radius: metres, within [`Self::RADII`].
     pub radius: f64,
     /// The sphere's centre: metres, in the room.
     pub centre: DVec3,
@@ -47,18 +39,18 @@ impl DomeScreen {
     /// on the rim.
     const AT_THE_SURFACE: f64 = 1.0e-9;
 
-    /// Makes a dome of a description.
+    /// Checks everything that views of the dome rely on.
     ///
     /// # Errors
     /// The first fault found: a name that is not usable in a file name, a
     /// radius, centre, tilt, field of view or size that is out of its range.
-    pub fn new(description: DomeDescription) -> Result<Self, RoomError> {
-        let (name, radius) = (&description.name, description.radius);
-        let (tilt, field) = (description.tilt_degrees, description.field_of_view_degrees);
-        let help = "pictures are named after their domes: use letters, digits, '-' and '_', such as \
-                    \"dome\"";
-        RoomError::check_name("dome", name, help)?;
-        let dome = format!("dome \"{name}\"");
+    pub fn validate(&self) -> Result<(), RoomError> {
+        let (name, radius) = (&self.name, self.radius);
+        let (tilt, field) = (self.tilt_degrees, self.field_of_view_degrees);
+        let named = "pictures are named after their domes";
+        RoomError::check_name("dome", name, named, "dome")?;
+        // Formatted only for errors: views are made for each frame, without taking memory.
+        let dome = format_args!("dome \"{name}\"");
         let [least, most] = [*Self::RADII.start(), *Self::RADII.end()];
         // Rounded as the tracer rounds it.
         if !(least as f32..=most as f32).contains(&(radius as f32)) {
@@ -69,7 +61,7 @@ impl DomeScreen {
             ));
         }
         let centre = format_args!("{dome}: its centre is");
-        RoomError::check_place("centre", centre, description.centre)?;
+        RoomError::check_place("centre", centre, self.centre)?;
         if !(tilt.abs() <= 360.0) {
             return Err(RoomError::new(
                 "tilt_degrees",
@@ -85,67 +77,43 @@ impl DomeScreen {
                 "give degrees above 0, to 360; 180 is a hemisphere",
             ));
         }
-        RoomError::check_pixels("size", format_args!("{dome}"), [description.size; 2])?;
-        Ok(Self {
-            axes: axes(tilt),
-            description,
-        })
-    }
-
-    /// For file names and messages.
-    pub fn name(&self) -> &str {
-        &self.description.name
-    }
-
-    /// The sphere's radius: metres.
-    pub const fn radius(&self) -> f64 {
-        self.description.radius
-    }
-
-    /// The sphere's centre: metres, in the room.
-    pub const fn centre(&self) -> DVec3 {
-        self.description.centre
+        RoomError::check_pixels("size", dome, [self.size; 2])
     }
 
     /// The angle from rim to rim at the centre: radians, above 0 to 2π.
     pub const fn field_of_view(&self) -> f64 {
-        self.description.field_of_view_degrees.to_radians()
-    }
-
-    /// Columns, and rows.
-    pub const fn size(&self) -> u32 {
-        self.description.size
+        self.field_of_view_degrees.to_radians()
     }
 
     /// From rim to rim along the dome: metres.
     pub const fn width(&self) -> f64 {
-        self.radius() * self.field_of_view()
+        self.radius * self.field_of_view()
     }
 
     /// The axes of [`shisen_core::capture`] in the room: the picture's right, its top, and away
     /// from the zenith.
-    pub const fn axes(&self) -> DMat3 {
-        self.axes
+    pub fn axes(&self) -> DMat3 {
+        let (sin, cos) = sin_cos_degrees(self.tilt_degrees);
+        let away = DVec3::new(0.0, -cos, sin);
+        DMat3::from_cols(DVec3::X, DVec3::new(0.0, sin, cos), away)
     }
 
-    /// The dome in the tracer's terms, for an eye at `eye`: metres, in the room.
+    /// The rays from an eye at `eye` (metres, in the room) through the dome's pixels.
     ///
     /// # Errors
-    /// An eye that is not finite, or farther from the centre than
-    /// [`frame::DomeScreen::FARTHEST_EYE`] of the radius.
-    pub fn view_from(&self, eye: DVec3) -> Result<frame::DomeScreen, RoomError> {
-        let distance = eye.distance(self.centre());
-        let farthest = f64::from(frame::DomeScreen::FARTHEST_EYE) * self.radius();
+    /// As [`Self::validate`]; an eye that is not finite, farther from the centre than
+    /// [`frame::DomeScreen::FARTHEST_EYE`] of the radius, or whose rays f32 cannot hold.
+    pub fn view_from(&self, eye: DVec3) -> Result<View, RoomError> {
+        self.validate()?;
+        let distance = eye.distance(self.centre);
+        let farthest = f64::from(frame::DomeScreen::FARTHEST_EYE) * self.radius;
         if !(distance <= farthest) {
             return Err(RoomError::new(
                 "eye",
                 format!(
                     "the eye at {:.4}, {:.4}, {:.4} is not inside dome \"{}\": it is \
                      {distance:.4} m from the centre",
-                    eye.x,
-                    eye.y,
-                    eye.z,
-                    self.name()
+                    eye.x, eye.y, eye.z, self.name
                 ),
                 format!(
                     "move the head to within {farthest:.4} m of the dome's centre, 0.99 of its \
@@ -154,14 +122,21 @@ impl DomeScreen {
             ));
         }
         let (least, most) = frame::DomeScreen::RADII;
-        Ok(frame::DomeScreen {
+        let screen = frame::DomeScreen {
             pose: frame::DomePose {
-                position: self.centre().as_vec3(),
-                room_from_capture: self.axes.as_mat3(),
+                position: self.centre.as_vec3(),
+                room_from_capture: self.axes().as_mat3(),
             },
-            radius: (self.radius() as f32).clamp(least, most),
+            radius: (self.radius as f32).clamp(least, most),
             // 360 degrees round to a little more than 2π.
             field_of_view: (self.field_of_view() as f32).min(TAU as f32),
+        };
+        View::dome_screen(screen, eye.as_vec3(), self.size).map_err(|fault| {
+            RoomError::new(
+                "eye",
+                format!("dome \"{}\" cannot be traced: {fault}", self.name),
+                "move the head towards the dome's centre",
+            )
         })
     }
 
@@ -171,13 +146,13 @@ impl DomeScreen {
         let from_centre = at.length();
         let (sin, cos) = libm::sincos(0.5 * self.field_of_view() * from_centre);
         let outwards = at.normalize_or_zero() * sin;
-        self.centre() + self.radius() * (self.axes * outwards.extend(-cos))
+        self.centre + self.radius * (self.axes() * outwards.extend(-cos))
     }
 
     /// Where in the picture a place is, seen from the centre: (u, v), in the
     /// unit disc where it is on the dome. `None` for the centre itself.
     pub fn place(&self, point: DVec3) -> Option<DVec2> {
-        let direction = self.axes.transpose() * (point - self.centre()).try_normalize()?;
+        let direction = self.axes().transpose() * (point - self.centre).try_normalize()?;
         let across = direction.truncate();
         let angle = libm::atan2(across.length(), -direction.z);
         // Opposite to the zenith any direction will do.
@@ -187,11 +162,11 @@ impl DomeScreen {
 
     /// The distances at which a ray of unit `direction` enters and leaves the sphere.
     fn crossings(&self, origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
-        let from = origin - self.centre();
+        let from = origin - self.centre;
         let half = from.dot(direction);
         // By the distance of the line from the centre: keeps its digits far away.
         let nearest = from - half * direction;
-        let left = self.radius() * self.radius() - nearest.length_squared();
+        let left = self.radius * self.radius - nearest.length_squared();
         (left >= 0.0).then(|| [-half - left.sqrt(), -half + left.sqrt()])
     }
 
@@ -216,15 +191,8 @@ impl DomeScreen {
             .zip(crossings)
             .find_map(|(from_inside, t)| {
                 let at = self.place(origin + t * direction)?;
-                let met = t > Self::AT_THE_SURFACE * self.radius() && at.length_squared() <= 1.0;
+                let met = t > Self::AT_THE_SURFACE * self.radius && at.length_squared() <= 1.0;
                 met.then_some((t, at, from_inside))
             })
     }
-}
-
-fn axes(tilt_degrees: f64) -> DMat3 {
-    let (sin, cos) = sin_cos_degrees(tilt_degrees);
-    let zenith = DVec3::new(0.0, cos, -sin);
-    let top = DVec3::new(0.0, sin, cos);
-    DMat3::from_cols(DVec3::X, top, -zenith)
 }

@@ -20,7 +20,7 @@
 //! A dome's tilt turns it about the room's +X: the zenith, straight up (+Y)
 //! without, leans towards the front (−Z) by that angle.
 
-use super::{Cave, DomeDescription, DomeScreen, RoomError, Wall};
+use super::{Cave, DomeScreen, RoomError, Wall};
 use crate::files::description::{FileError, Located, Source, read_description};
 use serde::Deserialize;
 use std::path::Path;
@@ -72,20 +72,13 @@ impl Cave {
         Ok(Self::from_toml(&text, &path.to_string_lossy(), size)?)
     }
 
-    /// As [`Self::load`], from the text of a file; `source_name` is what messages call it.
+    /// As [`Self::load`], from the text of a file; `name` is what messages call it.
     ///
     /// # Errors
     /// The first fault and its place: text that is not TOML, unknown or missing keys, no screens, a
-    /// wall that [`Wall::validate`] or a dome that [`DomeScreen::new`] rejects, a name twice.
-    pub fn from_toml(
-        text: &str,
-        source_name: &str,
-        size: [u32; 2],
-    ) -> Result<Self, Located<RoomError>> {
-        let source = Source {
-            name: source_name,
-            text,
-        };
+    /// wall that [`Wall::validate`] or a dome that [`DomeScreen::validate`] rejects, a name twice.
+    pub fn from_toml(text: &str, name: &str, size: [u32; 2]) -> Result<Self, Located<RoomError>> {
+        let source = Source { name, text };
         let entries: CaveEntry = source.parse(|message| RoomError::new("", message, SYNTAX))?;
         if entries.wall.is_empty() && entries.dome.is_empty() {
             let fault = RoomError::new(
@@ -96,10 +89,7 @@ impl Cave {
             );
             return Err(Located::new(fault, &source, None));
         }
-        let mut cave = Self {
-            walls: Vec::with_capacity(entries.wall.len()),
-            domes: Vec::new(),
-        };
+        let mut cave = Self::default();
         let located = |list, number, fault: RoomError| {
             let list = Some((list, number));
             let span = source.span_of(list, fault.key);
@@ -118,16 +108,16 @@ impl Cave {
             added.map_err(|fault| located("wall", number, fault))?;
         }
         for (number, entry) in entries.dome.into_iter().enumerate() {
-            let dome = DomeScreen::new(DomeDescription {
+            let dome = DomeScreen {
                 name: entry.name,
                 radius: entry.radius,
                 centre: entry.centre.into(),
                 tilt_degrees: entry.tilt_degrees.unwrap_or(0.0),
                 field_of_view_degrees: entry.field_of_view_degrees.unwrap_or(180.0),
                 size: entry.size.unwrap_or(size[0]),
-            });
-            let with_dome = dome.and_then(|dome| cave.with_dome(dome));
-            cave = with_dome.map_err(|fault| located("dome", number, fault))?;
+            };
+            let added = cave.add_dome(dome);
+            added.map_err(|fault| located("dome", number, fault))?;
         }
         Ok(cave)
     }

@@ -1,7 +1,8 @@
 //! Rooms that cannot be used, and light that meets a dome.
 
 use super::*;
-use glam::{DVec2, Vec3};
+use glam::DVec2;
+use shisen_core::frame::View;
 
 fn oblique_wall() -> Wall {
     Wall::new(
@@ -14,27 +15,8 @@ fn oblique_wall() -> Wall {
     .unwrap()
 }
 
-/// The direction of a pixel's ray, from the parts of its view.
-fn direction(view: &WallView, x: u32, y: u32) -> DVec3 {
-    let vector = |v: [f32; 3]| Vec3::from_array(v).as_dvec3();
-    vector(view.first_pixel)
-        + f64::from(x) * vector(view.column_step)
-        + f64::from(y) * vector(view.row_step)
-}
-
-#[test]
-fn the_paper_s_floor_starts_at_the_front_edge_and_runs_right() {
-    let cave = Cave::built_in(BuiltInCave::ThreeWall, [256, 256]).unwrap();
-    let names: Vec<&str> = cave.walls.iter().map(|wall| wall.name.as_str()).collect();
-    assert_eq!(names, ["front", "right", "floor"]);
-    assert_eq!(cave.walls[2].upper_left, DVec3::splat(-1.5));
-    let floor = cave.walls[2].view_from(DVec3::ZERO).unwrap();
-    let pixel = 3.0 / 256.0;
-    let first = direction(&floor, 0, 0);
-    let expected = DVec3::new(-1.5 + pixel / 2.0, -1.5, -1.5 + pixel / 2.0);
-    assert!((first - expected).length() < 1e-6, "{first}");
-    assert_eq!(floor.column_step, [pixel as f32, 0.0, 0.0]);
-    assert_eq!(floor.row_step, [0.0, 0.0, pixel as f32]);
+fn direction(view: &View, x: u32, y: u32) -> DVec3 {
+    view.direction(x as f32, y as f32).unwrap().as_dvec3()
 }
 
 #[test]
@@ -59,37 +41,31 @@ fn eyes_in_or_behind_the_plane_are_named_with_the_wall() {
         let error = front.view_from(DVec3::new(0.0, 0.0, z)).unwrap_err();
         assert!(error.to_string().contains("\"front\""), "{error}");
     }
-    for eye in [DVec3::NAN, DVec3::new(0.0, f64::INFINITY, 0.0)] {
-        let error = front.view_from(eye).unwrap_err();
-        assert!(error.to_string().contains("cannot be seen from"), "{error}");
-    }
+    let error = front.view_from(DVec3::NAN).unwrap_err();
+    assert!(error.to_string().contains("cannot be seen from"), "{error}");
 }
 
 #[test]
-fn unusable_walls_are_rejected() {
-    let good = Cave::built_in(BuiltInCave::ThreeWall, [4; 2])
+fn names_and_corners_that_no_file_can_have_are_rejected() {
+    let good = &Cave::built_in(BuiltInCave::ThreeWall, [4; 2])
         .unwrap()
-        .walls[0]
-        .clone();
-    let fault = |change: &dyn Fn(&mut Wall)| {
-        let mut wall = good.clone();
-        change(&mut wall);
-        wall.validate().unwrap_err().to_string()
+        .walls[0];
+    let far = Wall {
+        upper_left: DVec3::splat(1e300),
+        ..good.clone()
     };
-    assert!(fault(&|wall| wall.upper_left.y = 1e300).contains("upper left corner"));
-    for pixels in [[0, 4], [4, 0], [16_385, 4], [4, u32::MAX]] {
-        assert!(fault(&|wall| wall.pixels = pixels).contains("pixels"));
-    }
+    let error = far.validate().unwrap_err().to_string();
+    assert!(error.contains("upper left corner"), "{error}");
     let long = "x".repeat(101);
-    for name in [
-        "", ".", "..", "a/b", "a\\b", "a\n", " a", "a.", "c:", "*", &long,
-    ] {
-        assert!(fault(&|wall| wall.name = name.into()).starts_with("the wall name"));
+    for name in ["", "..", "a/b", "a\\b", "a\n", " a", "a.", "c:", "*", &long] {
+        let name = name.into();
+        let wall = Wall {
+            name,
+            ..good.clone()
+        };
+        let error = wall.validate().unwrap_err().to_string();
+        assert!(error.starts_with("the wall name"), "{error}");
     }
-    let mut second = good.clone();
-    second.name = "Front".into();
-    let same = Cave::new(vec![good, second]).unwrap_err();
-    assert_eq!(same.to_string(), "two walls are named \"Front\"");
 }
 
 const ROOM: &str = r#"
@@ -120,63 +96,41 @@ radius = 1
 centre = [0, 0, 0]
 "#;
 
-fn room() -> Cave {
-    Cave::from_toml(ROOM, "room.toml", [100, 50]).unwrap()
-}
-
 #[test]
 fn walls_and_domes_come_from_toml() {
-    let cave = room();
-    assert_eq!(
-        [0, 1].map(|i| cave.walls[i].pixels),
-        [[100, 50], [640, 480]]
-    );
-    assert_eq!(cave.walls[0].upper_left, DVec3::new(-1.0, 1.0, -1.0));
-    let [sky, small] = cave.domes.as_slice() else {
-        panic!("{cave:?}");
-    };
-    assert_eq!((sky.radius(), sky.size()), (2.5, 1640));
-    assert_eq!(sky.centre(), DVec3::new(0.0, -1.0, 0.5));
-    assert!((sky.field_of_view() - 200f64.to_radians()).abs() < 1e-15);
-    assert_eq!((small.size(), small.name()), (100, "small"));
-    assert_eq!(small.field_of_view(), std::f64::consts::PI);
-    assert_eq!(small.axes().z_axis, DVec3::NEG_Y);
+    let cave = Cave::from_toml(ROOM, "room.toml", [100, 50]).unwrap();
     let names: Vec<&str> = cave.screens().map(Screen::name).collect();
     assert_eq!(names, ["front", "floor", "sky", "small"]);
+    let pixels = [0, 1].map(|i| cave.walls[i].pixels);
+    assert_eq!(pixels, [[100, 50], [640, 480]]);
+    let [sky, small] = [0, 1].map(|i| &cave.domes[i]);
+    assert_eq!((sky.radius, sky.size, small.size), (2.5, 1640, 100));
+    assert_eq!(sky.centre, DVec3::new(0.0, -1.0, 0.5));
+    assert_eq!(small.field_of_view(), std::f64::consts::PI);
+    assert_eq!(small.axes().z_axis, DVec3::NEG_Y);
 }
 
 /// One fault a line: what is replaced in the room's file, by what, the number of the line that
 /// the fault points at, and a part of the message.
 const FAULTS: &str = r#"
 "floor" | "Front" | 9 | two walls
-"floor" | "a/b" | 9 | "a/b"
-"floor" | "" | 9 | is empty
 [640, 480] | [640, 0] | 13 | 640 × 0
-[640, 480] | [640, -1] | 13 | -1
 pixels | pixel | 13 | unknown field `pixel`
 upper_left = [-1, 1, -1] | | 2 | upper_left
 [-1, 1, -1] | [-1, -1, -1] | 6 | no height
 [-1, 1, -1] | [-1, nan, -1] | 6 | upper left corner
 [-1, 1, -1] | [3, -1, -1] | 6 | on one line
-[-1, 1, -1] | [-1, 1] | 6 | invalid length 2
 [1, -1, -1] | [-1, -1, -1] | 5 | no width
-[1, -1, -1] | [1, nan, -1] | 5 | lower right corner
 "sky" | "FLOOR" | 16 | as another screen
 "small" | "Sky" | 24 | as another screen
-"sky" | "a/b" | 16 | "a/b"
 2.5 | 0 | 17 | radius of 0 m
-2.5 | nan | 17 | radius of NaN m
 2.5 | 1e7 | 17 | radius of 10000000 m
 [0, -1.0, 0.5] | [0, inf, 0.5] | 18 | inf
-[0, -1.0, 0.5] | [0, 1] | 18 | invalid length 2
 30 | 361 | 19 | tilted by 361°
-30 | nan | 19 | tilted by NaN°
 200 | 0 | 20 | field of view of 0°
 200 | 360.5 | 20 | field of view of 360.5°
 1640 | 0 | 21 | 0 × 0
 1640 | 16385 | 21 | 16385 × 16385
-1640 | -1 | 21 | -1
-size | pixels | 21 | unknown field `pixels`
 radius = 1 | | 23 | radius
 "#;
 

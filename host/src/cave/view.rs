@@ -2,47 +2,34 @@
 
 use super::{RoomError, Wall, is_in_a_room};
 use glam::DVec3;
-use shisen_core::frame::FlatScreen;
-
-/// The rays from an eye through the pixels of a wall.
-///
-/// The ray through the centre of pixel (x, y) starts at `eye` and runs along
-/// `first_pixel + x * column_step + y * row_step`, which ends on the wall.
-/// Everything is computed in f64 and rounded once.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WallView {
-    /// Metres, in the room.
-    pub eye: [f32; 3],
-    /// From the eye to the centre of pixel (0, 0), metres.
-    pub first_pixel: [f32; 3],
-    /// From a pixel to its right-hand neighbour, metres.
-    pub column_step: [f32; 3],
-    /// From a pixel to the one below it, metres.
-    pub row_step: [f32; 3],
-    /// Pixels in a row.
-    pub columns: u32,
-    /// Pixels in a column.
-    pub rows: u32,
-}
+use shisen_core::frame::{FlatScreen, View};
 
 impl Wall {
-    /// The wall as an eye at `eye` (metres, in the room) sees it.
+    /// The rays from an eye at `eye` (metres, in the room) through the wall's pixels: computed in
+    /// f64 and rounded once.
     ///
     /// # Errors
     /// A wall that [`Self::validate`] rejects; an eye that is not finite or
-    /// farther than [`Self::FARTHEST`] out, or not at least
-    /// [`Self::CLOSEST`] before the wall's plane.
-    pub fn view_from(&self, eye: DVec3) -> Result<WallView, RoomError> {
+    /// farther than [`Self::FARTHEST`] out, not at least [`Self::CLOSEST`]
+    /// before the wall's plane, or whose rays f32 cannot hold.
+    pub fn view_from(&self, eye: DVec3) -> Result<View, RoomError> {
         self.check_eye(eye)?;
-        let [columns, rows] = self.pixels;
         let [first_pixel, column_step, row_step] = self.grid();
-        Ok(WallView {
-            eye: eye.as_vec3().to_array(),
-            first_pixel: (first_pixel - eye).as_vec3().to_array(),
-            column_step: column_step.as_vec3().to_array(),
-            row_step: row_step.as_vec3().to_array(),
-            columns,
-            rows,
+        let steps = [first_pixel - eye, column_step, row_step].map(|step| step.as_vec3());
+        let [first_pixel, column_step, row_step] = steps;
+        let view = View::new(
+            eye.as_vec3(),
+            first_pixel,
+            column_step,
+            row_step,
+            self.pixels,
+        );
+        view.map_err(|fault| {
+            RoomError::new(
+                "eye",
+                format!("wall \"{}\" cannot be traced: {fault}", self.name),
+                "move the head away from the wall's plane, to the side that it is seen from",
+            )
         })
     }
 

@@ -18,18 +18,11 @@ pub enum Eye {
     Centre,
 }
 
+named!(Eye { Left => "left", Right => "right", Centre => "centre" });
+
 impl Eye {
     /// The two of a stereo pair, left first.
     pub const STEREO: [Self; 2] = [Self::Left, Self::Right];
-
-    /// For file names.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Left => "left",
-            Self::Right => "right",
-            Self::Centre => "centre",
-        }
-    }
 }
 
 impl fmt::Display for Eye {

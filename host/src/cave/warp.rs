@@ -14,11 +14,9 @@ mod projector;
 
 pub use projector::Projector;
 
-use crate::cave::DomeScreen;
+use crate::cave::{DomeScreen, RoomError};
 use glam::{DVec2, DVec3};
-use miette::Diagnostic;
 use rayon::prelude::*;
-use thiserror::Error;
 
 /// Where light of a node meets a dome.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,33 +45,6 @@ pub struct Warp<'a> {
     nodes: Nodes,
 }
 
-/// Why there is no warp.
-#[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
-#[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
-pub enum WarpError {
-    /// A grid with too few or too many nodes.
-    #[error("a grid of {} × {} nodes", .grid[0], .grid[1])]
-    #[diagnostic(help("give {least} to {most} nodes a side", most = Warp::MOST_NODES))]
-    Grid { grid: [u32; 2], least: u32 },
-    /// No node's light meets the dome.
-    #[error(
-        "projector \"{projector}\" does not see dome \"{dome}\": none of its light meets the inside"
-    )]
-    #[diagnostic(help(
-        "turn it towards the dome with look, or yaw_degrees and pitch_degrees, and place it inside or before the opening: the centre is at {}, {}, {}, the radius {radius} m",
-        .centre.x, .centre.y, .centre.z
-    ))]
-    NotSeen {
-        projector: String,
-        dome: String,
-        /// The dome's centre: metres.
-        centre: DVec3,
-        /// The dome's radius: metres.
-        radius: f64,
-    },
-}
-
 impl<'a> Warp<'a> {
     /// Most nodes along a side.
     pub const MOST_NODES: u32 = 16_384;
@@ -88,7 +59,7 @@ impl<'a> Warp<'a> {
         projector: &'a Projector,
         grid: [u32; 2],
         nodes: Nodes,
-    ) -> Result<Self, WarpError> {
+    ) -> Result<Self, RoomError> {
         let least = match nodes {
             Nodes::Corners => 2,
             Nodes::Centres => 1,
@@ -97,7 +68,11 @@ impl<'a> Warp<'a> {
             .iter()
             .any(|side| !(least..=Self::MOST_NODES).contains(side))
         {
-            return Err(WarpError::Grid { grid, least });
+            return Err(RoomError::new(
+                "grid",
+                format!("a grid of {} × {} nodes", grid[0], grid[1]),
+                format!("give {least} to {} nodes a side", Self::MOST_NODES),
+            ));
         }
         let warp = Self {
             dome,
@@ -106,12 +81,21 @@ impl<'a> Warp<'a> {
             nodes,
         };
         if warp.drawn() == 0 {
-            return Err(WarpError::NotSeen {
-                projector: projector.name().to_owned(),
-                dome: dome.name().to_owned(),
-                centre: dome.centre(),
-                radius: dome.radius(),
-            });
+            let (name, centre) = (&dome.name, dome.centre);
+            return Err(RoomError::new(
+                "look",
+                format!(
+                    "projector \"{}\" does not see dome \"{name}\": none of its light meets the \
+                     inside",
+                    projector.name
+                ),
+                format!(
+                    "turn it towards the dome with look, or yaw_degrees and pitch_degrees, and \
+                     place it inside or before the opening: the centre is at {}, {}, {}, the \
+                     radius {} m",
+                    centre.x, centre.y, centre.z, dome.radius
+                ),
+            ));
         }
         Ok(warp)
     }
@@ -134,7 +118,7 @@ impl<'a> Warp<'a> {
     /// Where a node's light meets the dome's inside; `None` where it does not.
     pub fn node(&self, column: u32, row: u32) -> Option<Node> {
         let direction = self.projector.direction(self.at(column, row));
-        let place = self.dome.lit(self.projector.position(), direction)?;
+        let place = self.dome.lit(self.projector.position, direction)?;
         Some(Node {
             point: self.dome.point(place),
             place,

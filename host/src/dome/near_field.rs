@@ -19,12 +19,12 @@ const PLACES: usize = 2048;
 /// Distances are in equatorial radii, from the viewpoint.
 #[derive(Debug, Clone)]
 pub struct NearField {
-    mirror: Mirror,
-    mapping: Mapping,
-    /// From the screen's centre towards the zenith.
-    offset: f64,
+    pub(super) mirror: Mirror,
+    pub(super) mapping: Mapping,
+    /// From the screen's centre towards the zenith: radii.
+    pub(crate) offset: f64,
     /// Evenly by `r_d`, from the zenith to the rim.
-    rays: Vec<Ray>,
+    pub(super) rays: Vec<Ray>,
 }
 
 /// Surroundings nearer than the mirror itself.
@@ -128,26 +128,6 @@ impl NearField {
         self
     }
 
-    /// The mirror that takes the picture.
-    pub const fn mirror(&self) -> Mirror {
-        self.mirror
-    }
-
-    /// How its pixels become directions.
-    pub const fn mapping(&self) -> Mapping {
-        self.mapping
-    }
-
-    /// Where the viewpoint is: radii from the screen's centre, towards the
-    /// zenith.
-    pub const fn offset(&self) -> f64 {
-        self.offset
-    }
-
-    pub(super) fn rays(&self) -> &[Ray] {
-        &self.rays
-    }
-
     /// The distance from the viewpoint to the farthest point of the mirror.
     pub fn reach(&self) -> f64 {
         let from = DVec2::new(0.0, self.offset);
@@ -235,10 +215,8 @@ mod tests {
             for (named, exact) in PAPER.into_iter().zip(row) {
                 let near = NearField::new(named.mirror(), Mapping::Mirror);
                 let found = near.largest(distance).px_4096();
-                assert!(
-                    (found - exact).abs() <= 6.0e-4,
-                    "{distance}: {found} {exact}"
-                );
+                let off = (found - exact).abs();
+                assert!(off <= 6.0e-4, "{distance}: {found} {exact}");
             }
         }
     }
@@ -246,13 +224,6 @@ mod tests {
     #[test]
     fn rings_are_where_they_are_seen() {
         let near = NearField::new(Named::Paper1.mirror(), Mapping::Mirror);
-        for degrees in [0.0f64, 10.0, 45.0, 80.0, 90.0] {
-            let ring = degrees.to_radians();
-            let r_d = near.ring(ring, 2.0);
-            // The rim's own ray goes through S.
-            let seen = r_d.map_or(FRAC_PI_2, |r_d| near.angle(r_d, 2.0));
-            assert!((seen - ring).abs() < 1.0e-14, "{degrees}");
-        }
         // Pixels off at a distance of one radius, every 10 degrees.
         let table = [24.84, 48.14, 68.29, 83.54, 91.92, 91.10, 78.21, 49.55];
         for (ring, exact) in (1..).map(|i| f64::from(10 * i).to_radians()).zip(table) {

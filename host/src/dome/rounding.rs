@@ -44,7 +44,7 @@ pub fn size_errors(
     size: f64,
     offset: f64,
 ) -> Result<SizeErrors, capture::MirrorError> {
-    let (mirror, mapping) = (near.mirror(), near.mapping());
+    let (mirror, mapping) = (near.mirror, near.mapping);
     let single = mirror.single()?;
     let parameters = mirror.parameters();
     let eye = (AWAY * offset).as_vec3();
@@ -213,47 +213,4 @@ impl World {
 
 fn angle_between(a: DVec3, b: DVec3) -> f64 {
     libm::atan2(a.cross(b).length(), a.dot(b))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::Named;
-    use super::*;
-
-    fn errors(named: Named, mapping: Mapping, size: f64, offset: f64) -> SizeErrors {
-        let near = NearField::new(named.mirror(), mapping);
-        size_errors(&near, size, offset).unwrap()
-    }
-
-    #[test]
-    fn in_its_own_frame_a_mirror_of_any_size_has_its_shape() {
-        for named in Named::ALL {
-            for mapping in [Mapping::Mirror, Mapping::Exact] {
-                for size in [1.0e-7, 1.0e-6, 1.0e-3, 0.1] {
-                    let own = errors(named, mapping, size, 0.0).rounding;
-                    assert!(own <= 1.0e-3, "{named:?} {mapping:?} {size}: {own}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn as_an_object_of_the_world_a_small_mirror_has_none() {
-        // 11 px and 1170 px, and in proportion between.
-        for (size, least, most) in [
-            (1.0e-7, 500.0, 2500.0),
-            (1.0e-5, 5.0, 25.0),
-            (1.0e-3, 0.05, 0.25),
-        ] {
-            let found = errors(Named::Paper1, Mapping::Mirror, size, 1.0);
-            let px = found.world.unwrap();
-            assert!((least..=most).contains(&px), "{found:?}");
-        }
-        let lost = errors(Named::Paper1, Mapping::Mirror, 1.0e-7, 1.0e3);
-        assert_eq!(lost.world, None);
-        assert!((lost.missed - 1.0).abs() < 1.0e-9, "{lost:?}");
-        // Where the world's origin is, both are as good.
-        let centred = errors(Named::Paper1, Mapping::Mirror, 1.0e-6, 0.0);
-        assert!(centred.world.is_some_and(|px| px < 0.01), "{centred:?}");
-    }
 }

@@ -74,9 +74,8 @@ impl<F: Diagnostic> Diagnostic for Located<F> {
 /// Why a file of a scene, walls or a projector could not be used.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
+#[allow(missing_docs, reason = "the messages are the docs")]
 pub enum FileError<F: Diagnostic + 'static> {
-    /// The file could not be read.
     #[error("cannot read {what} in {}", path.display())]
     #[diagnostic(help("{help}"))]
     Read {
@@ -85,7 +84,6 @@ pub enum FileError<F: Diagnostic + 'static> {
         path: PathBuf,
         source: io::Error,
     },
-    /// It was read, and there is a fault in it.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Fault(#[from] Located<F>),
@@ -167,23 +165,4 @@ pub(crate) fn suggestion<'a>(
         }
         _ => format!("use one of: {}", names.join(", ")),
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn suggests_the_nearest_or_all() {
-        let names = ["chrome", "clay", "glass"];
-        for (given, says) in [
-            ("Crome", "did you mean \"chrome\"?"),
-            ("cloy", "did you mean \"clay\"?"),
-            ("", "use one of: chrome, clay, glass"),
-            ("velvety", "use one of: chrome, clay, glass"),
-        ] {
-            assert_eq!(suggestion(given, names).as_deref(), Some(says));
-        }
-        assert_eq!(suggestion("crome", []), None);
-    }
 }

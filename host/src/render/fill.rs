@@ -244,18 +244,11 @@ impl Source<'_> {
 
 /// The pixels of a tile of a picture, into `pixels`.
 pub(crate) fn pixels_of(picture: &Picture, tile: Tile, pixels: &mut Vec<Pixel>) {
-    let rows = tile.y..tile.y + tile.height;
-    let places = rows.flat_map(|y| (tile.x..tile.x + tile.width).map(move |x| (x, y)));
+    let rows = picture.core_pixels().chunks_exact(picture.width as usize);
     pixels.clear();
-    pixels.extend(places.map(|(x, y)| {
-        let [red, green, blue, alpha] = picture.pixel(x, y).unwrap_or_default();
-        Pixel {
-            red,
-            green,
-            blue,
-            alpha,
-        }
-    }));
+    for row in rows.skip(tile.y as usize).take(tile.height as usize) {
+        pixels.extend_from_slice(&row[tile.x as usize..][..tile.width as usize]);
+    }
 }
 
 /// Captures the surroundings; `None` where nothing follows the eyes' gaze.

@@ -19,22 +19,18 @@ use thiserror::Error;
 
 /// A name that no medium has.
 #[derive(Debug, Clone, PartialEq, Eq, Error, Diagnostic)]
-#[error("there is no medium \"{}\": {}", name.escape_debug(), suggestion)]
-pub struct UnknownMedium {
-    /// The name.
-    pub name: String,
-    /// The nearest names there are.
-    pub suggestion: String,
-}
+#[error("{0}")]
+pub struct UnknownMedium(String);
 
 /// The built-in medium of a name.
 ///
 /// # Errors
 /// An unknown name.
 pub fn medium(name: &str) -> Result<Medium, UnknownMedium> {
-    Medium::named(name).ok_or_else(|| UnknownMedium {
-        name: name.to_owned(),
-        suggestion: suggestion(name, Medium::NAMED.map(|(known, _)| known)).unwrap_or_default(),
+    Medium::named(name).ok_or_else(|| {
+        let help = suggestion(name, Medium::NAMED.map(|(known, _)| known)).unwrap_or_default();
+        let name = name.escape_debug();
+        UnknownMedium(format!("there is no medium \"{name}\": {help}"))
     })
 }
 

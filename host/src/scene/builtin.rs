@@ -208,13 +208,4 @@ mod tests {
         }
         assert_eq!(LIGHT, vector(&reference["light"]["pos"]));
     }
-
-    #[test]
-    fn letters_and_meshes_that_are_none_are_refused() {
-        assert_eq!("a".parse(), Ok(PaperScene::A));
-        let error = "AB".parse::<PaperScene>().unwrap_err();
-        assert!(error.to_string().contains("\"AB\""), "{error}");
-        let empty = TriangleMesh::default();
-        assert_eq!(paper_scene(PaperScene::A, empty), Err(FlatMesh));
-    }
 }

@@ -40,6 +40,8 @@
 //! objects and lights by place in the file. A key that is not described here
 //! is an error, not ignored.
 
+#![allow(clippy::ref_option, reason = "a table's field is an option")]
+
 mod entries;
 mod fault;
 mod lights;
@@ -53,10 +55,10 @@ use crate::files::description::{FileError, Located, Source, read_description};
 use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
 use entries::{BackgroundEntry, CameraEntry, MeshEntry, ObjectEntry, SceneEntry};
-use fault::{Check, Checked, DEGREES, FRAMES, LENGTH, POSITION, RADIANCE, SHARE, span};
+use fault::{Check, Checked, DEGREES, FRAMES, LENGTH, POSITION, RADIANCE, SHARE};
 use glam::DVec3;
 use lights::read_light;
-use materials::{read_materials, with_textures};
+use materials::{read_materials, read_textures};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -104,7 +106,7 @@ impl Scene {
         Ok(Self::from_toml(&text, &name, folder, load_mesh)?)
     }
 
-    /// A scene from the text of a scene file. `source_name` is what messages call it, `base_dir`
+    /// A scene from the text of a scene file. `name` is what messages call it, `base_dir`
     /// where its relative paths start; `load_mesh` is called once for each mesh, in order of names.
     ///
     /// # Errors
@@ -112,17 +114,14 @@ impl Scene {
     /// range, names that nothing has, meshes and images that cannot be loaded or used, no objects.
     pub fn from_toml<E>(
         text: &str,
-        source_name: &str,
+        name: &str,
         base_dir: &Path,
         mut load_mesh: impl FnMut(&MeshSource) -> Result<TriangleMesh, E>,
     ) -> Result<Self, Located<SceneFault>>
     where
         E: Into<Box<dyn std::error::Error + Send + Sync>>,
     {
-        let source = Source {
-            name: source_name,
-            text,
-        };
+        let source = Source { name, text };
         let entry: SceneEntry = source.parse(|message| SceneFault::new(message, SYNTAX))?;
         let check = Check { source };
         if entry.object.is_empty() {
@@ -132,7 +131,7 @@ impl Scene {
         }
         let material_numbers = numbers(&entry.materials);
         let mesh_numbers = numbers(&entry.meshes);
-        let ambient = check.colour_or("ambient", entry.ambient.as_ref(), RADIANCE, [0.0; 3])?;
+        let ambient = check.colour_or("ambient", &entry.ambient, RADIANCE, [0.0; 3])?;
         let background = match &entry.background {
             None => Background::default(),
             Some(entry) => read_background(&check, entry)?,
@@ -145,7 +144,12 @@ impl Scene {
         let objects = entry.object.iter();
         let objects = objects.map(|one| read_object(&check, one, &mesh_numbers, &material_numbers));
         let mut objects = objects.collect::<Result<Vec<_>, _>>()?;
-        let materials = with_textures(&check, &entry.textures, base_dir, materials)?;
+        let textures = read_textures(&check, &entry.textures, base_dir)?;
+        let materials = materials.into_iter().map(|(material, texture)| Material {
+            texture: texture.map(|number| textures[number].clone()),
+            ..material
+        });
+        let materials: Vec<Material> = materials.collect();
         let mut meshes = Vec::with_capacity(entry.meshes.len());
         for (name, entry) in &entry.meshes {
             let source = read_mesh_source(&check, name, entry, base_dir)?;
@@ -165,9 +169,8 @@ impl Scene {
             placed.fit(&check, entry, &meshes, &materials)?;
         }
         let file_name = || {
-            Path::new(source_name)
-                .file_stem()
-                .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
+            let stem = Path::new(name).file_stem().unwrap_or_default();
+            stem.to_string_lossy().into_owned()
         };
         Ok(Self {
             name: entry.name.unwrap_or_else(file_name),
@@ -250,8 +253,8 @@ fn read_path(check: &Check<'_>, entries: &[Spanned<CameraEntry>]) -> Checked<Cam
             frame,
             camera: DomeCamera {
                 position: DVec3::from_array(position),
-                zenith: check.vector_or("zenith", entry.zenith.as_ref(), upright.zenith)?,
-                top: check.vector_or("top", entry.top.as_ref(), upright.top)?,
+                zenith: check.vector_or("zenith", &entry.zenith, upright.zenith)?,
+                top: check.vector_or("top", &entry.top, upright.top)?,
             },
         });
     }
@@ -315,7 +318,8 @@ impl Placed {
         if mesh.has_coordinates_for(material) {
             return Ok(());
         }
-        let span = span(object.material.as_ref()).unwrap_or_else(|| entry.span());
+        let span = object.material.as_ref();
+        let span = span.map_or_else(|| entry.span(), Spanned::span);
         let message = "the object has a texture, but its mesh has no texture coordinates";
         let help = "export the mesh with coordinates (UVs), or take a material without a texture";
         check.refuse(message, help, span)
@@ -344,8 +348,8 @@ fn read_object(
     };
     if object.mesh.is_none() {
         let owner = "objects with a mesh";
-        check.only_for(owner, "normals", span(object.normals.as_ref()))?;
-        check.only_for(owner, "normalise", span(object.normalise.as_ref()))?;
+        check.only_for(owner, "normals", &object.normals)?;
+        check.only_for(owner, "normalise", &object.normalise)?;
     }
     let rotation_degrees = match (&object.yaw_degrees, &object.rotation_degrees) {
         (None, None) => [0.0; 3],
@@ -356,7 +360,7 @@ fn read_object(
         }
     };
     let placement = Placement {
-        position: check.vector_or("position", object.position.as_ref(), DVec3::ZERO)?,
+        position: check.vector_or("position", &object.position, DVec3::ZERO)?,
         rotation_degrees,
         scale: match &object.scale {
             None => DVec3::ONE,
@@ -366,21 +370,14 @@ fn read_object(
             }
         },
     };
-    let smooth = match &object.normals {
-        None => true,
-        Some(normals) => {
-            let known = [("smooth", true), ("flat", false)];
-            check.named("kind of normals", normals, &known.into())?
-        }
-    };
-    let material = object.material.as_ref();
-    let material = material.map(|name| check.named("material", name, materials));
+    let normals = [("smooth", true), ("flat", false)].into();
+    let smooth = check.name("kind of normals", &object.normals, &normals)?;
     let object = Object {
         shape,
-        material: material.transpose()?,
+        material: check.name("material", &object.material, materials)?,
         world_from_object: placement.world_from_object(&Normalisation::NONE),
         casts_shadow: object.casts_shadow.unwrap_or(true),
-        smooth,
+        smooth: smooth.unwrap_or(true),
     };
     Ok(Placed { object, placement })
 }

@@ -82,11 +82,8 @@ pub fn load(path: &Path) -> Result<TriangleMesh, ImportError> {
         Some("ply") => ply::parse,
         Some("gltf" | "glb") => gltf::parse,
         _ => {
-            return Err(ImportError(format!(
-                "{}: the file name's extension names no mesh format; export as .obj, .ply, .gltf \
-                 or .glb",
-                path.display()
-            )));
+            let problem = "the file name's extension names no mesh format";
+            return Err(fault(path, problem, "export as .obj, .ply, .gltf or .glb"));
         }
     };
     parse(path, &read(path)?)
@@ -96,36 +93,31 @@ fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
     crate::files::read(path).map_err(|fault| unread(path, &fault))
 }
 
-fn unread(path: &Path, fault: &std::io::Error) -> ImportError {
-    ImportError(format!(
-        "{}: {fault}; check the file's name and permissions",
-        path.display()
-    ))
+/// What is wrong, where, and what to do.
+fn fault<'p>(place: impl Into<Place<'p>>, problem: impl fmt::Display, advice: &str) -> ImportError {
+    ImportError(format!("{}: {problem}; {advice}", place.into()))
+}
+
+fn unread(path: &Path, error: &std::io::Error) -> ImportError {
+    fault(path, error, "check the file's name and permissions")
 }
 
 /// The error of a length or count beyond the end of the file.
 fn claim(path: &Path, what: &str, claimed: u128, available: usize) -> ImportError {
-    ImportError(format!(
-        "{}: {what} takes {claimed} bytes at least, but only {available} are there; the file is \
-         cut off or damaged: export the mesh again",
-        path.display()
-    ))
+    let problem = format!("{what} takes {claimed} bytes at least, but only {available} are there");
+    let advice = "the file is cut off or damaged: export the mesh again";
+    fault(path, problem, advice)
 }
 
 fn syntax<'p>(place: impl Into<Place<'p>>, problem: impl AsRef<str>) -> ImportError {
     let problem = problem.as_ref().trim_end_matches('.');
-    ImportError(format!(
-        "{}: {problem}; correct it there, or export the mesh again",
-        place.into()
-    ))
+    fault(place, problem, "correct it there, or export the mesh again")
 }
 
 /// The error of a file without faults whose mesh cannot be used.
-fn unusable<'p>(place: impl Into<Place<'p>>, fault: &MeshError) -> ImportError {
-    ImportError(format!(
-        "{}: {fault}; repair the mesh in a modelling program and export it again",
-        place.into()
-    ))
+fn unusable<'p>(place: impl Into<Place<'p>>, error: &MeshError) -> ImportError {
+    let advice = "repair the mesh in a modelling program and export it again";
+    fault(place, error, advice)
 }
 
 /// The error of a face, counted from 0, that names a vertex which does not exist.

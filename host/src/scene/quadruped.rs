@@ -24,99 +24,84 @@ const LOW: Vec3 = Vec3::new(-4.9, -3.85, -1.96);
 const SAMPLES: [u32; 3] = [161, 100, 57];
 const GROUND: f32 = -3.64;
 
-/// One part of the animal; `blend` is the width of the seam to the rest.
-struct Part {
-    form: Form,
-    blend: f32,
+/// One part of the animal, by the width of its seam to the rest.
+#[derive(Clone, Copy)]
+enum Part {
+    /// One end and its radius, the other end and its radius.
+    Limb(f32, [f32; 3], f32, [f32; 3], f32),
+    /// Centre and radii.
+    Ellipsoid(f32, [f32; 3], [f32; 3]),
 }
 
-enum Form {
-    Limb { ends: [Vec3; 2], radii: [f32; 2] },
-    Ellipsoid { centre: Vec3, radii: Vec3 },
-}
-
-const fn limb(blend: f32, from: [f32; 3], r0: f32, to: [f32; 3], r1: f32) -> Part {
-    Part {
-        form: Form::Limb {
-            ends: [Vec3::from_array(from), Vec3::from_array(to)],
-            radii: [r0, r1],
-        },
-        blend,
-    }
-}
-
-const fn ellipsoid(blend: f32, centre: [f32; 3], radii: [f32; 3]) -> Part {
-    Part {
-        form: Form::Ellipsoid {
-            centre: Vec3::from_array(centre),
-            radii: Vec3::from_array(radii),
-        },
-        blend,
-    }
-}
+use Part::{Ellipsoid, Limb};
 
 /// The left half and the middle, +X ahead and +Y up; the right half mirrors
 /// the left one.
 const PARTS: &[Part] = &[
     // Trunk: barrel, hips, shoulders, brisket and the line of the back.
-    ellipsoid(0.0, [-0.7, -0.15, 0.0], [3.0, 1.6, 1.62]),
-    ellipsoid(0.6, [-2.75, 0.5, 0.0], [1.15, 1.2, 1.2]),
-    ellipsoid(0.6, [1.75, 0.2, 0.0], [1.35, 1.55, 1.2]),
-    ellipsoid(0.5, [2.75, -0.45, 0.0], [0.75, 0.95, 0.62]),
-    limb(0.5, [-3.4, 1.3, 0.0], 0.4, [1.9, 1.35, 0.0], 0.45),
-    limb(0.3, [-3.0, 1.2, 0.35], 0.3, [-2.6, 1.15, 0.95], 0.2),
+    Ellipsoid(0.0, [-0.7, -0.15, 0.0], [3.0, 1.6, 1.62]),
+    Ellipsoid(0.6, [-2.75, 0.5, 0.0], [1.15, 1.2, 1.2]),
+    Ellipsoid(0.6, [1.75, 0.2, 0.0], [1.35, 1.55, 1.2]),
+    Ellipsoid(0.5, [2.75, -0.45, 0.0], [0.75, 0.95, 0.62]),
+    Limb(0.5, [-3.4, 1.3, 0.0], 0.4, [1.9, 1.35, 0.0], 0.45),
+    Limb(0.3, [-3.0, 1.2, 0.35], 0.3, [-2.6, 1.15, 0.95], 0.2),
     // Neck, dewlap and head.
-    limb(0.6, [2.2, 0.7, 0.0], 1.1, [4.05, 1.7, 0.0], 0.66),
-    limb(0.4, [3.0, -0.2, 0.0], 0.4, [4.2, 1.1, 0.0], 0.3),
-    limb(0.3, [4.3, 1.9, 0.0], 0.62, [5.4, 1.12, 0.0], 0.4),
-    limb(0.2, [4.45, 1.45, 0.0], 0.45, [5.3, 0.9, 0.0], 0.28),
-    ellipsoid(0.2, [5.53, 0.98, 0.0], [0.44, 0.38, 0.46]),
-    ellipsoid(0.1, [5.83, 1.1, 0.22], [0.14, 0.16, 0.15]),
-    ellipsoid(0.1, [4.72, 1.88, 0.5], [0.17, 0.15, 0.13]),
-    limb(0.15, [4.5, 2.1, 0.42], 0.15, [4.85, 1.98, 0.42], 0.13),
+    Limb(0.6, [2.2, 0.7, 0.0], 1.1, [4.05, 1.7, 0.0], 0.66),
+    Limb(0.4, [3.0, -0.2, 0.0], 0.4, [4.2, 1.1, 0.0], 0.3),
+    Limb(0.3, [4.3, 1.9, 0.0], 0.62, [5.4, 1.12, 0.0], 0.4),
+    Limb(0.2, [4.45, 1.45, 0.0], 0.45, [5.3, 0.9, 0.0], 0.28),
+    Ellipsoid(0.2, [5.53, 0.98, 0.0], [0.44, 0.38, 0.46]),
+    Ellipsoid(0.1, [5.83, 1.1, 0.22], [0.14, 0.16, 0.15]),
+    Ellipsoid(0.1, [4.72, 1.88, 0.5], [0.17, 0.15, 0.13]),
+    Limb(0.15, [4.5, 2.1, 0.42], 0.15, [4.85, 1.98, 0.42], 0.13),
     // Ear and horn.
-    limb(0.15, [4.0, 2.05, 0.5], 0.15, [3.95, 2.0, 0.85], 0.16),
-    ellipsoid(0.12, [3.92, 1.95, 1.05], [0.26, 0.15, 0.46]),
-    limb(0.1, [4.2, 2.25, 0.3], 0.2, [4.15, 2.42, 0.72], 0.16),
-    limb(0.06, [4.15, 2.42, 0.72], 0.16, [4.3, 2.68, 0.93], 0.1),
+    Limb(0.15, [4.0, 2.05, 0.5], 0.15, [3.95, 2.0, 0.85], 0.16),
+    Ellipsoid(0.12, [3.92, 1.95, 1.05], [0.26, 0.15, 0.46]),
+    Limb(0.1, [4.2, 2.25, 0.3], 0.2, [4.15, 2.42, 0.72], 0.16),
+    Limb(0.06, [4.15, 2.42, 0.72], 0.16, [4.3, 2.68, 0.93], 0.1),
     // Foreleg.
-    limb(0.4, [1.95, -0.5, 0.72], 0.62, [2.05, -1.95, 0.72], 0.34),
-    limb(0.15, [2.05, -1.95, 0.72], 0.33, [2.0, -3.05, 0.72], 0.22),
-    limb(0.1, [2.0, -3.1, 0.72], 0.25, [2.05, -3.2, 0.72], 0.25),
-    limb(0.06, [2.06, -3.38, 0.72], 0.27, [2.2, -3.62, 0.72], 0.33),
+    Limb(0.4, [1.95, -0.5, 0.72], 0.62, [2.05, -1.95, 0.72], 0.34),
+    Limb(0.15, [2.05, -1.95, 0.72], 0.33, [2.0, -3.05, 0.72], 0.22),
+    Limb(0.1, [2.0, -3.1, 0.72], 0.25, [2.05, -3.2, 0.72], 0.25),
+    Limb(0.06, [2.06, -3.38, 0.72], 0.27, [2.2, -3.62, 0.72], 0.33),
     // Hind leg.
-    ellipsoid(0.5, [-2.75, -0.3, 0.72], [1.0, 1.35, 0.62]),
-    limb(0.4, [-2.5, -0.9, 0.82], 0.6, [-3.2, -2.0, 0.8], 0.32),
-    limb(0.15, [-3.2, -2.0, 0.8], 0.32, [-2.95, -3.05, 0.8], 0.22),
-    limb(0.1, [-2.95, -3.1, 0.8], 0.25, [-2.9, -3.2, 0.8], 0.25),
-    limb(0.06, [-2.9, -3.38, 0.8], 0.27, [-2.76, -3.62, 0.8], 0.33),
+    Ellipsoid(0.5, [-2.75, -0.3, 0.72], [1.0, 1.35, 0.62]),
+    Limb(0.4, [-2.5, -0.9, 0.82], 0.6, [-3.2, -2.0, 0.8], 0.32),
+    Limb(0.15, [-3.2, -2.0, 0.8], 0.32, [-2.95, -3.05, 0.8], 0.22),
+    Limb(0.1, [-2.95, -3.1, 0.8], 0.25, [-2.9, -3.2, 0.8], 0.25),
+    Limb(0.06, [-2.9, -3.38, 0.8], 0.27, [-2.76, -3.62, 0.8], 0.33),
     // Udder.
-    ellipsoid(0.3, [-1.75, -1.6, 0.0], [0.7, 0.5, 0.55]),
-    limb(0.1, [-1.5, -2.0, 0.25], 0.12, [-1.48, -2.2, 0.27], 0.1),
-    limb(0.1, [-1.95, -2.0, 0.25], 0.12, [-1.97, -2.2, 0.27], 0.1),
+    Ellipsoid(0.3, [-1.75, -1.6, 0.0], [0.7, 0.5, 0.55]),
+    Limb(0.1, [-1.5, -2.0, 0.25], 0.12, [-1.48, -2.2, 0.27], 0.1),
+    Limb(0.1, [-1.95, -2.0, 0.25], 0.12, [-1.97, -2.2, 0.27], 0.1),
     // Tail and its tuft.
-    limb(0.25, [-3.5, 1.35, 0.0], 0.25, [-4.1, 1.2, 0.0], 0.16),
-    limb(0.1, [-4.1, 1.2, 0.0], 0.16, [-4.4, 0.3, 0.0], 0.12),
-    limb(0.06, [-4.4, 0.3, 0.0], 0.12, [-4.45, -0.9, 0.0], 0.11),
-    limb(0.12, [-4.45, -1.0, 0.0], 0.13, [-4.4, -1.45, 0.0], 0.2),
-    limb(0.1, [-4.4, -1.45, 0.0], 0.2, [-4.3, -1.95, 0.0], 0.07),
+    Limb(0.25, [-3.5, 1.35, 0.0], 0.25, [-4.1, 1.2, 0.0], 0.16),
+    Limb(0.1, [-4.1, 1.2, 0.0], 0.16, [-4.4, 0.3, 0.0], 0.12),
+    Limb(0.06, [-4.4, 0.3, 0.0], 0.12, [-4.45, -0.9, 0.0], 0.11),
+    Limb(0.12, [-4.45, -1.0, 0.0], 0.13, [-4.4, -1.45, 0.0], 0.2),
+    Limb(0.1, [-4.4, -1.45, 0.0], 0.2, [-4.3, -1.95, 0.0], 0.07),
 ];
 
-impl Form {
+impl Part {
+    const fn blend(self) -> f32 {
+        match self {
+            Limb(blend, ..) | Ellipsoid(blend, ..) => blend,
+        }
+    }
+
     /// About the distance from `p` to the surface, negative inside.
-    fn distance(&self, p: Vec3) -> f32 {
-        match *self {
-            Self::Limb {
-                ends: [a, b],
-                radii: [r0, r1],
-            } => {
+    fn distance(self, p: Vec3) -> f32 {
+        match self {
+            Limb(_, a, r0, b, r1) => {
+                let (a, b) = (Vec3::from(a), Vec3::from(b));
                 let axis = b - a;
                 let t = ((p - a).dot(axis) / axis.length_squared()).clamp(0.0, 1.0);
                 (p - (a + axis * t)).length() - (r0 + (r1 - r0) * t)
             }
             // Quilez' bound: first order exact at the surface.
-            Self::Ellipsoid { centre, radii } => {
-                let q = (p - centre) / radii;
+            Ellipsoid(_, centre, radii) => {
+                let radii = Vec3::from(radii);
+                let q = (p - Vec3::from(centre)) / radii;
                 let slope = (q / radii).length();
                 let k = q.length();
                 if slope > 0.0 {
@@ -142,7 +127,7 @@ fn smooth_min(a: f32, b: f32, blend: f32) -> f32 {
 fn field(p: Vec3) -> f32 {
     let left = Vec3::new(p.x, p.y, p.z.abs());
     let union = PARTS.iter().fold(f32::MAX, |distance, part| {
-        smooth_min(distance, part.form.distance(left), part.blend)
+        smooth_min(distance, part.distance(left), part.blend())
     });
     union.max(GROUND - p.y)
 }

@@ -177,13 +177,9 @@ fn sides(png: &[u8]) -> Option<[u32; 2]> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::scene::material::Material;
 
-    pub(in crate::scene) fn png(
-        size: [u32; 2],
-        colour: ColorType,
-        depth: BitDepth,
-        data: &[u8],
-    ) -> Vec<u8> {
+    fn png(size: [u32; 2], colour: ColorType, depth: BitDepth, data: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
         encoder.set_color(colour);
@@ -202,6 +198,14 @@ pub(super) mod tests {
         png(size, ColorType::Grayscale, BitDepth::Eight, texels)
     }
 
+    /// The texels of a material's image.
+    pub(in crate::scene) fn texels(material: &Material) -> &[[u8; 4]] {
+        match material.texture.as_ref().map(|texture| &texture.pattern) {
+            Some(Pattern::Image(image)) => image.texels(),
+            other => panic!("{other:?}"),
+        }
+    }
+
     fn read(bytes: &[u8]) -> Result<Image, ImageError> {
         let mut left = Image::MOST_BYTES;
         Image::from_png(Path::new("a.png"), bytes, &mut left)
@@ -212,19 +216,11 @@ pub(super) mod tests {
         use BitDepth::{Eight, One, Sixteen};
         use ColorType::{Grayscale, GrayscaleAlpha, Indexed, Rgb, Rgba};
         let deep: &[u8] = &[7, 200, 1, 1, 9, 0, 2, 2];
+        let rgb: &[u8] = &[1, 2, 3, 4, 5, 6];
+        let rgba: &[u8] = &[1, 2, 3, 9, 4, 5, 6, 0];
         for (colour, depth, data, expected) in [
-            (
-                Rgb,
-                Eight,
-                &[1, 2, 3, 4, 5, 6][..],
-                [[1, 2, 3, 0], [4, 5, 6, 0]],
-            ),
-            (
-                Rgba,
-                Eight,
-                &[1, 2, 3, 9, 4, 5, 6, 0],
-                [[1, 2, 3, 0], [4, 5, 6, 0]],
-            ),
+            (Rgb, Eight, rgb, [[1, 2, 3, 0], [4, 5, 6, 0]]),
+            (Rgba, Eight, rgba, [[1, 2, 3, 0], [4, 5, 6, 0]]),
             (Grayscale, One, &[0b0100_0000], [[0; 4], [255, 255, 255, 0]]),
             (GrayscaleAlpha, Sixteen, deep, [[7, 7, 7, 0], [9, 9, 9, 0]]),
             (Indexed, Eight, &[1, 0], [[250, 251, 252, 0], [1, 2, 3, 0]]),
@@ -238,11 +234,8 @@ pub(super) mod tests {
     #[test]
     fn what_is_too_large_is_refused_before_it_is_decoded() {
         let wide = png([8193, 1], ColorType::Grayscale, BitDepth::One, &[0; 1025]);
-        let error = read(&wide).unwrap_err();
-        assert!(
-            error.to_string().contains("8193 × 1 texels, but"),
-            "{error}"
-        );
+        let error = read(&wide).unwrap_err().to_string();
+        assert!(error.contains("8193 × 1 texels, but"), "{error}");
         // A header alone that claims much, with the sums that it needs.
         let mut header = png([1, 1], ColorType::Rgba, BitDepth::Eight, &[0; 4]);
         header[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
@@ -264,12 +257,8 @@ pub(super) mod tests {
             let error = read(&whole[..length]).unwrap_err();
             assert!(error.to_string().contains("not a whole PNG"), "{error}");
         }
-        let mut damaged = whole.clone();
+        let mut damaged = whole;
         damaged[20] ^= 1;
-        assert!(read(&damaged).is_err());
-        assert!(read(b"GIF89a").is_err() && !Image::is_png(b"GIF89a"));
-        assert!(Image::is_png(&whole));
-        let error = Image::load(Path::new("/nowhere/a.png"), &mut 99).unwrap_err();
-        assert!(error.to_string().contains("permissions"), "{error}");
+        assert!(read(&damaged).is_err() && read(b"GIF89a").is_err());
     }
 }

@@ -28,15 +28,13 @@ fn faces(ladder: &Ladder<'_>) -> Vec<u32> {
 
 #[test]
 fn levels_that_there_cannot_be_are_refused() {
-    let new = PolygonLevels::new;
-    assert!(new(1..=1, 2).is_ok() && new(500..=u32::MAX, 64).is_ok());
     for (faces, rungs, says) in [
         (RangeInclusive::new(6, 5), 16, "6..5 is no range"),
         (0..=5, 16, "0..5 is no range"),
         (1..=5, 1, "cannot be 1 polygon levels"),
         (1..=5, 65, "cannot be 65"),
     ] {
-        let error = new(faces, rungs).unwrap_err().to_string();
+        let error = PolygonLevels::new(faces, rungs).unwrap_err().to_string();
         assert!(error.contains(says), "{error}");
     }
 }

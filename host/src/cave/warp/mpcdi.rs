@@ -26,7 +26,7 @@ const DESCRIPTION: &str = "mpcdi.xml";
 /// # Errors
 /// What writing reports.
 pub fn write(warp: &Warp<'_>, to: impl Write + Seek) -> io::Result<()> {
-    let name = warp.projector.name();
+    let name = &warp.projector.name;
     let (points, weights) = (format!("{name}.pfm"), format!("{name}-alpha.png"));
     let mut archive = ZipWriter::new(to);
     let options = SimpleFileOptions::default()
@@ -85,12 +85,12 @@ fn alpha(warp: &Warp<'_>) -> io::Result<Vec<u8>> {
 /// The text of `mpcdi.xml`, without a line feed at its end.
 fn description(warp: &Warp<'_>, points: &str, weights: &str) -> String {
     let projector = warp.projector;
-    let [columns, rows] = projector.resolution();
+    let [columns, rows] = projector.resolution;
     let [dome, name, points, weights] =
-        [warp.dome.name(), projector.name(), points, weights].map(escape);
+        [&warp.dome.name, &projector.name, points, weights].map(|text| escape(text));
     let [yaw, pitch, roll] = projector.angles().map(f64::to_degrees);
-    let [left, right, down, up] = projector.edges().map(|t| libm::atan(t).to_degrees());
-    let DVec3 { x, y, z } = projector.position();
+    let [left, right, down, up] = projector.edges.map(|t| libm::atan(t).to_degrees());
+    let DVec3 { x, y, z } = projector.position;
     let frustum = values(&[
         ("yaw", yaw),
         ("pitch", pitch),

@@ -10,13 +10,17 @@ use std::path::Path;
 /// A projector: a pinhole with lens shift, at a place in the room.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Projector {
-    name: String,
-    position: DVec3,
-    /// The picture's right, its top, and the direction against its light.
-    axes: DMat3,
-    /// The picture's left, right, lower and upper edge at distance 1.
-    edges: [f64; 4],
-    resolution: [u32; 2],
+    /// For file names and messages.
+    pub name: String,
+    /// Metres, in the room.
+    pub position: DVec3,
+    /// To the picture's right, to its top, and against its light.
+    pub axes: DMat3,
+    /// The picture's left, right, lower and upper edge at distance 1, to the
+    /// right and upwards from straight ahead.
+    pub edges: [f64; 4],
+    /// Columns and rows.
+    pub resolution: [u32; 2],
 }
 
 const SYNTAX: &str = "a projector has name, position ([x, y, z] in metres), look ([x, y, z]) and, \
@@ -25,32 +29,6 @@ const SYNTAX: &str = "a projector has name, position ([x, y, z] in metres), look
     heights])";
 
 impl Projector {
-    /// For file names and messages.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// Metres, in the room.
-    pub const fn position(&self) -> DVec3 {
-        self.position
-    }
-
-    /// Columns and rows.
-    pub const fn resolution(&self) -> [u32; 2] {
-        self.resolution
-    }
-
-    /// To the picture's right, to its top, and against its light.
-    pub const fn axes(&self) -> DMat3 {
-        self.axes
-    }
-
-    /// The picture's left, right, lower and upper edge at distance 1, to the
-    /// right and upwards from straight ahead.
-    pub const fn edges(&self) -> [f64; 4] {
-        self.edges
-    }
-
     /// Towards a point of the picture, 0 to 1 to the right and downwards from
     /// its upper left corner: of unit length.
     pub fn direction(&self, at: DVec2) -> DVec3 {
@@ -84,7 +62,7 @@ impl Projector {
         Ok(Self::from_toml(&text, &path.to_string_lossy())?)
     }
 
-    /// A projector from the text of a file; `source_name` is what messages call it.
+    /// A projector from the text of a file; `name` is what messages call it.
     ///
     /// ```toml
     /// name = "back"
@@ -100,11 +78,8 @@ impl Projector {
     /// # Errors
     /// The first fault and its place: text that is not TOML, unknown or missing keys, keys that
     /// exclude each other, a value out of its range.
-    pub fn from_toml(text: &str, source_name: &str) -> Result<Self, Located<RoomError>> {
-        let source = Source {
-            name: source_name,
-            text,
-        };
+    pub fn from_toml(text: &str, name: &str) -> Result<Self, Located<RoomError>> {
+        let source = Source { name, text };
         let entry: Entry = source.parse(|message| RoomError::new("", message, SYNTAX))?;
         entry.projector().map_err(|fault| {
             // Without `up` in the file, `look` is along the room's up.
@@ -136,9 +111,8 @@ struct Entry {
 impl Entry {
     fn projector(self) -> Result<Projector, RoomError> {
         let (axes, across) = (self.axes()?, self.half_width()?);
-        let help = "files are named after projectors: use letters, digits, '-' and '_', such as \
-                    \"left\"";
-        RoomError::check_name("projector", &self.name, help)?;
+        let named = "files are named after projectors";
+        RoomError::check_name("projector", &self.name, named, "left")?;
         let position = self.position.into();
         RoomError::check_place("position", format_args!("the projector is"), position)?;
         let resolution = self.resolution;

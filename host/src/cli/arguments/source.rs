@@ -83,11 +83,7 @@ pub fn bake(
     layout: Layout,
     levels: Option<&PolygonLevels>,
 ) -> Result<BakedScene, Fault> {
-    let baked = match levels {
-        Some(levels) => BakedScene::with_levels(scene, levels, layout),
-        None => BakedScene::new(scene, layout),
-    };
-    let baked = baked.map_err(|source| {
+    let baked = BakedScene::new(scene, levels, layout).map_err(|source| {
         let name = name.to_owned();
         match source {
             BakeError::Ladder { .. } => Fault::Levels { name, source },

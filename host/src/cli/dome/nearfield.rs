@@ -210,7 +210,7 @@ fn at_distance(near: &NearField, distance: f64) -> AtDistance {
     let largest = near.largest(distance);
     AtDistance {
         distance: distance.is_finite().then_some(distance),
-        offset: near.offset(),
+        offset: near.offset,
         rings: rings.collect(),
         max_px: largest.px_4096(),
         max_r_d_deg: largest.r_d.to_degrees(),

@@ -1,6 +1,6 @@
 //! `shisen dome warp`: the picture that a projector has to show on a dome.
 
-use crate::cave::warp::{Nodes, Projector, Warp, WarpError, bourke, mpcdi};
+use crate::cave::warp::{Nodes, Projector, Warp, bourke, mpcdi};
 use crate::cave::{Cave, DomeScreen};
 use crate::cli::arguments::{PictureSize, WallsName};
 use crate::cli::prelude::*;
@@ -80,12 +80,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let projector = Projector::load(&arguments.projector)?;
     let (nodes, grid) = match arguments.format {
         Format::Bourke => (Nodes::Corners, [80, 60]),
-        Format::Mpcdi => (Nodes::Centres, projector.resolution()),
+        Format::Mpcdi => (Nodes::Centres, projector.resolution),
     };
     let grid = arguments.grid.map_or(grid, |grid| grid.0);
-    let warp = Warp::new(dome, &projector, grid, nodes).map_err(|error| match error {
-        WarpError::Grid { .. } => Failure::usage(&error.to_string()),
-        other => other.into(),
+    let warp = Warp::new(dome, &projector, grid, nodes).map_err(|error| match error.key {
+        "grid" => Failure::usage(&error.to_string()),
+        _ => error.into(),
     })?;
     let path = &arguments.out;
     write_atomically(path, |file| match arguments.format {
@@ -99,8 +99,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         path: path.display().to_string(),
         format: arguments.format.name(),
         profile: (arguments.format == Format::Mpcdi).then_some("a3"),
-        dome: dome.name().to_owned(),
-        projector: projector.name().to_owned(),
+        dome: dome.name.clone(),
+        projector: projector.name.clone(),
         columns,
         rows,
         drawn,
@@ -110,11 +110,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn dome<'a>(arguments: &Arguments, cave: &'a Cave) -> Result<&'a DomeScreen, Failure> {
-    let names: Vec<&str> = cave.domes.iter().map(DomeScreen::name).collect();
+    let names: Vec<&str> = cave.domes.iter().map(|dome| dome.name.as_str()).collect();
     let found = match (&arguments.dome, cave.domes.as_slice()) {
         (None, [only]) => Some(only),
         (None, _) => None,
-        (Some(name), domes) => domes.iter().find(|dome| dome.name() == name),
+        (Some(name), domes) => domes.iter().find(|dome| dome.name == *name),
     };
     found.ok_or_else(|| {
         let names = names.join(", ");

@@ -65,11 +65,6 @@ pub(super) const LIGHT_SAMPLES: Limits = Limits(1.0, 64.0);
 
 pub(super) type Checked<T> = Result<T, Located<SceneFault>>;
 
-/// Where a value is in the text, if it is there.
-pub(super) fn span<T>(value: Option<&Spanned<T>>) -> Option<Range<usize>> {
-    value.map(Spanned::span)
-}
-
 pub(super) struct Check<'a> {
     pub(super) source: Source<'a>,
 }
@@ -101,9 +96,15 @@ impl Check<'_> {
     }
 
     /// Refuses a key, if it is there, that is for others only.
-    pub(super) fn only_for(&self, owner: &str, key: &str, at: Option<Range<usize>>) -> Checked<()> {
-        at.map_or(Ok(()), |at| {
-            self.refuse(format!("`{key}` is for {owner} only"), "remove it here", at)
+    pub(super) fn only_for<T>(
+        &self,
+        owner: &str,
+        key: &str,
+        value: &Option<Spanned<T>>,
+    ) -> Checked<()> {
+        value.as_ref().map_or(Ok(()), |value| {
+            let message = format!("`{key}` is for {owner} only");
+            self.refuse(message, "remove it here", value.span())
         })
     }
 
@@ -149,21 +150,43 @@ impl Check<'_> {
     pub(super) fn colour_or(
         &self,
         key: &str,
-        value: Option<&Numbers>,
+        value: &Option<Numbers>,
         limits: Limits,
         default: [f32; 3],
     ) -> Checked<[f32; 3]> {
-        value.map_or(Ok(default), |value| self.colour(key, value, limits))
+        let read = |value| self.colour(key, value, limits);
+        value.as_ref().map_or(Ok(default), read)
+    }
+
+    pub(super) fn number_or(
+        &self,
+        key: &str,
+        value: &Option<Number>,
+        limits: Limits,
+        default: f32,
+    ) -> Checked<f32> {
+        let read = |value| Ok(self.number(key, value, limits)? as f32);
+        value.as_ref().map_or(Ok(default), read)
     }
 
     pub(super) fn vector_or(
         &self,
         key: &str,
-        value: Option<&Numbers>,
+        value: &Option<Numbers>,
         default: DVec3,
     ) -> Checked<DVec3> {
         let read = |value| self.numbers(key, value, POSITION).map(DVec3::from_array);
-        value.map_or(Ok(default), read)
+        value.as_ref().map_or(Ok(default), read)
+    }
+
+    pub(super) fn name<T: Copy>(
+        &self,
+        kind: &str,
+        name: &Option<Spanned<String>>,
+        known: &BTreeMap<&str, T>,
+    ) -> Checked<Option<T>> {
+        let name = name.as_ref();
+        name.map(|name| self.named(kind, name, known)).transpose()
     }
 
     pub(super) fn named<T: Copy>(

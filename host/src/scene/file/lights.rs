@@ -1,10 +1,13 @@
 //! Lights of a scene file.
 
-use super::entries::LightEntry;
-use super::fault::{Check, Checked, LENGTH, LIGHT_SAMPLES, POSITION, RADIANCE, SceneFault, span};
+use super::entries::{LightEntry, Numbers};
+use super::fault::{Check, Checked, LENGTH, LIGHT_SAMPLES, POSITION, RADIANCE, SceneFault};
 use crate::scene::Light;
 use glam::DVec3;
 use toml::Spanned;
+
+/// Points of a rectangle that each lit point looks at, unless the file says how many.
+const DEFAULT_SAMPLES: u32 = 16;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum LightKind {
@@ -17,30 +20,41 @@ pub(super) fn read_light(check: &Check<'_>, entry: &Spanned<LightEntry>) -> Chec
     use LightKind::{Directional, Point, Rectangle};
 
     let light = entry.as_ref();
-    let colour = check.colour_or("colour", light.colour.as_ref(), RADIANCE, [1.0; 3])?;
+    let colour = check.colour_or("colour", &light.colour, RADIANCE, [1.0; 3])?;
     let known = [
         ("point", Point),
         ("directional", Directional),
         ("rectangle", Rectangle),
     ];
     let kind = check.named("type of light", &light.kind, &known.into())?;
-    check_keys(check, light, kind)?;
-    let missing = |owner, key, example| {
-        let fault = SceneFault::new(
-            format!("{owner} needs `{key}`"),
-            format!("add `{key} = {example}`"),
-        );
+    if kind == Directional {
+        check.only_for("point lights and rectangles", "position", &light.position)?;
+    }
+    if kind == Point {
+        let owner = "directional lights and rectangles";
+        check.only_for(owner, "direction", &light.direction)?;
+    } else {
+        check.only_for("point lights", "inverse_square", &light.inverse_square)?;
+    }
+    if kind != Rectangle {
+        check.only_for("rectangles", "size", &light.size)?;
+        check.only_for("rectangles", "up", &light.up)?;
+        check.only_for("rectangles", "samples", &light.samples)?;
+        check.only_for("rectangles", "two_sided", &light.two_sided)?;
+    }
+    let missing = |key, example| {
+        let owner = match kind {
+            Point => "a point light",
+            Directional => "a directional light",
+            Rectangle => "a rectangle",
+        };
+        let help = format!("add `{key} = {example}`");
+        let fault = SceneFault::new(format!("{owner} needs `{key}`"), help);
         check.fault(fault, Some(light.kind.span()))
     };
-    let owner = match kind {
-        Point => "a point light",
-        Directional => "a directional light",
-        Rectangle => "a rectangle",
-    };
-    let vector = |key, written: &Option<Spanned<[f64; 3]>>| {
-        let written = written
-            .as_ref()
-            .ok_or_else(|| missing(owner, key, "[x, y, z]"))?;
+    let vector = |key, written: &Option<Numbers>| {
+        let written = written.as_ref();
+        let written = written.ok_or_else(|| missing(key, "[x, y, z]"))?;
         let vector = check.numbers(key, written, POSITION)?;
         Ok((DVec3::from_array(vector), written.span()))
     };
@@ -52,11 +66,12 @@ pub(super) fn read_light(check: &Check<'_>, entry: &Spanned<LightEntry>) -> Chec
         }
         Ok(direction)
     };
+    let is_on = |flag: &Option<Spanned<bool>>| flag.as_ref().is_some_and(|on| *on.as_ref());
     match kind {
         Point => Ok(Light::Point {
             position: vector("position", &light.position)?.0,
             colour,
-            inverse_square: light.inverse_square.as_ref().is_some_and(|on| *on.as_ref()),
+            inverse_square: is_on(&light.inverse_square),
         }),
         Directional => Ok(Light::Directional {
             direction: direction()?,
@@ -64,7 +79,7 @@ pub(super) fn read_light(check: &Check<'_>, entry: &Spanned<LightEntry>) -> Chec
         }),
         Rectangle => {
             let size = light.size.as_ref();
-            let size = size.ok_or_else(|| missing(owner, "size", "[width, height]"))?;
+            let size = size.ok_or_else(|| missing("size", "[width, height]"))?;
             let [width, height] = check.numbers("size", size, LENGTH)?;
             let forward = direction()?.normalize();
             let right = right_of(check, light, forward)?;
@@ -77,7 +92,7 @@ pub(super) fn read_light(check: &Check<'_>, entry: &Spanned<LightEntry>) -> Chec
                     None => DEFAULT_SAMPLES,
                     Some(samples) => check.whole("samples", samples, LIGHT_SAMPLES)?,
                 },
-                two_sided: light.two_sided.as_ref().is_some_and(|on| *on.as_ref()),
+                two_sided: is_on(&light.two_sided),
             })
         }
     }
@@ -103,43 +118,3 @@ fn right_of(check: &Check<'_>, light: &LightEntry, forward: DVec3) -> Checked<DV
     };
     Ok(-left.normalize())
 }
-
-fn check_keys(check: &Check<'_>, light: &LightEntry, kind: LightKind) -> Checked<()> {
-    use LightKind::{Directional, Point, Rectangle};
-
-    for (kinds, key, span) in [
-        (
-            &[Point, Rectangle][..],
-            "position",
-            span(light.position.as_ref()),
-        ),
-        (
-            &[Directional, Rectangle],
-            "direction",
-            span(light.direction.as_ref()),
-        ),
-        (
-            &[Point],
-            "inverse_square",
-            span(light.inverse_square.as_ref()),
-        ),
-        (&[Rectangle], "size", span(light.size.as_ref())),
-        (&[Rectangle], "up", span(light.up.as_ref())),
-        (&[Rectangle], "samples", span(light.samples.as_ref())),
-        (&[Rectangle], "two_sided", span(light.two_sided.as_ref())),
-    ] {
-        if !kinds.contains(&kind) {
-            let owner = match kinds {
-                [Point, _] => "point lights and rectangles",
-                [Directional, _] => "directional lights and rectangles",
-                [Point] => "point lights",
-                _ => "rectangles",
-            };
-            check.only_for(owner, key, span)?;
-        }
-    }
-    Ok(())
-}
-
-/// Points of a rectangle that each lit point looks at, unless the file says how many.
-const DEFAULT_SAMPLES: u32 = 16;

@@ -1,9 +1,9 @@
 //! Materials of a scene file, and what they name.
 
-use super::entries::{GraticuleEntry, MaterialEntry, MediumEntry, SceneEntry, TextureEntry};
+use super::entries::{MaterialEntry, MediumEntry, SceneEntry, TextureEntry};
 use super::fault::{
     ABSORPTION, Check, Checked, DIVISIONS, EXPONENT, FORM, INDEX_OF_REFRACTION, LINE_WIDTH,
-    RADIANCE, REPEATS, SHARE, SceneFault, WAVELENGTH, span,
+    RADIANCE, REPEATS, SHARE, SceneFault, WAVELENGTH,
 };
 use super::{FOLDER, numbers};
 use crate::scene::material::{Graticule, Material};
@@ -13,8 +13,6 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 use toml::Spanned;
-
-type TextureEntries = BTreeMap<Spanned<String>, Spanned<TextureEntry>>;
 
 /// The materials in the order of their names, with the numbers of their textures.
 pub(super) fn read_materials(
@@ -33,78 +31,48 @@ pub(super) fn read_materials(
         .collect()
 }
 
-/// Loads the textures into the materials.
-pub(super) fn with_textures(
-    check: &Check<'_>,
-    entries: &TextureEntries,
-    base_dir: &Path,
-    materials: Vec<(Material, Option<usize>)>,
-) -> Checked<Vec<Material>> {
-    let textures = read_textures(check, entries, base_dir)?;
-    let materials = materials.into_iter().map(|(material, texture)| Material {
-        texture: texture.map(|number| textures[number].clone()),
-        ..material
-    });
-    Ok(materials.collect())
-}
-
 fn read_material(
     check: &Check<'_>,
     entry: &MaterialEntry,
     textures: &BTreeMap<&str, usize>,
     media: &BTreeMap<&str, Medium>,
 ) -> Checked<(Material, Option<usize>)> {
-    let default = Material::default();
-    let colour = |key, value: &Option<_>, limits, default| {
-        check.colour_or(key, value.as_ref(), limits, default)
-    };
-    let share = |key, value, default| colour(key, value, SHARE, default);
-    let number = |key, value: &Option<_>, limits, default: f32| -> Checked<f32> {
-        let number = value.as_ref().map(|value| check.number(key, value, limits));
-        Ok(number.transpose()?.map_or(default, |number| number as f32))
-    };
-    let texture = entry.texture.as_ref();
-    let texture = texture
-        .map(|name| check.named("texture", name, textures))
-        .transpose()?;
+    let texture = check.name("texture", &entry.texture, textures)?;
+    let index = &entry.index_of_refraction;
     if entry.transmission.is_none() {
         let owner = "materials with a `transmission`";
-        check.only_for(owner, "medium", span(entry.medium.as_ref()))?;
-        let index = span(entry.index_of_refraction.as_ref());
+        check.only_for(owner, "medium", &entry.medium)?;
         check.only_for(owner, "index_of_refraction", index)?;
-        check.only_for(owner, "absorption", span(entry.absorption.as_ref()))?;
+        check.only_for(owner, "absorption", &entry.absorption)?;
     }
-    let medium = match &entry.medium {
-        None => None,
-        Some(name) if entry.index_of_refraction.is_some() => {
-            let choice = "at most one of `medium` and `index_of_refraction`";
-            return check.refuse_choice("a material", choice, name.span());
-        }
-        Some(name) => Some(check.named("medium", name, media)?),
-    };
-    let lines = entry.graticule.as_ref();
+    if let (Some(medium), Some(_)) = (&entry.medium, index) {
+        let choice = "at most one of `medium` and `index_of_refraction`";
+        return check.refuse_choice("a material", choice, medium.span());
+    }
+    let default = Material::default();
+    let colour = |key, value, limits, default| check.colour_or(key, value, limits, default);
+    let share = |key, value, default| colour(key, value, SHARE, default);
+    let number = |key, value, limits, default| check.number_or(key, value, limits, default);
+    let glass = default.index_of_refraction;
     let material = Material {
+        medium: check.name("medium", &entry.medium, media)?,
         diffuse: share("diffuse", &entry.diffuse, default.diffuse)?,
         specular: share("specular", &entry.specular, default.specular)?,
         shininess: number("shininess", &entry.shininess, EXPONENT, default.shininess)?,
         mirror: share("mirror", &entry.mirror, default.mirror)?,
         transmission: share("transmission", &entry.transmission, default.transmission)?,
-        index_of_refraction: number(
-            "index_of_refraction",
-            &entry.index_of_refraction,
-            INDEX_OF_REFRACTION,
-            default.index_of_refraction,
-        )?,
-        absorption: colour(
-            "absorption",
-            &entry.absorption,
-            ABSORPTION,
-            default.absorption,
-        )?,
-        graticule: lines
-            .map(|lines| read_graticule(check, lines))
-            .transpose()?,
-        medium,
+        index_of_refraction: number("index_of_refraction", index, INDEX_OF_REFRACTION, glass)?,
+        absorption: colour("absorption", &entry.absorption, ABSORPTION, [0.0; 3])?,
+        graticule: match &entry.graticule {
+            None => None,
+            Some(lines) => {
+                let width = check.number("width_degrees", &lines.width_degrees, LINE_WIDTH)?;
+                Some(Graticule {
+                    divisions: check.whole("divisions", &lines.divisions, DIVISIONS)?,
+                    width: width.to_radians() as f32,
+                })
+            }
+        },
         texture: None,
         emission: colour("emission", &entry.emission, RADIANCE, default.emission)?,
     };
@@ -146,9 +114,9 @@ fn read_medium(check: &Check<'_>, name: &Spanned<String>, entry: &MediumEntry) -
     Ok(medium)
 }
 
-fn read_textures(
+pub(super) fn read_textures(
     check: &Check<'_>,
-    entries: &TextureEntries,
+    entries: &BTreeMap<Spanned<String>, Spanned<TextureEntry>>,
     base_dir: &Path,
 ) -> Checked<Vec<Texture>> {
     let mut left = Image::MOST_BYTES;
@@ -190,12 +158,4 @@ fn read_textures(
         textures.push(Texture { pattern, repeats });
     }
     Ok(textures)
-}
-
-fn read_graticule(check: &Check<'_>, entry: &GraticuleEntry) -> Checked<Graticule> {
-    let width = check.number("width_degrees", &entry.width_degrees, LINE_WIDTH)?;
-    Ok(Graticule {
-        divisions: check.whole("divisions", &entry.divisions, DIVISIONS)?,
-        width: width.to_radians() as f32,
-    })
 }

@@ -2,10 +2,12 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::Path;
+use std::rc::Rc;
 
 use glam::{Mat3, Mat4, Vec3};
-use gltf::accessor::{DataType, Dimensions, Item, Iter};
+use gltf::accessor::{DataType, Dimensions};
 use gltf::{Accessor, Document, Node, Primitive, Semantic, buffer, json, mesh::Mode};
 
 use super::{
@@ -26,7 +28,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, ImportErr
     let document = document(path, &json)?;
     let importer = Importer {
         path,
-        buffers: Buffers::read(path, &document, blob)?,
+        buffers: buffers(path, &document, blob)?,
     };
     let mesh = importer.scene(&document)?;
     validated(mesh, path, |_| None)
@@ -73,53 +75,34 @@ fn document(path: &Path, json: &[u8]) -> Result<Document, ImportError> {
     Document::from_json(root).map_err(|error| malformed(path, &error))
 }
 
-/// The bytes of the document's buffers; buffers with the same URI share them.
-struct Buffers {
-    contents: Vec<Vec<u8>>,
-    /// For each buffer, its place in `contents`.
-    places: Vec<usize>,
-}
-
-impl Buffers {
-    fn read(path: &Path, document: &Document, blob: Option<Vec<u8>>) -> Result<Self, ImportError> {
-        let mut blob = blob;
-        let mut by_uri = HashMap::new();
-        let mut contents = Vec::new();
-        let mut places = Vec::new();
-        for buffer in document.buffers() {
-            let uri = match buffer.source() {
-                buffer::Source::Bin => None,
-                buffer::Source::Uri(uri) => Some(uri),
-            };
-            let place = match by_uri.get(&uri) {
-                Some(&place) if uri.is_some() => place,
-                _ => {
-                    contents.push(match uri {
-                        Some(uri) => read_uri(path, uri)?,
-                        None => blob.take().ok_or_else(|| {
-                            let number = buffer.index();
-                            let problem = "has neither a URI nor a binary chunk";
-                            syntax(path, format!("buffer {number} {problem}"))
-                        })?,
-                    });
-                    by_uri.insert(uri, contents.len() - 1);
-                    contents.len() - 1
-                }
-            };
-            let available = contents[place].len();
-            if buffer.length() > available {
-                let what = format!("the length of buffer {}", buffer.index());
-                return Err(claim(path, &what, buffer.length() as u128, available));
+/// The bytes of each buffer; buffers with the same URI share them.
+fn buffers(
+    path: &Path,
+    document: &Document,
+    mut blob: Option<Vec<u8>>,
+) -> Result<Vec<Rc<Vec<u8>>>, ImportError> {
+    let mut by_uri = HashMap::new();
+    let mut buffers = Vec::new();
+    for buffer in document.buffers() {
+        let number = buffer.index();
+        let bytes = match buffer.source() {
+            buffer::Source::Bin => {
+                let problem = "has neither a URI nor a binary chunk";
+                let bytes = blob.take().map(Rc::new);
+                bytes.ok_or_else(|| syntax(path, format!("buffer {number} {problem}")))?
             }
-            places.push(place);
+            buffer::Source::Uri(uri) => match by_uri.entry(uri) {
+                Entry::Occupied(known) => Rc::clone(known.get()),
+                Entry::Vacant(new) => Rc::clone(new.insert(Rc::new(read_uri(path, uri)?))),
+            },
+        };
+        if buffer.length() > bytes.len() {
+            let what = format!("the length of buffer {number}");
+            return Err(claim(path, &what, buffer.length() as u128, bytes.len()));
         }
-        Ok(Self { contents, places })
+        buffers.push(bytes);
     }
-
-    fn get(&self, buffer: &gltf::Buffer<'_>) -> Option<&[u8]> {
-        let place = *self.places.get(buffer.index())?;
-        self.contents.get(place).map(Vec::as_slice)
-    }
+    Ok(buffers)
 }
 
 /// Reads a `data:` URI or a file relative to the document's.
@@ -152,10 +135,14 @@ fn percent_decoded(uri: &str) -> Option<String> {
 
 struct Importer<'a> {
     path: &'a Path,
-    buffers: Buffers,
+    buffers: Vec<Rc<Vec<u8>>>,
 }
 
 impl Importer<'_> {
+    fn buffer(&self, buffer: &gltf::Buffer<'_>) -> Option<&[u8]> {
+        Some(self.buffers.get(buffer.index())?.as_slice())
+    }
+
     fn fault(&self, problem: impl AsRef<str>) -> ImportError {
         syntax(self.path, problem)
     }
@@ -225,12 +212,14 @@ impl Importer<'_> {
             }
             Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => return Ok(()),
         }
+        let reader = primitive.reader(|buffer| self.buffer(&buffer));
         let Some(accessor) = primitive.get(&Semantic::Positions) else {
             return Ok(());
         };
         let first = mesh.positions.len();
         let count = accessor.count();
-        let positions = self.items::<[f32; 3]>(accessor, Dimensions::Vec3, DataType::F32)?;
+        let vectors = (Dimensions::Vec3, &[DataType::F32][..]);
+        let positions = self.items(accessor, vectors, || reader.read_positions())?;
         // Any number of nodes may share the accessors.
         if count > (3 * TriangleMesh::MOST_TRIANGLES).saturating_sub(first) {
             return Err(self.too_many(first.saturating_add(count) / 3));
@@ -240,18 +229,19 @@ impl Importer<'_> {
         match primitive.get(&Semantic::Normals) {
             Some(accessor) if accessor.count() == count => {
                 let matrix = normal_matrix(transform);
-                mesh.normals.extend(
-                    self.items::<[f32; 3]>(accessor, Dimensions::Vec3, DataType::F32)?
-                        .map(|n| (matrix * Vec3::from_array(n)).to_array()),
-                );
+                let normals = self.items(accessor, vectors, || reader.read_normals())?;
+                let turned = normals.map(|n| (matrix * Vec3::from_array(n)).to_array());
+                mesh.normals.extend(turned);
             }
             _ => *bare = true,
         }
         let places = primitive.get(&Semantic::TexCoords(0));
         if let Some(accessor) = places.filter(|places| places.count() == count) {
-            let coordinates = self.coordinates(accessor)?;
+            let types = [DataType::U8, DataType::U16, DataType::F32];
+            let read = || reader.read_tex_coords(0);
+            let coordinates = self.items(accessor, (Dimensions::Vec2, &types), read)?;
             // glTF counts v from the top.
-            let turned = coordinates.into_iter().map(|[u, v]| [u, 1.0 - v]);
+            let turned = coordinates.into_f32().map(|[u, v]| [u, 1.0 - v]);
             // After a primitive without coordinates, these would be at the wrong vertices.
             if mesh.coordinates.len() == first {
                 mesh.coordinates.extend(turned);
@@ -263,24 +253,6 @@ impl Importer<'_> {
         mesh.triangle_materials
             .resize(mesh.triangles.len(), material as u32);
         Ok(())
-    }
-
-    /// Numbers, or codes of 8 or 16 bits from 0 to 1.
-    fn coordinates(&self, accessor: Accessor<'_>) -> Result<Vec<[f32; 2]>, ImportError> {
-        let pair = Dimensions::Vec2;
-        Ok(match accessor.data_type() {
-            DataType::U8 => self
-                .items::<[u8; 2]>(accessor, pair, DataType::U8)?
-                .map(|place| place.map(|c| f32::from(c) / f32::from(u8::MAX)))
-                .collect(),
-            DataType::U16 => self
-                .items::<[u16; 2]>(accessor, pair, DataType::U16)?
-                .map(|place| place.map(|c| f32::from(c) / f32::from(u16::MAX)))
-                .collect(),
-            _ => self
-                .items::<[f32; 2]>(accessor, pair, DataType::F32)?
-                .collect(),
-        })
     }
 
     /// For each material, the texture of its base colour: of those on the
@@ -304,7 +276,7 @@ impl Importer<'_> {
         Ok(match image.source() {
             gltf::image::Source::Uri { uri, .. } => Cow::Owned(read_uri(self.path, uri)?),
             gltf::image::Source::View { view, .. } => {
-                let buffer = self.buffers.get(&view.buffer()).unwrap_or_default();
+                let buffer = self.buffer(&view.buffer()).unwrap_or_default();
                 let end = view.offset().checked_add(view.length());
                 let bytes = end.and_then(|end| buffer.get(view.offset()..end));
                 Cow::Borrowed(bytes.ok_or_else(|| {
@@ -328,18 +300,15 @@ impl Importer<'_> {
         if triangles > TriangleMesh::MOST_TRIANGLES - before {
             return Err(self.too_many(before.saturating_add(triangles)));
         }
-        let scalar = Dimensions::Scalar;
-        let (short, byte) = (DataType::U16, DataType::U8);
         let indices: Vec<u32> = match primitive.indices() {
             None => (0..count as u32).collect(),
-            Some(a) if a.data_type() == byte => {
-                self.items::<u8>(a, scalar, byte)?.map(u32::from).collect()
+            Some(accessor) => {
+                let reader = primitive.reader(|buffer| self.buffer(&buffer));
+                let types = [DataType::U8, DataType::U16, DataType::U32];
+                let read = || reader.read_indices();
+                let indices = self.items(accessor, (Dimensions::Scalar, &types), read)?;
+                indices.into_u32().collect()
             }
-            Some(a) if a.data_type() == short => self
-                .items::<u16>(a, scalar, short)?
-                .map(u32::from)
-                .collect(),
-            Some(a) => self.items(a, scalar, DataType::U32)?.collect(),
         };
         let (corners, rest) = indices.as_chunks::<3>();
         if !rest.is_empty() {
@@ -365,19 +334,21 @@ impl Importer<'_> {
         unusable(self.path, &MeshError::too_many(count))
     }
 
-    /// Reads an accessor, once it is certain that all of it is there.
-    fn items<'s, T: Item>(
-        &'s self,
+    /// Reads an accessor, once it is certain that it has one of the types and that all of it is
+    /// there.
+    fn items<T>(
+        &self,
         accessor: Accessor<'_>,
-        dimensions: Dimensions,
-        data_type: DataType,
-    ) -> Result<Iter<'s, T>, ImportError> {
+        (dimensions, types): (Dimensions, &[DataType]),
+        read: impl FnOnce() -> Option<T>,
+    ) -> Result<T, ImportError> {
         let number = accessor.index();
-        if (accessor.dimensions(), accessor.data_type()) != (dimensions, data_type) {
+        let found = (accessor.dimensions(), accessor.data_type());
+        if found.0 != dimensions || !types.contains(&found.1) {
+            let asked = types.last().unwrap_or(&DataType::F32);
             return Err(self.fault(format!(
-                "accessor {number} is {:?} of {:?}, but has to be {dimensions:?} of {data_type:?}",
-                accessor.dimensions(),
-                accessor.data_type()
+                "accessor {number} is {:?} of {:?}, but has to be {dimensions:?} of {asked:?}",
+                found.0, found.1
             )));
         }
         let count = accessor.count();
@@ -397,8 +368,7 @@ impl Importer<'_> {
             self.check_view(number, &indices.view(), indices.offset(), count, index_size)?;
             self.check_view(number, &values.view(), values.offset(), count, size)?;
         }
-        Iter::new(accessor, |buffer| self.buffers.get(&buffer))
-            .ok_or_else(|| self.fault(format!("accessor {number} does not fit its buffer")))
+        read().ok_or_else(|| self.fault(format!("accessor {number} does not fit its buffer")))
     }
 
     /// Checks that `count` items of `size` bytes lie inside the view, and the
@@ -419,7 +389,7 @@ impl Importer<'_> {
         }
         let items = offset as u128 + (count as u128 - 1) * stride as u128 + size as u128;
         let view_end = view.offset() as u128 + view.length() as u128;
-        let buffer = self.buffers.get(&view.buffer()).map_or(0, <[u8]>::len);
+        let buffer = self.buffer(&view.buffer()).map_or(0, <[u8]>::len);
         for (what, claimed, available) in [
             (format!("accessor {accessor}"), items, view.length()),
             (format!("buffer view {}", view.index()), view_end, buffer),

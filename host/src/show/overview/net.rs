@@ -43,7 +43,7 @@ impl<'a> Sheet<'a> {
     fn of_dome(dome: &'a DomeScreen, picture: &'a Picture, scale: f64) -> Self {
         let side = dome.width() * scale;
         Self {
-            name: dome.name(),
+            name: &dome.name,
             picture,
             corners: None,
             outline: [
