@@ -302,21 +302,16 @@ impl Picture {
             // OpenEXR's strings are bytes; UTF-8 is what its tools expect.
             attributes.comments = Some(Text::from_slice_unchecked(comments.as_bytes()));
         }
-        let width = self.width as usize;
-        let pixel = |position: Vec2<usize>| {
-            let [red, green, blue, alpha] = self
-                .pixels
-                .get(position.y() * width + position.x())
-                .copied()
-                .unwrap_or_default();
-            (red, green, blue, alpha)
+        let pixel = |at: Vec2<usize>| {
+            let pixel = self.pixel(at.x() as u32, at.y() as u32);
+            <(f32, f32, f32, f32)>::from(pixel.unwrap_or_default())
         };
         let encoding = Encoding {
             compression: Compression::ZIP16,
             blocks: Blocks::ScanLines,
             line_order: LineOrder::Increasing,
         };
-        let size = (width, self.height as usize);
+        let size = (self.width as usize, self.height as usize);
         let layer = Layer::new(size, attributes, encoding, SpecificChannels::rgba(pixel));
         write_file(path, |file| {
             Image::from_layer(layer)

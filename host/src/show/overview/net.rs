@@ -3,7 +3,7 @@
 
 mod label;
 
-use crate::cave::{DomeScreen, Screen, Wall, WallPlane};
+use crate::cave::{Screen, Wall, WallPlane};
 use crate::picture::Picture;
 use crate::show::ShowError;
 use glam::{DVec2, DVec3};
@@ -36,22 +36,16 @@ impl<'a> Sheet<'a> {
     fn new(screen: Screen<'a>, picture: &'a Picture, scale: f64) -> Result<Self, ShowError> {
         match screen {
             Screen::Wall(wall) => Self::of_wall(wall, picture, scale),
-            Screen::Dome(dome) => Ok(Self::of_dome(dome, picture, scale)),
-        }
-    }
-
-    fn of_dome(dome: &'a DomeScreen, picture: &'a Picture, scale: f64) -> Self {
-        let side = dome.width() * scale;
-        Self {
-            name: dome.name(),
-            picture,
-            corners: None,
-            outline: [
-                DVec2::ZERO,
-                DVec2::new(side, 0.0),
-                DVec2::splat(side),
-                DVec2::new(0.0, side),
-            ],
+            Screen::Dome(dome) => {
+                let side = dome.width() * scale;
+                let corners = [(0.0, 0.0), (side, 0.0), (side, side), (0.0, side)];
+                Ok(Self {
+                    name: dome.name(),
+                    picture,
+                    corners: None,
+                    outline: corners.map(DVec2::from),
+                })
+            }
         }
     }
 
