@@ -15,10 +15,9 @@ use crate::cli::arguments::{Model, SceneName};
 use crate::cli::prelude::*;
 use crate::cli::tracker::Opened;
 use crate::live::{
-    Display, Engine, FrameBudget, FrameRecord, LiveTracker, Look, Order, Quality, SessionError,
+    Display, Engine, FrameBudget, FrameRecord, LiveTracker, Look, Order, SessionError,
     SessionReport, SessionSettings, Share, SwapError, SwapLock, Table2, with_engine,
 };
-use crate::picture::Picture;
 use crate::render::spectrum::Dispersion;
 use crate::render::{CaptureOptions, Observer, Options, frame_hash};
 use crate::scene::builtin::PaperScene;
@@ -27,10 +26,8 @@ use crate::with_scene;
 use clap::Arg;
 use glam::Vec3;
 pub use interference::Interference;
-use shisen_core::frame::Tile;
+use shisen_core::Simd;
 use shisen_core::gaze::HeadPose;
-use shisen_core::scene::Scene;
-use shisen_core::{Runs, Simd};
 
 #[derive(Debug, Clone, Args)]
 #[command(
@@ -104,36 +101,6 @@ pub enum Change {
     Capture(Option<CaptureOptions>),
 }
 
-pub trait Newest {
-    /// Copies the pictures, by screen and then eye, over those of an earlier frame or into an empty
-    /// list. If `filled`, pixels that the gaze skips keep the earlier frame's colours.
-    fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), Failure>;
-
-    /// Lists the tiles by the number of their picture, in the order in which they were dealt steps.
-    fn tiles(&self, tiles: &mut Vec<(usize, Tile)>);
-}
-
-impl<const W: usize> Newest for Engine<'_, '_, W>
-where
-    Simd: Runs<W>,
-{
-    fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), Failure> {
-        if over.is_empty() {
-            *over = self.pictures()?;
-            self.copy(over);
-        } else if filled {
-            self.copy_over(over);
-        } else {
-            self.copy(over);
-        }
-        Ok(())
-    }
-
-    fn tiles(&self, tiles: &mut Vec<(usize, Tile)>) {
-        self.tiles(tiles);
-    }
-}
-
 /// Receives finished frames.
 pub trait Audience {
     /// A direction in the room that replaces the tracker's gaze.
@@ -146,8 +113,8 @@ pub trait Audience {
         false
     }
 
-    fn see(&mut self, newest: &dyn Newest, head: HeadPose, eyes: &[Observer]) {
-        let _ = (newest, head, eyes);
+    fn see(&mut self, engine: &dyn Engine, head: HeadPose, eyes: &[Observer]) {
+        let _ = (engine, head, eyes);
     }
 
     /// Takes the frame's record; returns whether more frames are wanted.
@@ -265,12 +232,22 @@ impl Prepared {
         lock: &mut dyn SwapLock,
     ) -> Result<Played, Failure> {
         let share = lock.share();
-        let lead = |session: &mut dyn Session| session.lead(tracker, settings, lock);
+        let lead = |engine: &mut dyn Engine, show: &mut Show<'_>| {
+            // Read while the engine's threads exist: the system counts by thread.
+            let before = Interference::so_far();
+            let report = crate::live::run(engine, tracker, settings, show, lock)?;
+            Ok((report, Interference::so_far().since(&before)))
+        };
         let (report, interference) = self.engage(share, audience, lead)?;
         let last = report.last.filter(|_| share.ranks() > 1);
+        // Renders alone the whole frame that all machines rendered.
         let repeat = |last: Order| {
-            let repeat = |session: &mut dyn Session| session.repeat(&last);
-            self.engage(Share::ALL, audience, repeat)
+            self.engage(Share::ALL, audience, |engine, show| {
+                let mut eyes = Vec::new();
+                show.observe(&last.look, &mut eyes);
+                engine.render(&eyes, last.decision.quality(), None)?;
+                Ok(frame_hash(engine.hashes()?))
+            })
         };
         let alone = last.map(repeat);
         Ok(Played {
@@ -286,31 +263,17 @@ impl Prepared {
         audience: &mut dyn Audience,
         lock: &mut dyn SwapLock,
     ) -> Result<(), Failure> {
-        let share = lock.share();
-        let obey = |session: &mut dyn Session| session.obey(lock);
-        self.engage(share, audience, obey)
+        self.engage(lock.share(), audience, |engine, show| {
+            crate::live::follow(engine, show, lock)
+        })
     }
 
     fn engage<T>(
         &self,
         share: Share,
         audience: &mut dyn Audience,
-        part: impl FnOnce(&mut dyn Session) -> Result<T, SessionError>,
+        part: impl FnOnce(&mut dyn Engine, &mut Show<'_>) -> Result<T, SessionError>,
     ) -> Result<T, Failure> {
-        with_scene!(&self.baked, |scene| self
-            .trace(scene, share, audience, part))
-    }
-
-    fn trace<T, const W: usize>(
-        &self,
-        scene: Scene<'_, W>,
-        share: Share,
-        audience: &mut dyn Audience,
-        part: impl FnOnce(&mut dyn Session) -> Result<T, SessionError>,
-    ) -> Result<T, Failure>
-    where
-        Simd: Runs<W>,
-    {
         let (arguments, cave, options) = (&self.arguments, &self.cave, &self.options);
         let mut storage = Vec::new();
         let spectrum = options.dispersion.spectrum(&mut storage);
@@ -325,65 +288,24 @@ impl Prepared {
                  at most as many"
             ))));
         }
-        let show = Show {
+        let mut show = Show {
             arguments,
             cave,
             start: pose,
             audience,
         };
-        let (scene, capture) = ((scene, spectrum), arguments.capture);
-        let played = with_engine(scene, cave, &eyes, options, capture, share, |engine| {
-            part(&mut (engine, show))
-        })?;
+        let part = |engine: &mut dyn Engine| part(engine, &mut show);
+        let capture = arguments.capture;
+        let played = with_scene!(&self.baked, |scene| with_engine(
+            (scene, spectrum),
+            cave,
+            &eyes,
+            options,
+            capture,
+            share,
+            part
+        ))?;
         Ok(played?)
-    }
-}
-
-/// An engine of either layout, and where its frames go.
-trait Session {
-    /// Follows a tracker, and tells other machines what to render.
-    fn lead(
-        &mut self,
-        tracker: &LiveTracker,
-        settings: &SessionSettings,
-        lock: &mut dyn SwapLock,
-    ) -> Result<(SessionReport, Interference), SessionError>;
-
-    /// Renders what another machine orders.
-    fn obey(&mut self, lock: &mut dyn SwapLock) -> Result<(), SessionError>;
-
-    /// Renders alone the whole frame that all machines rendered; returns its hash.
-    fn repeat(&mut self, last: &Order) -> Result<u64, SessionError>;
-}
-
-impl<const W: usize> Session for (&mut Engine<'_, '_, W>, Show<'_>)
-where
-    Simd: Runs<W>,
-{
-    fn lead(
-        &mut self,
-        tracker: &LiveTracker,
-        settings: &SessionSettings,
-        lock: &mut dyn SwapLock,
-    ) -> Result<(SessionReport, Interference), SessionError> {
-        let (engine, show) = self;
-        // Read while the engine's threads exist: the system counts by thread.
-        let before = Interference::so_far();
-        let report = crate::live::run(engine, tracker, settings, show, lock)?;
-        Ok((report, Interference::so_far().since(&before)))
-    }
-
-    fn obey(&mut self, lock: &mut dyn SwapLock) -> Result<(), SessionError> {
-        crate::live::follow(self.0, &mut self.1, lock)
-    }
-
-    fn repeat(&mut self, last: &Order) -> Result<u64, SessionError> {
-        let (engine, show) = self;
-        let mut eyes = Vec::new();
-        Display::<W>::observe(show, &last.look, &mut eyes);
-        let quality = Quality::LADDER.get(last.rung).unwrap_or(&Quality::FULL);
-        engine.render(&eyes, quality, None)?;
-        Ok(frame_hash(engine.hashes()?))
     }
 }
 
@@ -403,10 +325,7 @@ struct Show<'s> {
     audience: &'s mut dyn Audience,
 }
 
-impl<const W: usize> Display<W> for Show<'_>
-where
-    Simd: Runs<W>,
-{
+impl Display for Show<'_> {
     fn gaze(&mut self) -> Option<Vec3> {
         self.audience.gaze()
     }
@@ -427,7 +346,7 @@ where
         seen
     }
 
-    fn present(&mut self, engine: &Engine<'_, '_, W>, look: &Look, eyes: &[Observer]) {
+    fn present(&mut self, engine: &dyn Engine, look: &Look, eyes: &[Observer]) {
         self.audience.see(engine, look.head, eyes);
     }
 

@@ -3,8 +3,7 @@
 use super::hid;
 use super::notice::{Features, LiveError, Notice, Trouble};
 use super::port::{Plugged, Port, open_serial};
-use super::protocol::ProtocolSpec;
-use super::spec::{HidSpec, SerialSpec};
+use super::spec::{SerialSpec, TrackerKind};
 use shisen_tracker::command::{Action, Failure, Script, Session, SettingUp, Watch};
 use shisen_tracker::decoder::{Counts, Decoder, Event};
 use shisen_tracker::time::Micros;
@@ -29,29 +28,6 @@ const LEAST_RESTART: Micros = Micros::from_millis(1_000);
 /// How long a device that is plugged in again may refuse to open before that is reported.
 const REFUSAL_GRACE: Micros = Micros::from_millis(300);
 
-/// Which device to open.
-#[derive(Clone)]
-pub(super) enum DeviceSpec {
-    Serial(Box<SerialSpec>),
-    Hid(Box<HidSpec>),
-}
-
-impl DeviceSpec {
-    fn serial(&self) -> Option<&SerialSpec> {
-        match self {
-            Self::Serial(spec) => Some(spec),
-            Self::Hid(_) => None,
-        }
-    }
-
-    fn plug(&self) -> Result<Plugged, LiveError> {
-        match self {
-            Self::Serial(spec) => open_serial(spec),
-            Self::Hid(spec) => hid::plug(spec),
-        }
-    }
-}
-
 /// Why a device does not open again, and since when.
 struct Refusal {
     reason: String,
@@ -61,7 +37,7 @@ struct Refusal {
 
 /// A device, or the search for it.
 pub(super) struct Live {
-    spec: DeviceSpec,
+    spec: TrackerKind,
     port: Option<Port>,
     /// The device's path, or its last one.
     path: String,
@@ -93,14 +69,14 @@ pub(super) struct Live {
 }
 
 impl Live {
-    pub(super) fn open(spec: DeviceSpec) -> Result<Self, LiveError> {
-        let plugged = spec.plug()?;
+    pub(super) fn open(spec: TrackerKind) -> Result<Self, LiveError> {
+        let plugged = plug(&spec)?;
         Ok(Self::new(spec, plugged, Micros(0)))
     }
 
     /// A device that was plugged in `now`.
-    fn new(spec: DeviceSpec, plugged: Plugged, now: Micros) -> Self {
-        let serial = spec.serial();
+    fn new(spec: TrackerKind, plugged: Plugged, now: Micros) -> Self {
+        let serial = serial(&spec);
         let watch = serial.map_or_else(Watch::of_reports, |_| Watch::new());
         let resets_since = serial.filter(|spec| spec.reset).map(|_| now);
         let longer = reset_time(serial).after(speed_time(serial));
@@ -135,10 +111,6 @@ impl Live {
         self.held_back
     }
 
-    pub(super) fn protocol(&self) -> Option<&ProtocolSpec> {
-        self.spec.serial().map(|spec| &spec.protocol)
-    }
-
     /// Whether the device is silent because it restarts.
     pub(super) fn is_resetting(&self) -> bool {
         self.resets_since.is_some() && self.session.is_some()
@@ -153,7 +125,7 @@ impl Live {
                 sink(Notice::Described(Box::new(features)));
             }
             if self.is_resetting() {
-                sink(Notice::Restarting(reset_time(self.spec.serial())));
+                sink(Notice::Restarting(reset_time(serial(&self.spec))));
             }
         }
         if self.port.is_none() {
@@ -227,7 +199,7 @@ impl Live {
                 *held_back += 1;
             }
         });
-        if is_back && let Some(spec) = self.spec.serial() {
+        if is_back && let Some(spec) = serial(&self.spec) {
             self.session = Some(Session::new(spec.protocol.start(false)));
             self.resets_since = None;
             self.setting_up = SettingUp::since(now, Micros(0));
@@ -274,8 +246,7 @@ impl Live {
 
     /// Sets a silent device up again, at its first speed and without a reset.
     fn repeat_setup(&mut self, now: Micros) -> io::Result<()> {
-        let (DeviceSpec::Serial(spec), Some(Port::Serial(port))) = (&self.spec, &mut self.port)
-        else {
+        let (Some(spec), Some(Port::Serial(port))) = (serial(&self.spec), &mut self.port) else {
             return Ok(());
         };
         if self.session.is_some() || now < self.repeat_at {
@@ -297,7 +268,7 @@ impl Live {
             std::thread::sleep(std::time::Duration::from_millis(2));
             return;
         }
-        match self.spec.plug() {
+        match plug(&self.spec) {
             Ok(plugged) => {
                 let mut next = Self::new(self.spec.clone(), plugged, now);
                 next.before = self.counts();
@@ -340,7 +311,7 @@ impl Live {
 impl Drop for Live {
     /// Stops a device that is to be left silent, as far as its line still takes a word.
     fn drop(&mut self) {
-        if let (DeviceSpec::Serial(spec), Some(Port::Serial(port))) = (&self.spec, &mut self.port)
+        if let (Some(spec), Some(Port::Serial(port))) = (serial(&self.spec), &mut self.port)
             && spec.stop
         {
             let mut session = Session::new(spec.protocol.protocol().stop());
@@ -350,6 +321,24 @@ impl Drop for Live {
                 }
             }
         }
+    }
+}
+
+fn plug(spec: &TrackerKind) -> Result<Plugged, LiveError> {
+    match spec {
+        TrackerKind::Serial(spec) => open_serial(spec),
+        TrackerKind::Hid(spec) => hid::plug(spec),
+        _ => Err(LiveError::Open(
+            String::new(),
+            io::ErrorKind::Unsupported.into(),
+        )),
+    }
+}
+
+const fn serial(spec: &TrackerKind) -> Option<&SerialSpec> {
+    match spec {
+        TrackerKind::Serial(spec) => Some(spec),
+        _ => None,
     }
 }
 

@@ -63,7 +63,7 @@ fn set_rts(spec: &SerialSpec, mut set: impl FnMut(bool) -> io::Result<()>) -> io
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tracker::Spec;
+    use crate::tracker::{Spec, TrackerKind};
 
     #[test]
     fn a_flock_is_taken_out_of_reset() {
@@ -73,7 +73,8 @@ mod tests {
             ("protocol=fastrak", None),
             ("protocol=fastrak&rts=0", Some(false)),
         ] {
-            let Ok(Spec::Serial(spec)) = format!("serial:/dev/ttyS0?{options}").parse() else {
+            let spec = format!("serial:/dev/ttyS0?{options}").parse::<Spec>();
+            let TrackerKind::Serial(spec) = spec.unwrap().kind else {
                 panic!("{options}");
             };
             let mut level = None;

@@ -13,43 +13,55 @@ use std::path::PathBuf;
 
 /// Which tracker.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Spec {
+pub struct Spec {
+    /// The tracker.
+    pub kind: TrackerKind,
+    /// The sensor on the viewer's head; `None`: the first that sends.
+    pub head: Option<u8>,
+    /// How late the tracker is, and after how long its data are stale or stuck.
+    pub times: Times,
+}
+
+/// A kind of tracker.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TrackerKind {
     /// `mock`, `mock:seed=7&rate=200&as=fastrak`.
     Mock(MockSpec),
     /// `serial:/dev/ttyUSB0?protocol=fastrak&baud=115200&reset=1&units=cm`.
     Serial(SerialSpec),
     /// `hid:1532:0b00`, `hid:usage=0012`, `hid:/dev/hidraw0?origin=0,0.3,-0.5`.
     Hid(HidSpec),
-    /// `replay:FILE`, `replay:FILE?head=2`.
-    Replay(ReplaySpec),
+    /// `replay:FILE`, `replay:FILE?head=2`: a file that `shisen tracker record` wrote.
+    Replay(PathBuf),
+}
+
+impl From<TrackerKind> for Spec {
+    /// The first sensor, and the usual times.
+    fn from(kind: TrackerKind) -> Self {
+        let (head, times) = (None, Times::default());
+        Self { kind, head, times }
+    }
 }
 
 impl Spec {
-    /// The sensor on the viewer's head; `None` where the specification does not say.
-    pub const fn head(&self) -> Option<u8> {
-        match self {
-            Self::Mock(spec) => spec.head,
-            Self::Serial(spec) => spec.head,
-            Self::Hid(_) => None,
-            Self::Replay(spec) => spec.head,
-        }
-    }
-
-    /// The times that the specification gives.
-    pub const fn times(&self) -> &Times {
-        match self {
-            Self::Mock(spec) => &spec.times,
-            Self::Serial(spec) => &spec.times,
-            Self::Hid(spec) => &spec.times,
-            Self::Replay(spec) => &spec.times,
-        }
-    }
-
     /// How to read the tracker's clock, by the mock's delay or the specification's.
     pub fn clock(&self) -> ClockConfig {
-        match self {
-            Self::Mock(spec) => spec.times.clock(spec.delay()),
-            _ => self.times().clock(Micros(0)),
+        let usual = match &self.kind {
+            TrackerKind::Mock(mock) => mock.delay,
+            _ => Micros(0),
+        };
+        ClockConfig {
+            least_delay: self.times.delay.unwrap_or(usual),
+            ..ClockConfig::default()
+        }
+    }
+
+    /// The protocol; `None` where the specification does not name it.
+    pub(super) const fn protocol(&self) -> Option<&ProtocolSpec> {
+        match &self.kind {
+            TrackerKind::Mock(mock) => mock.protocol.as_ref(),
+            TrackerKind::Serial(serial) => Some(&serial.protocol),
+            TrackerKind::Hid(_) | TrackerKind::Replay(_) => None,
         }
     }
 }
@@ -67,19 +79,8 @@ pub struct MockSpec {
     pub still: bool,
     /// A table of targets: [`read_script`](super::calibration::read_script).
     pub targets: Option<PathBuf>,
-    /// The sensor on the viewer's head.
-    pub head: Option<u8>,
-    /// After how long data are stale or stuck.
-    pub times: Times,
-}
-
-impl MockSpec {
     /// The time from a sample's measurement to its arrival.
-    pub fn delay(&self) -> Micros {
-        self.times
-            .delay()
-            .unwrap_or(TrackerConfig::default().latency)
-    }
+    pub delay: Micros,
 }
 
 impl Default for MockSpec {
@@ -91,8 +92,7 @@ impl Default for MockSpec {
             protocol: None,
             still: false,
             targets: None,
-            head: None,
-            times: Times::default(),
+            delay: TrackerConfig::default().latency,
         }
     }
 }
@@ -112,24 +112,9 @@ pub struct SerialSpec {
     pub speed: Option<u32>,
     /// Whether the device is told to stop at the end.
     pub stop: bool,
-    /// The sensor on the viewer's head; `None`: the first that sends.
-    pub head: Option<u8>,
     /// Whether the line's RTS is high; `None`: as
     /// [`Protocol::rts`](shisen_tracker::protocol::Protocol::rts) has it.
     pub rts: Option<bool>,
-    /// After how long data are stale or stuck.
-    pub times: Times,
-}
-
-/// A recording.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ReplaySpec {
-    /// A file that `shisen tracker record` wrote.
-    pub path: PathBuf,
-    /// The sensor on the viewer's head; `None`: the first that sends.
-    pub head: Option<u8>,
-    /// After how long data are stale or stuck.
-    pub times: Times,
 }
 
 /// A human interface device.
@@ -139,8 +124,6 @@ pub struct HidSpec {
     pub name: HidName,
     /// The axes of an eye tracker, which its descriptor does not say.
     pub axes: Axes,
-    /// After how long data are stale or stuck.
-    pub times: Times,
 }
 
 /// Which human interface device.

@@ -3,7 +3,7 @@
 //! The allocator of this program's tests counts what all threads take, with a simulated tracker, a
 //! decoder and a serial port. Other tests run at the same time, so a process of its own renders.
 
-use super::{Audience, Change, LiveArguments, Newest, TimeArguments, paper_lod};
+use super::{Audience, Change, Engine, LiveArguments, TimeArguments, paper_lod};
 use crate::live::{Alone, FrameRecord, SessionSettings};
 use crate::render::{CaptureOptions, Observer};
 use crate::tracker::pty::Pty;
@@ -63,7 +63,7 @@ struct Auditor {
 }
 
 impl Audience for Auditor {
-    fn see(&mut self, _: &dyn Newest, _: HeadPose, _: &[Observer]) {}
+    fn see(&mut self, _: &dyn Engine, _: HeadPose, _: &[Observer]) {}
 
     fn hear(&mut self, _: &FrameRecord) -> bool {
         self.frames += 1;

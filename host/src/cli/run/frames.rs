@@ -5,10 +5,10 @@ use super::shortfall::Shortfall;
 use super::watch::Watch;
 use super::{Arguments, View};
 use crate::cli::arguments::filling::Fill;
-use crate::cli::play::{Audience, Change, Newest, Prepared};
+use crate::cli::play::{Audience, Change, Prepared};
 use crate::cli::prelude::*;
 use crate::cli::tracker::Interrupt;
-use crate::live::{FrameRecord, Share};
+use crate::live::{Engine, FrameRecord, Share};
 use crate::picture::Picture;
 use crate::render::Observer;
 use crate::show::dashboard::About;
@@ -73,7 +73,7 @@ pub(super) struct Frames<'s> {
     log: Option<Log>,
     output: Output,
     fill: Fill,
-    /// The newest frame, for files or for the next frame.
+    /// The engine frame, for files or for the next frame.
     pictures: Vec<Picture>,
     shown: u64,
     change: Option<Change>,
@@ -142,7 +142,7 @@ impl<'s> Frames<'s> {
 
     fn show(
         &mut self,
-        newest: &dyn Newest,
+        engine: &dyn Engine,
         head: HeadPose,
         eyes: &[Observer],
     ) -> Result<(), Failure> {
@@ -150,22 +150,22 @@ impl<'s> Frames<'s> {
         match &mut self.output {
             Output::None => {}
             Output::Files(files) => {
-                newest.pictures(&mut self.pictures, filled)?;
+                engine.pictures(&mut self.pictures, filled)?;
                 files.write(self.shown, &self.pictures, eyes)?;
             }
             Output::Window(watch) => {
                 let wanted = watch.is_wanted();
                 // Frames that nobody looks at are copied only for the next frame.
                 if filled && watch.is_open() {
-                    newest.pictures(&mut self.pictures, true)?;
+                    engine.pictures(&mut self.pictures, true)?;
                 }
                 if let (true, Some(frame)) = (wanted, watch.frame()) {
                     if filled {
                         frame.pictures.clone_from(&self.pictures);
                     } else {
-                        newest.pictures(&mut frame.pictures, false)?;
+                        engine.pictures(&mut frame.pictures, false)?;
                     }
-                    newest.tiles(&mut frame.tiles);
+                    engine.tiles(&mut frame.tiles);
                     frame.head = head;
                     frame.eyes.clear();
                     frame.eyes.extend_from_slice(eyes);
@@ -221,8 +221,8 @@ impl Audience for Frames<'_> {
         self.interrupt.came()
     }
 
-    fn see(&mut self, newest: &dyn Newest, head: HeadPose, eyes: &[Observer]) {
-        if let Err(failure) = self.show(newest, head, eyes) {
+    fn see(&mut self, engine: &dyn Engine, head: HeadPose, eyes: &[Observer]) {
+        if let Err(failure) = self.show(engine, head, eyes) {
             self.failure.get_or_insert(failure);
         }
         self.shown += 1;

@@ -199,8 +199,8 @@ impl Together {
             ranks: share.ranks(),
             frame_hash: hexadecimal(frame_hash(report.hashes.iter().copied())),
             frame_hash_alone: played.alone.map(hexadecimal),
-            waited_us: report.waited.as_ref().map(Spans::new),
-            spread_us: report.spread.as_ref().map(Spans::new),
+            waited_us: report.waits.as_ref().map(|waits| Spans::new(&waits.waited)),
+            spread_us: report.waits.as_ref().map(|waits| Spans::new(&waits.spread)),
         })
     }
 }

@@ -8,7 +8,7 @@ use crate::cli::prelude::*;
 use crate::tracker::pty::Pty;
 use crate::tracker::serve::{Begin, LineState, SILENT};
 use crate::tracker::{
-    Feed, MockSpec, PAUSE, ProtocolSpec, Recording, ReplaySpec, Spec, Times, serve, simulated,
+    Feed, MockSpec, PAUSE, ProtocolSpec, Recording, TrackerKind, serve, simulated,
 };
 use shisen_tracker::mock::Source;
 use shisen_tracker::protocol::Protocol;
@@ -101,7 +101,7 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
         ..MockSpec::default()
     };
     let Some(path) = &arguments.pty else {
-        let mut feed = Feed::open(&Spec::Mock(spec))?;
+        let mut feed = Feed::open(&TrackerKind::Mock(spec).into())?;
         let (records, json) = (Records::new(None), arguments.json);
         return show(&mut feed, records, &arguments.end, json);
     };
@@ -113,11 +113,7 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
 
 pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let Some(path) = &arguments.to else {
-        let mut feed = Feed::open(&Spec::Replay(ReplaySpec {
-            path: arguments.file.clone(),
-            head: None,
-            times: Times::default(),
-        }))?;
+        let mut feed = Feed::open(&TrackerKind::Replay(arguments.file.clone()).into())?;
         let (records, json) = (Records::new(None), arguments.json);
         return show(&mut feed, records, &arguments.end, json);
     };

@@ -3,8 +3,7 @@
 use crate::live::governor::Allowance;
 use crate::live::latency::Latencies;
 use crate::live::quality::Quality;
-use crate::live::swap::Order;
-use hdrhistogram::Histogram;
+use crate::live::swap::{Order, Waits};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -126,11 +125,8 @@ pub struct SessionReport {
     /// Hashes of that frame's pictures on all machines, rendered without a limit; empty with
     /// one machine.
     pub hashes: Vec<u64>,
-    /// How long the leader waited for the others, microseconds; `None` with one machine.
-    pub waited: Option<Histogram<u64>>,
-    /// The time from the first to the last machine that was ready, microseconds; `None` with
-    /// one machine.
-    pub spread: Option<Histogram<u64>>,
+    /// The waits of machines for each other; `None` with one machine.
+    pub waits: Option<Waits>,
 }
 
 impl SessionReport {
@@ -156,5 +152,6 @@ impl SessionReport {
         self.frames_without_gaze += u64::from(!frame.follows_gaze);
         self.lowered_frames += u64::from(frame.rung > 0);
         self.rungs[frame.rung] += 1;
+        self.latencies.record(frame);
     }
 }

@@ -4,7 +4,6 @@ use super::{Session, SessionError, render_order};
 use crate::live::governor::{Allowance, Decision, FrameCost};
 use crate::live::quantiles::median;
 use crate::live::swap::{Look, Purpose};
-use shisen_core::{Runs, Simd};
 
 /// Frames without level of detail by which a budget is scaled.
 const PLAIN_FRAMES: usize = 5;
@@ -15,10 +14,7 @@ const GLANCE: f32 = 0.5;
 /// Frames of the best and of the least quality whose fastest times are compared.
 const COMPARED_FRAMES: usize = 3;
 
-impl<const W: usize> Session<'_, '_, '_, W>
-where
-    Simd: Runs<W>,
-{
+impl Session<'_> {
     /// The median seconds of a frame without level of detail.
     pub(super) fn plain(&mut self, look: &Look) -> Result<f64, SessionError> {
         let mut seconds = Vec::new();
@@ -77,7 +73,7 @@ where
         if self.display.is_over() {
             return Ok(None);
         }
-        let (_, cost) = self.render(look, decision, purpose)?;
+        let (.., cost) = self.render(look, decision, purpose)?;
         Ok(Some(cost))
     }
 

@@ -1,10 +1,10 @@
 //! Gathers samples while the viewer looks at targets.
 
-use super::{EYES, SeenTarget, TimedTarget, measured};
+use super::{EYES, SeenTarget, TimedTarget};
 use crate::files::Fault;
 use glam::{Vec2, Vec3};
 use shisen_core::gaze::HeadPose;
-use shisen_tracker::estimate::{EstimatorConfig, Event, HeardSensors};
+use shisen_tracker::estimate::{EstimatorConfig, Event, HeardSensors, Measured};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 
@@ -66,7 +66,8 @@ impl Gatherer {
             return;
         };
         let from_head = head.orientation.inverse() * (self.targets[index].place - head.position);
-        let measured = measured(&self.config, sample, &head);
+        let measured = Measured::of(&self.config, sample, &head);
+        let measured = [measured.left, measured.right, measured.combined];
         if let Some(direction) = from_head.try_normalize()
             && measured.iter().any(Option::is_some)
         {

@@ -19,7 +19,7 @@ impl Bench {
         let path = folder.path().join("line");
         let pty = Some(Pty::open(&path).unwrap());
         let spec = spec(&format!("{}?{options}", path.display()));
-        let live = Live::open(DeviceSpec::Serial(Box::new(spec))).ok();
+        let live = Live::open(TrackerKind::Serial(spec)).ok();
         let step = 0;
         Self {
             folder,
@@ -58,8 +58,8 @@ impl Bench {
 }
 
 fn spec(text: &str) -> SerialSpec {
-    match format!("serial:{text}").parse() {
-        Ok(Spec::Serial(spec)) => spec,
+    match format!("serial:{text}").parse::<Spec>().unwrap().kind {
+        TrackerKind::Serial(spec) => spec,
         other => panic!("{other:?}"),
     }
 }

@@ -1,46 +1,59 @@
 //! Reads a `SPEC`.
 
-use super::{HidName, HidSpec, MockSpec, ReplaySpec, SerialSpec, Spec};
+use super::{HidName, HidSpec, MockSpec, SerialSpec, Spec, TrackerKind};
 use crate::files::Fault;
 use crate::tracker::protocol::ProtocolSpec;
-use crate::tracker::settings::{Options, assign, set_axes, wrong};
+use crate::tracker::settings::{Options, set_axes, wrong};
 use crate::tracker::times::{TIMES, Times};
 use shisen_tracker::command::Script;
 use shisen_tracker::head::fastrak::BAUD_RATES;
 use shisen_tracker::hid::eye_tracker::Axes;
 use shisen_tracker::protocol::{Asked, Protocol};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 impl FromStr for Spec {
     type Err = Fault;
 
     fn from_str(text: &str) -> Result<Self, Fault> {
-        let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
-        let named = |kind| {
-            let some = (!rest.is_empty()).then_some(rest);
-            some.ok_or_else(|| nothing(kind))
+        let (name, rest) = text.split_once(':').unwrap_or((text, ""));
+        let split = match name {
+            "mock" => Some((name, rest)),
+            "serial" | "hid" => rest.split_once('?'),
+            // A file's name may hold a `?`, but options have a `=` behind it.
+            "replay" => rest.rsplit_once('?').filter(|split| split.1.contains('=')),
+            _ => {
+                return Err(Fault::new(
+                    format!("{name:?} is not a kind of tracker"),
+                    "give mock, mock:seed=7&rate=200&as=fastrak, \
+                     serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00, hid:usage=0012 or \
+                     replay:FILE",
+                ));
+            }
         };
-        match kind {
-            "mock" => mock(rest).map(Self::Mock),
-            "serial" => serial(named("serial")?).map(Self::Serial),
-            "hid" => hid(named("hid")?).map(Self::Hid),
-            "replay" => replay(named("replay")?).map(Self::Replay),
-            _ => Err(Fault::new(
-                format!("{kind:?} is not a kind of tracker"),
-                "give mock, mock:seed=7&rate=200&as=fastrak, \
-                 serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00, hid:usage=0012 or \
+        let (target, rest) = split.unwrap_or((rest, ""));
+        if target.is_empty() {
+            return Err(Fault::new(
+                format!("{name}: names no port, device or file"),
+                "give serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00, hid:/dev/hidraw0 or \
                  replay:FILE",
-            )),
+            ));
         }
+        let mut options = Options::read(rest)?;
+        let mut head = None;
+        options.number(&mut head, "head", (0, u8::MAX), "a sensor from 0 to 255")?;
+        let times = Times::take(&mut options)?;
+        let kind = match name {
+            "mock" => TrackerKind::Mock(mock(options, head, &times)?),
+            "serial" => TrackerKind::Serial(serial(target, options, head)?),
+            "hid" => TrackerKind::Hid(hid(target, options, head)?),
+            _ => {
+                options.end("replay", &with_times("head=N"), None)?;
+                TrackerKind::Replay(target.into())
+            }
+        };
+        Ok(Self { kind, head, times })
     }
-}
-
-/// A kind of tracker without a port, device or file.
-fn nothing(kind: &str) -> Fault {
-    Fault::new(
-        format!("{kind}: names no port, device or file"),
-        "give serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00, hid:/dev/hidraw0 or replay:FILE",
-    )
 }
 
 /// The names of the protocols for which `has` holds.
@@ -61,29 +74,26 @@ fn has_stop(protocol: &Protocol) -> bool {
     protocol.stop() != Script::new()
 }
 
-fn mock(text: &str) -> Result<MockSpec, Fault> {
-    let mut options = Options::read(text)?;
+fn mock(mut options: Options<'_>, head: Option<u8>, times: &Times) -> Result<MockSpec, Fault> {
     let mut spec = MockSpec::default();
     let whole = "a whole number from 0 to 18446744073709551615";
-    let seed = options.number("seed", (0, u64::MAX), whole)?;
-    assign(&mut spec.seed, seed);
-    let rate = options.number("rate", (60, 10_000), "60 to 10000 Hz")?;
-    assign(&mut spec.rate, rate);
-    assign(&mut spec.still, options.flag("still")?);
-    spec.targets = options.one_of("targets", "the path of a table of targets", |value| {
-        (!value.is_empty()).then(|| value.into())
+    options.number(&mut spec.seed, "seed", (0, u64::MAX), whole)?;
+    options.number(&mut spec.rate, "rate", (60_u32, 10_000), "60 to 10000 Hz")?;
+    options.flag(&mut spec.still, "still")?;
+    let path = "the path of a table of targets";
+    options.set(&mut spec.targets, "targets", path, |value| {
+        (!value.is_empty()).then(|| PathBuf::from(value))
     })?;
     if let Some(name) = options.take("as") {
         let mut protocol = ProtocolSpec::named(name)?;
         protocol.set(&mut options)?;
         spec.protocol = Some(protocol);
     }
-    spec.head = head(&mut options)?;
-    spec.times = Times::take(&mut options)?;
-    one_sensor(spec.head, spec.protocol.as_ref(), "mock")?;
+    spec.delay = times.delay.unwrap_or(spec.delay);
     let protocol = spec.protocol.as_ref();
+    one_sensor(head, protocol, "mock")?;
     let sensors = protocol.map_or(0..=0, ProtocolSpec::simulated_sensors);
-    if let Some(head) = spec.head.filter(|head| !sensors.contains(head)) {
+    if let Some(head) = head.filter(|head| !sensors.contains(head)) {
         let (first, last) = (sensors.start(), sensors.end());
         if first == last {
             return Err(lone_sensor("mock", head));
@@ -99,17 +109,12 @@ fn mock(text: &str) -> Result<MockSpec, Fault> {
     Ok(spec)
 }
 
-fn serial(text: &str) -> Result<SerialSpec, Fault> {
-    let (path, rest) = text.split_once('?').unwrap_or((text, ""));
-    if path.is_empty() {
-        return Err(nothing("serial"));
-    }
-    let mut options = Options::read(rest)?;
-    let baud = options.number("baud", (50, 4_000_000), "50 to 4000000 baud")?;
-    let reset = options.flag("reset")? == Some(true);
-    let head = head(&mut options)?;
-    let rts = options.flag("rts")?;
-    let times = Times::take(&mut options)?;
+fn serial(path: &str, mut options: Options<'_>, head: Option<u8>) -> Result<SerialSpec, Fault> {
+    let (mut baud, mut reset, mut stop) = (None, false, false);
+    options.number(&mut baud, "baud", (50_u32, 4_000_000), "50 to 4000000 baud")?;
+    options.flag(&mut reset, "reset")?;
+    let mut rts = None;
+    options.flag(&mut rts, "rts")?;
     let all = || names(Protocol::is_serial);
     let Some(name) = options.take("protocol") else {
         return Err(Fault::new(
@@ -158,7 +163,7 @@ fn serial(text: &str) -> Result<SerialSpec, Fault> {
             Some(baud.ok_or_else(|| wrong("speed", found, allowed))?)
         }
     };
-    let stop = options.flag("stop")? == Some(true);
+    options.flag(&mut stop, "stop")?;
     if stop && !has_stop(protocol.protocol()) {
         return Err(Fault::new(
             format!("{name} has no command that stops it: stop=1 does nothing"),
@@ -175,46 +180,22 @@ fn serial(text: &str) -> Result<SerialSpec, Fault> {
         reset,
         speed,
         stop,
-        head,
         rts,
-        times,
     })
 }
 
-fn hid(text: &str) -> Result<HidSpec, Fault> {
-    let (name, rest) = text.split_once('?').unwrap_or((text, ""));
-    let mut options = Options::read(rest)?;
+fn hid(name: &str, mut options: Options<'_>, head: Option<u8>) -> Result<HidSpec, Fault> {
     let mut axes = Axes::default();
     set_axes(&mut axes, &mut options)?;
-    one_sensor(head(&mut options)?, None, "hid")?;
-    let times = Times::take(&mut options)?;
-    let allowed = with_times("axes=right,up,back, origin=X,Y,Z");
-    options.end("hid", &allowed, None)?;
+    one_sensor(head, None, "hid")?;
+    options.end("hid", &with_times("axes=right,up,back, origin=X,Y,Z"), None)?;
     let name = hid_name(name)?;
-    Ok(HidSpec { name, axes, times })
-}
-
-/// Reads `FILE?options`: a file's name may hold a `?`, but options have a `=` behind it.
-fn replay(text: &str) -> Result<ReplaySpec, Fault> {
-    let split = text.rsplit_once('?');
-    let (path, rest) = split
-        .filter(|(path, rest)| !path.is_empty() && rest.contains('='))
-        .unwrap_or((text, ""));
-    let mut options = Options::read(rest)?;
-    let head = head(&mut options)?;
-    let times = Times::take(&mut options)?;
-    options.end("replay", &with_times("head=N"), None)?;
-    let path = path.into();
-    Ok(ReplaySpec { path, head, times })
+    Ok(HidSpec { name, axes })
 }
 
 /// The options of a kind of tracker, and those that all have.
 fn with_times(allowed: &str) -> String {
     format!("{allowed}, {TIMES}")
-}
-
-fn head(options: &mut Options<'_>) -> Result<Option<u8>, Fault> {
-    options.number("head", (0, u8::MAX), "a sensor from 0 to 255")
 }
 
 /// Refuses the choice of a sensor where there is only one.

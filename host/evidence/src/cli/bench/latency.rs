@@ -17,7 +17,7 @@ use shisen::cli::play::{
 use shisen::cli::tracker::{Interrupt, goes_over_a_line, protocol};
 use shisen::live::{Alone, FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary};
 use shisen::tracker::pty::Pty;
-use shisen::tracker::{MockSpec, ProtocolSpec, SerialSpec, Spec, Times, serve, simulated};
+use shisen::tracker::{MockSpec, ProtocolSpec, Spec, TrackerKind, serve, simulated};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -194,7 +194,6 @@ impl Arguments {
             ..MockSpec::default()
         };
         let source = simulated(&spec)?;
-        let times = Times::late(spec.delay());
         let over = AtomicBool::new(false);
         std::thread::scope(|scope| {
             let served = scope.spawn(|| {
@@ -207,8 +206,9 @@ impl Arguments {
                     &mut goes_on,
                 )
             });
-            let path = path.display().to_string();
-            let runs = self.runs(rate, (path, times), prepared, interrupt);
+            let (path, late) = (path.display(), spec.delay.0 as f64 * 1.0e-6);
+            let line = format!("serial:{path}?protocol={}&delay={late}", self.protocol);
+            let runs = self.runs(rate, &line, prepared, interrupt);
             over.store(true, Ordering::Relaxed);
             match served.join() {
                 Ok(Err(broken)) => Err(Failure::from_error(broken)),
@@ -220,21 +220,15 @@ impl Arguments {
     fn runs(
         &self,
         rate: u64,
-        (path, times): (String, Times),
+        line: &str,
         prepared: &Prepared,
         interrupt: &Interrupt,
     ) -> Result<Vec<Run>, Failure> {
-        let tracker = self.live.listen(&Spec::Serial(SerialSpec {
-            path,
-            protocol: self.protocol.clone(),
-            baud: self.protocol.protocol().baud(),
-            reset: false,
-            speed: None,
-            stop: false,
-            head: None,
-            rts: None,
-            times,
-        }))?;
+        let mut spec: Spec = line.parse()?;
+        if let TrackerKind::Serial(line) = &mut spec.kind {
+            line.protocol = self.protocol.clone();
+        }
+        let tracker = self.live.listen(&spec)?;
         let mut runs = Vec::new();
         let most = match &self.out {
             Some(_) => (self.seconds.as_secs_f64() * f64::from(prepared.hz)) as usize + 16,
