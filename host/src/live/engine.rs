@@ -7,9 +7,7 @@
 mod capture;
 mod deal;
 mod fovea;
-mod plan;
 mod threads;
-mod tile;
 
 use super::quality::Quality;
 use super::swap::Share;
@@ -17,17 +15,15 @@ use crate::cave::{Cave, Eye};
 use crate::picture::Picture;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
 use capture::LiveCapture;
-use deal::{Dealer, Group};
+use deal::{Dealer, Group, LiveTile, lock};
 use fovea::{SAME_PLACE, is_foveal, reaching_fovea, towards};
-use plan::{Plan, pairs};
 use shisen_core::frame::{Fill, Spectrum, Statistics, Tile, TileJob, Workspace};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
-use threads::Shared;
-use tile::{LiveTile, lock};
+use threads::{Plan, Shared, pairs};
 
 /// The most rounds in which a budget is dealt to the same tiles.
 const MOST_ROUNDS: u32 = 8;

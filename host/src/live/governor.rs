@@ -34,7 +34,7 @@ pub struct Governor {
     /// everything, and have no field to narrow.
     ladders: [Ladder; 2],
     has_gaze: bool,
-    speed: Speed,
+    pub(super) speed: Speed,
 }
 
 /// The budget and quality of a frame.
@@ -184,11 +184,6 @@ impl Governor {
     pub fn learn(&mut self, decision: &Decision, need: u64, cost: FrameCost) {
         self.ladder_mut().learn(decision.rung, need as f64);
         self.speed.learn(cost);
-    }
-
-    /// Learns the constant cost of a frame from one of many steps and one of few.
-    pub fn compare(&mut self, many: FrameCost, few: FrameCost) {
-        self.speed.compare(many, few);
     }
 }
 

@@ -2,7 +2,6 @@
 
 mod pacing;
 mod report;
-mod shares;
 mod warm_up;
 
 use super::budget::{FrameBudget, MOST_STEPS, Table2};
@@ -15,8 +14,8 @@ use glam::Vec3;
 use hdrhistogram::Histogram;
 use miette::Diagnostic;
 use pacing::Pacing;
+use report::Shares;
 pub use report::{FrameRecord, SessionReport};
-use shares::Shares;
 use std::time::{Duration, Instant};
 use thiserror::Error;
 

@@ -178,8 +178,7 @@ pub trait SwapLock {
     }
 
     /// Sends the next order to the others.
-    fn order(&mut self, order: &Order) -> Result<(), SwapError> {
-        let _ = order;
+    fn order(&mut self, _: &Order) -> Result<(), SwapError> {
         Ok(())
     }
 
@@ -197,8 +196,7 @@ pub trait SwapLock {
     }
 
     /// Waits until all machines may show the frame.
-    fn swap(&mut self, frame: u64) -> Result<(), SwapError> {
-        let _ = frame;
+    fn swap(&mut self, _: u64) -> Result<(), SwapError> {
         Ok(())
     }
 

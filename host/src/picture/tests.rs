@@ -1,17 +1,6 @@
 use super::*;
 use std::fs;
 
-fn gradient(width: u32, height: u32) -> Picture {
-    let mut picture = Picture::new(width, height).unwrap();
-    for y in 0..height {
-        for x in 0..width {
-            let value = (y * width + x) as f32 / (width * height) as f32;
-            picture.set_pixel(x, y, [value, 1.5 - 2.0 * value, value * value, 0.5]);
-        }
-    }
-    picture
-}
-
 #[test]
 fn srgb_codes_are_within_their_bound_and_rise() {
     let mut last = 0;
@@ -62,46 +51,40 @@ fn pixel_count_is_checked() {
 }
 
 #[test]
-fn failures_name_the_path_and_leave_nothing_behind() {
+fn a_file_is_written_whole_or_left_as_it_was() {
     let folder = tempfile::tempdir().unwrap();
-    let picture = gradient(2, 2);
-    let missing = folder.path().join("missing").join("wall.png");
-    for error in [
-        picture.write_png(&missing, &[]).unwrap_err(),
-        picture.write_exr(&missing, &[]).unwrap_err(),
-    ] {
-        let message = error.to_string();
-        assert!(message.contains("missing/wall.png"), "{message}");
-        assert!(message.contains("create it first"), "{message}");
-    }
-    // A folder in the file's place makes the rename fail at the very end.
-    let taken = folder.path().join("taken.png");
-    fs::create_dir(&taken).unwrap();
-    let error = picture.write_png(&taken, &[]).unwrap_err();
-    assert!(error.to_string().contains("choose another"), "{error}");
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-}
-
-#[test]
-fn failed_encoder_keeps_the_old_file() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("wall.png");
+    let [path, taken, missing] =
+        ["wall.png", "taken.png", "missing/wall.png"].map(|name| folder.path().join(name));
+    let picture = Picture::new(2, 2).unwrap();
     fs::write(&path, "old").unwrap();
-    let error = write_file(&path, |file| {
+    let as_the_umask_allows = fs::metadata(&path).unwrap().permissions();
+    let full = write_file(&path, |file| {
         file.write_all(b"half")?;
         Err(io::ErrorKind::StorageFull.into())
-    })
-    .unwrap_err();
-    assert!(error.to_string().contains("no space left"), "{error}");
+    });
     assert_eq!(fs::read(&path).unwrap(), b"old");
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    picture.write_png(&path, &[]).unwrap();
+    let permissions = fs::metadata(&path).unwrap().permissions();
+    assert_eq!(permissions, as_the_umask_allows);
+    // A folder in the file's place makes the rename fail at the very end.
+    fs::create_dir(&taken).unwrap();
+    for (written, says) in [
+        (full, "no space left"),
+        (picture.write_png(&taken, &[]), "choose another"),
+        (picture.write_png(&missing, &[]), "missing/wall.png"),
+        (picture.write_exr(&missing, &[]), "create it first"),
+    ] {
+        let error = written.unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
 }
 
 #[test]
 fn what_the_formats_cannot_hold_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("wall.png");
-    let mut picture = gradient(2, 2);
+    let mut picture = Picture::new(2, 2).unwrap();
     let refused = |written: Result<(), PictureError>, says: &str| {
         let error = written.unwrap_err().to_string();
         assert!(error.contains(says), "{error}");
@@ -119,17 +102,4 @@ fn what_the_formats_cannot_hold_is_refused() {
     picture.pixels.pop();
     refused(picture.write_exr(&path, &[]), "given 3 pixels");
     assert!(!path.exists());
-}
-
-#[cfg(unix)]
-#[test]
-fn files_are_readable_as_the_umask_allows() {
-    use std::os::unix::fs::PermissionsExt;
-    let folder = tempfile::tempdir().unwrap();
-    let plain = folder.path().join("plain");
-    fs::write(&plain, "").unwrap();
-    let path = folder.path().join("wall.png");
-    gradient(2, 2).write_png(&path, &[]).unwrap();
-    let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
-    assert_eq!(mode(&path), mode(&plain));
 }

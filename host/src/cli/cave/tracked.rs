@@ -150,7 +150,7 @@ impl Opened {
 mod tests {
     use super::*;
     use crate::tracker::pty::Pty;
-    use crate::tracker::serve::{Begin, serve};
+    use crate::tracker::serve::serve;
     use crate::tracker::{MockSpec, simulated};
     use shisen_tracker::estimate::State;
     use shisen_tracker::head::hatire::{Config, FRAME_BYTES};
@@ -195,7 +195,7 @@ mod tests {
             };
             let (source, protocol) = (simulated(&spec).unwrap(), "link".parse().unwrap());
             let goes_on = &mut |_| !until.load(Ordering::Relaxed);
-            serve(&mut pty, source, &protocol, Begin::AtOnce, goes_on)
+            serve(&mut pty, source, &protocol, None, goes_on)
         });
         let mut follower = follower(&path, "link");
         let count = |follower: &Follower| {

@@ -7,7 +7,7 @@ use super::{Audience, Change, Engine, LiveArguments, TimeArguments, paper_lod};
 use crate::live::{Alone, FrameRecord, SessionSettings};
 use crate::render::{CaptureOptions, Observer};
 use crate::tracker::pty::Pty;
-use crate::tracker::serve::{Begin, serve};
+use crate::tracker::serve::serve;
 use crate::tracker::{Feed, MockSpec, Notice, Spec, simulated};
 use clap::Parser;
 use shisen_core::gaze::HeadPose;
@@ -140,7 +140,7 @@ fn serial_ports_take_no_memory() {
             let tracker = simulated(&MockSpec::default()).unwrap();
             let protocol = "hatire".parse().unwrap();
             let goes_on = &mut |_| !over.load(Ordering::SeqCst);
-            serve(&mut pty, tracker, &protocol, Begin::AtOnce, goes_on).unwrap();
+            serve(&mut pty, tracker, &protocol, None, goes_on).unwrap();
         });
         let mut feed = Feed::open(&spec).unwrap();
         let mut samples = 0;

@@ -6,7 +6,7 @@ use super::sample::Records;
 use super::{Interrupt, Recorded, goes_over_a_line, protocol};
 use crate::cli::prelude::*;
 use crate::tracker::pty::Pty;
-use crate::tracker::serve::{Begin, LineState, SILENT};
+use crate::tracker::serve::{LineState, SILENT};
 use crate::tracker::{
     Feed, MockSpec, PAUSE, ProtocolSpec, Recording, TrackerKind, serve, simulated,
 };
@@ -241,13 +241,10 @@ fn line(
     say(&format!("{shown} speaks {protocol}, at {name}"));
     let last = end.span();
     let mut reached = |stage| say_stage(stage, path, protocol);
-    let begin = match over {
-        None => Begin::AtOnce,
-        Some(_) => Begin::WithReader(&mut reached),
-    };
+    let reached = over.map(|_| &mut reached as &mut dyn FnMut(LineState));
     let over = over.map(|over| over.after(LINGER));
     let (mut sent, mut whole) = (0, false);
-    serve::serve(&mut pty, source, protocol, begin, &mut |turn| {
+    serve::serve(&mut pty, source, protocol, reached, &mut |turn| {
         let enough = end.frames.is_some_and(|most| turn.sent >= most);
         let late = last.is_some_and(|last| turn.now >= last);
         let both = over.zip(turn.played);

@@ -93,7 +93,7 @@ impl Session<'_> {
             }
         }
         if let [Some(many), Some(few)] = fastest {
-            self.governor.compare(many, few);
+            self.governor.speed.compare(many, few);
         }
         Ok(())
     }

@@ -68,8 +68,7 @@ impl Canvas {
 
     /// The pixel in column `x` and row `y`; `None` outside.
     pub fn pixel(&self, x: u32, y: u32) -> Option<Colour> {
-        self.index(x, y)
-            .and_then(|index| self.pixels.get(index).copied())
+        self.pixels.get(self.index(x, y)?).copied()
     }
 
     /// Sets a pixel, if it is inside.

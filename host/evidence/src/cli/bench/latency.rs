@@ -198,13 +198,7 @@ impl Arguments {
         std::thread::scope(|scope| {
             let served = scope.spawn(|| {
                 let mut goes_on = |_| !over.load(Ordering::Relaxed);
-                serve::serve(
-                    &mut line,
-                    source,
-                    &self.protocol,
-                    serve::Begin::AtOnce,
-                    &mut goes_on,
-                )
+                serve::serve(&mut line, source, &self.protocol, None, &mut goes_on)
             });
             let (path, late) = (path.display(), spec.delay.0 as f64 * 1.0e-6);
             let line = format!("serial:{path}?protocol={}&delay={late}", self.protocol);
