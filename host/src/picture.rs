@@ -9,12 +9,11 @@
 
 pub mod chart;
 
-mod difference;
 pub(crate) mod glyph;
 
-pub use difference::colour_differences;
-
 use crate::files::{WriteSeek, explain, write_atomically};
+use palette::color_difference::Ciede2000;
+use palette::{IntoColor, Lab, LinSrgb};
 use png::{BitDepth, ColorType, SrgbRenderingIntent};
 use rayon::prelude::*;
 use shisen_core::frame::Pixel;
@@ -99,7 +98,6 @@ impl Picture {
         Ok(picture)
     }
 
-    /// Refuses pixels that do not fill the rows and columns.
     fn check_count(&self) -> Result<(), PictureError> {
         let (width, height, found) = (self.width, self.height, self.pixels.len());
         if found as u64 == u64::from(width) * u64::from(height) {
@@ -293,7 +291,6 @@ impl Picture {
         })
     }
 
-    /// Refuses pictures and metadata that neither file format can hold.
     fn check(&self, path: &Path, metadata: &[(&str, String)]) -> Result<(), PictureError> {
         self.check_count()?;
         let error = |fault: String| Err(PictureError(format!("{}: {fault}", path.display())));
@@ -377,6 +374,21 @@ fn write_file(
         let (path, reason) = (path.display(), explain(&reason));
         PictureError(format!("{path}: cannot write: {reason}"))
     })
+}
+
+/// How far apart the colours of two pictures are, pixel by pixel, as a display
+/// shows them: CIEDE2000 of the colours clipped to sRGB. A difference up to about 1 is not seen.
+/// Compares as many pixels as the smaller picture has.
+pub fn colour_differences(one: &Picture, other: &Picture) -> Vec<f32> {
+    let pairs = one.pixels.par_iter().zip(&other.pixels);
+    pairs
+        .map(|(one, other)| shown(*one).difference(shown(*other)))
+        .collect()
+}
+
+fn shown([red, green, blue, _]: [f32; 4]) -> Lab {
+    let clip = |channel: f32| channel.clamp(0.0, 1.0);
+    LinSrgb::new(clip(red), clip(green), clip(blue)).into_color()
 }
 
 #[cfg(test)]

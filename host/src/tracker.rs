@@ -9,7 +9,6 @@ mod feed;
 mod hid;
 mod live;
 mod notice;
-mod port;
 mod protocol;
 #[cfg(unix)]
 pub mod pty;

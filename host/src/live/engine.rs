@@ -438,7 +438,6 @@ where
         !plan.groups.is_empty()
     }
 
-    /// Replaces unfinished pixels and sums up the frame.
     fn finish(&mut self, rounds: u32) -> Rendered {
         let shared = self.shared;
         let plan = &mut *shared.write();

@@ -204,7 +204,6 @@ mod tests {
     use super::ladder::FRAMES_TO_RISE;
     use super::*;
 
-    /// The true costs of the rungs.
     const TRUE: [f64; Quality::LADDER.len()] = [
         1.0, 0.9, 0.8, 0.6, 0.5, 0.4, 0.3, 0.2, 0.15, 0.1, 0.085, 0.07, 0.055, 0.04,
     ];

@@ -241,7 +241,6 @@ struct Session<'s> {
 }
 
 impl Session<'_> {
-    /// The budget of a frame on each machine.
     fn allowance(&self, forward: Vec3) -> Allowance {
         let seconds = |seconds: f64| Allowance::Time(Duration::from_secs_f64(seconds));
         match (self.settings.budget, self.settings.table) {

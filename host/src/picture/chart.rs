@@ -19,7 +19,6 @@ use std::io;
 use std::ops::Range;
 use std::path::Path;
 
-/// Columns and rows of a chart in a file of its own.
 const SIZE: (u32, u32) = (800, 500);
 
 /// Drawing units a pixel: `plotters` has whole numbers only, and steps would show.
@@ -128,7 +127,6 @@ impl Line {
     }
 }
 
-/// Largest number of an axis.
 const LARGEST: f64 = 1.0e300;
 
 /// Whether an axis can have a range: the charts' library would not end on a logarithmic axis from
@@ -320,7 +318,6 @@ impl Chart {
         area.present()
     }
 
-    /// The height of the names below the chart, in pixels.
     fn names_height(&self) -> u32 {
         if self.names == Names::Below && self.lines.len() > 1 {
             // And half of one to the edge.
@@ -330,7 +327,6 @@ impl Chart {
         }
     }
 
-    /// Draws the names below the chart, each beside a piece of its line.
     fn draw_names(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), DrawingError> {
         if self.names_height() == 0 {
             return Ok(());

@@ -103,3 +103,32 @@ fn what_the_formats_cannot_hold_is_refused() {
     refused(picture.write_exr(&path, &[]), "given 3 pixels");
     assert!(!path.exists());
 }
+
+#[test]
+fn differences_are_of_what_is_shown() {
+    let picture = |pixels: &[[f32; 3]]| {
+        let pixels: Vec<_> = pixels.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
+        Picture::from_pixels(pixels.len() as u32, 1, pixels).unwrap()
+    };
+    let one = picture(&[
+        [0.0; 3],
+        [1.0; 3],
+        [0.5, 0.2, 0.1],
+        [1.0, 0.0, 0.0],
+        [0.0; 3],
+    ]);
+    let other = picture(&[
+        [-3.0, 0.0, 0.0],
+        [7.0; 3],
+        [0.5, 0.2, 0.1],
+        [0.0; 3],
+        [1.0; 3],
+    ]);
+    let found = colour_differences(&one, &other);
+    assert_eq!(found[..3], [0.0; 3]);
+    // Lab 53.24 80.09 67.20 against black, by the formula's authors' sheet.
+    assert!(
+        (found[3] - 50.41).abs() < 0.1 && (found[4] - 100.0).abs() < 0.01,
+        "{found:?}"
+    );
+}

@@ -120,7 +120,6 @@ macro_rules! gone {
 
 gone!(ConnectionError, ReplyError, ReplyOrIdError);
 
-/// The longest wait for a server, seconds.
 const ANSWER_SECONDS: u64 = 5;
 
 /// The symbol of Escape; those of letters are their codes.
@@ -153,7 +152,6 @@ impl Window {
         }
     }
 
-    /// As [`open`](Self::open), without a limit of time.
     fn on_server(title: &str, [width, height]: [u32; 2]) -> Result<Self, WindowError> {
         let (connection, number) = x11rb::connect(None)?;
         let setup = connection.setup();

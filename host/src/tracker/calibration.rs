@@ -55,13 +55,11 @@ const SYNTAX: &str = "a calibration file has device, model, head, [room_from_tra
                       [[target]] (direction, and of left, right and combined what the tracker \
                       says); all of them are optional";
 
-/// An impossible screen or place of the tracker.
 fn misplaced(reason: EstimatorConfigError) -> Fault {
     let help = "lengths are metres, in the room: +X right, +Y up, −Z ahead";
     Fault::new(reason.to_string(), help)
 }
 
-/// A place of a target that is not finite.
 fn nowhere() -> Fault {
     let help = "give three numbers, or leave it out: it is for people";
     Fault::new("a target's place is not finite", help)
@@ -97,7 +95,6 @@ pub struct SeenTarget {
 }
 
 impl SeenTarget {
-    /// What an eye's calibration is fitted to.
     fn target(&self, eye: usize) -> Option<Target> {
         self.measured[eye].map(|measured| Target {
             measured,
@@ -105,7 +102,6 @@ impl SeenTarget {
         })
     }
 
-    /// Whether the place is not finite.
     fn is_nowhere(&self) -> bool {
         self.place.is_some_and(|place| !place.is_finite())
     }
@@ -129,7 +125,6 @@ pub struct CalibrationFile {
 }
 
 impl Default for CalibrationFile {
-    /// A file that says nothing.
     fn default() -> Self {
         Self {
             device: None,
@@ -153,7 +148,6 @@ pub const fn model_name(model: Model) -> &'static str {
     }
 }
 
-/// The text of a file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Entry {

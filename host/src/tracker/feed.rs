@@ -46,14 +46,11 @@ enum Kind {
     Live(Box<Live>),
 }
 
-/// A recording that is played.
 struct Replay {
-    /// Events, each with the counts when it came.
     events: VecDeque<(Event, Counts)>,
     counts: Counts,
     /// When the last sample came, or the first will.
     last: Micros,
-    /// Whether the pause before the next sample was reported.
     pause_reported: bool,
 }
 

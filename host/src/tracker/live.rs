@@ -2,10 +2,11 @@
 
 use super::hid;
 use super::notice::{Features, LiveError, Notice, Trouble};
-use super::port::{Plugged, Port, open_serial};
 use super::spec::{SerialSpec, TrackerKind};
 use shisen_tracker::command::{Action, Failure, Script, Session, SettingUp, Watch};
 use shisen_tracker::decoder::{Counts, Decoder, Event};
+use shisen_tracker::hid::device::Device;
+use shisen_tracker::serial::Serial;
 use shisen_tracker::time::Micros;
 use std::io;
 use std::time::Instant;
@@ -35,15 +36,12 @@ struct Refusal {
     reported: bool,
 }
 
-/// A device, or the search for it.
 pub(super) struct Live {
     spec: TrackerKind,
     port: Option<Port>,
-    /// The device's path, or its last one.
     path: String,
     /// A new one each time that the device is plugged in: its description may change.
     decoder: Box<dyn Decoder + Send>,
-    /// The counts of the decoders before.
     before: Counts,
     /// What an eye tracker said of itself, until that is reported.
     features: Option<Features>,
@@ -58,13 +56,11 @@ pub(super) struct Live {
     refusal: Option<Refusal>,
     /// Samples are held back until this is over.
     setting_up: SettingUp,
-    /// When a silent device is set up again.
     repeat_at: Micros,
     /// When the device was told to restart, while it is waited for.
     resets_since: Option<Micros>,
     /// The device was set up again: a further failure was reported before.
     again: bool,
-    /// Samples that came before the device was set up.
     held_back: u64,
 }
 
@@ -74,7 +70,6 @@ impl Live {
         Ok(Self::new(spec, plugged, Micros(0)))
     }
 
-    /// A device that was plugged in `now`.
     fn new(spec: TrackerKind, plugged: Plugged, now: Micros) -> Self {
         let serial = serial(&spec);
         let watch = serial.map_or_else(Watch::of_reports, |_| Watch::new());
@@ -111,7 +106,6 @@ impl Live {
         self.held_back
     }
 
-    /// Whether the device is silent because it restarts.
     pub(super) fn is_resetting(&self) -> bool {
         self.resets_since.is_some() && self.session.is_some()
     }
@@ -324,6 +318,56 @@ impl Drop for Live {
     }
 }
 
+pub(super) enum Port {
+    Serial(Serial),
+    Hid(Device),
+}
+
+impl Port {
+    /// Reads what comes within 2 ms; returns how many bytes.
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self {
+            Self::Serial(port) => port.read(buffer),
+            Self::Hid(device) => device.read(buffer),
+        }
+    }
+}
+
+pub(super) struct Plugged {
+    pub(super) port: Port,
+    pub(super) path: String,
+    pub(super) decoder: Box<dyn Decoder + Send>,
+    /// What an eye tracker said of itself when it was opened.
+    pub(super) features: Option<Features>,
+}
+
+fn open_serial(spec: &SerialSpec) -> Result<Plugged, LiveError> {
+    let refused = |reason| LiveError::Open(spec.path.clone(), reason);
+    let mut port = Serial::open(&spec.path, spec.baud).map_err(refused)?;
+    set_rts(spec, |high| port.set_rts(high)).map_err(refused)?;
+    let decoder = spec.protocol.decoder();
+    Ok(Plugged {
+        port: Port::Serial(port),
+        path: spec.path.clone(),
+        decoder: decoder.ok_or_else(|| refused(io::ErrorKind::Unsupported.into()))?,
+        features: None,
+    })
+}
+
+/// Sets a line's RTS; a port without RTS is an error only where the specification asks for it.
+fn set_rts(spec: &SerialSpec, mut set: impl FnMut(bool) -> io::Result<()>) -> io::Result<()> {
+    if let Some(high) = spec.rts {
+        return set(high).map_err(|reason| {
+            let text = format!("its RTS cannot be set ({reason}); leave rts out");
+            io::Error::new(reason.kind(), text)
+        });
+    }
+    if let Some(high) = spec.protocol.protocol().rts() {
+        let _ = set(high);
+    }
+    Ok(())
+}
+
 fn plug(spec: &TrackerKind) -> Result<Plugged, LiveError> {
     match spec {
         TrackerKind::Serial(spec) => open_serial(spec),
@@ -349,7 +393,6 @@ fn first_script(spec: &SerialSpec, reset: bool) -> Script {
     change.unwrap_or_else(|| spec.protocol.start(reset))
 }
 
-/// The set-up after a change of the line's speed.
 fn script_after(spec: &SerialSpec) -> Option<Script> {
     spec.speed.map(|_| spec.protocol.start(false))
 }
@@ -360,7 +403,6 @@ fn speed_time(spec: Option<&SerialSpec>) -> Micros {
     change.map_or(Micros(0), |_| CHANGING_SPEED)
 }
 
-/// How long a device is silent because it restarts.
 fn reset_time(spec: Option<&SerialSpec>) -> Micros {
     spec.map_or(Micros(0), |spec| {
         spec.protocol.start(spec.reset).once_only_time()

@@ -116,7 +116,6 @@ impl Pty {
         Ok(sent > 0 || bytes.is_empty())
     }
 
-    /// Writes what fits and returns how much.
     fn write(&self, bytes: &[u8]) -> io::Result<usize> {
         match (&self.device).write(bytes) {
             Err(error) if is_wait(&error) => Ok(0),

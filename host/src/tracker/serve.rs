@@ -121,12 +121,10 @@ impl<S: Source<Item = Sample>> Source for DelayedSource<'_, S> {
 
 /// The reader of a line whose device does not send yet.
 struct Reader<'a> {
-    /// Whether the device takes commands.
     is_told: bool,
     reached: &'a mut dyn FnMut(LineState),
     /// When the reader came, or the device last restarted.
     since: Option<Micros>,
-    /// When the reader last sent something.
     heard: Option<Micros>,
 }
 

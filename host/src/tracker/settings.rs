@@ -19,7 +19,6 @@ use std::str::FromStr;
 pub(super) struct Options<'a>(Vec<(&'a str, &'a str)>);
 
 impl<'a> Options<'a> {
-    /// Reads options; a key that is given twice is an error.
     pub(super) fn read(text: &'a str) -> Result<Self, Fault> {
         let mut options: Vec<(&str, &str)> = Vec::new();
         for part in text.split('&').filter(|part| !part.is_empty()) {
@@ -33,7 +32,6 @@ impl<'a> Options<'a> {
         Ok(Self(options))
     }
 
-    /// Takes the value of a key out.
     pub(super) fn take(&mut self, key: &str) -> Option<&'a str> {
         let at = self.0.iter().position(|&(other, _)| other == key)?;
         Some(self.0.remove(at).1)
@@ -55,7 +53,6 @@ impl<'a> Options<'a> {
         Ok(())
     }
 
-    /// Sets a number within a range.
     pub(super) fn number<T: FromStr + PartialOrd, To: From<T>>(
         &mut self,
         to: &mut To,
@@ -111,7 +108,6 @@ impl<'a> Options<'a> {
     }
 }
 
-/// A value that an option cannot have.
 pub(super) fn wrong(key: &str, found: &str, allowed: &str) -> Fault {
     let message = format!("{key}={found:?} is not possible");
     Fault::new(message, format!("give {allowed}"))
@@ -129,7 +125,6 @@ pub fn settings() -> impl Iterator<Item = (&'static str, &'static str)> {
     all.filter(|(_, settings)| !settings.is_empty())
 }
 
-/// The settings of a protocol, for people.
 const fn allowed_for(protocol: &Protocol) -> &'static str {
     match protocol {
         Protocol::Link | Protocol::AdHawk => "rate=HZ",
@@ -163,7 +158,6 @@ const fn allowed_for(protocol: &Protocol) -> &'static str {
     }
 }
 
-/// Takes the settings of a protocol out of the options.
 pub(super) fn set(
     protocol: &mut Protocol,
     asked: &mut Asked,
@@ -187,7 +181,6 @@ pub(super) fn set(
     }
 }
 
-/// Whether zeros mean a lost eye.
 const ZEROS: [(&str, bool); 2] = [("lost", true), ("point", false)];
 
 const UNITS: [(&str, Units); 2] = [("inches", Units::Inches), ("cm", Units::Centimetres)];
@@ -313,7 +306,6 @@ fn set_flock(
     set_frames(&mut config.axes, options)
 }
 
-/// Reads a command of one character.
 fn character(value: &str) -> Option<u8> {
     match *value.as_bytes() {
         [one] if one.is_ascii_graphic() => Some(one),
@@ -402,7 +394,6 @@ fn set_items(
     Ok(())
 }
 
-/// Sets where the axes of the device and of its sensor point.
 fn set_frames(axes: &mut Axes, options: &mut Options<'_>) -> Result<(), Fault> {
     let [mut frame, mut sensor] = [None, None];
     options.set(&mut frame, "frame", FRAME, directions)?;

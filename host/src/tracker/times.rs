@@ -43,7 +43,6 @@ const KEYS: [(&str, Field); 10] = [
     ("longest_blink", Fallback(|c| &mut c.longest_blink)),
 ];
 
-/// The time that stands for `never`.
 const NEVER: Micros = Micros(u64::MAX);
 
 /// Reads seconds from 0 to `most`.
@@ -55,7 +54,6 @@ fn seconds(value: &str, most: f64) -> Option<Micros> {
 }
 
 impl Times {
-    /// Takes the times out of the options.
     pub(super) fn take(options: &mut Options<'_>) -> Result<Self, Fault> {
         let mut times = Self::default();
         for ((key, field), time) in KEYS.into_iter().zip(&mut times.given) {

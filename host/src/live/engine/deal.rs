@@ -117,7 +117,6 @@ pub(super) struct Dealer {
 }
 
 impl Dealer {
-    /// For a number of samples a pixel.
     pub(super) const fn new(samples: u16) -> Self {
         let times = samples as u64 / FEW_SAMPLES;
         let excess = LEAST_EXCESS * if times > 1 { times } else { 1 };
@@ -138,7 +137,6 @@ impl Dealer {
         self.excess.min(part.unwrap_or(u64::MAX))
     }
 
-    /// Learns the most steps that a group took above its allotment.
     pub(super) fn note_excess(&mut self, excess: &AtomicU64) {
         // The next may be half as dear again; one that was broken off is dearer.
         let most = excess.load(Ordering::SeqCst) * 3 / 2;

@@ -156,7 +156,6 @@ where
         }
     }
 
-    /// Fills tiles of screens from the capture.
     fn fill(&self, plan: &Plan<'_, W>) {
         let surroundings = plan.capture.as_ref().and_then(LiveCapture::surroundings);
         let Some(surroundings) = surroundings else {

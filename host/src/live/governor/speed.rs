@@ -47,7 +47,6 @@ impl Speed {
         }
     }
 
-    /// Learns the overhead of a frame of many steps and one of few.
     pub(in crate::live) fn compare(&mut self, many: FrameCost, few: FrameCost) {
         let (most, least) = (many.steps as f64, few.steps as f64);
         if !(most > APART * least && many.seconds > few.seconds && few.seconds > 0.0) {

@@ -131,7 +131,6 @@ pub struct SessionReport {
 }
 
 impl SessionReport {
-    /// Records the budget as a part of a frame without level of detail.
     pub(super) fn record_part(&mut self) {
         if let (Allowance::Time(time), Some(plain)) = (self.allowance, self.plain_seconds) {
             let part = time.as_secs_f64() / plain;
@@ -157,7 +156,6 @@ impl SessionReport {
     }
 }
 
-/// The largest part, in millionths.
 const MOST: u64 = 1_000_000_000;
 
 /// A histogram of the parts of their budgets that frames took, which takes no memory while it is filled.

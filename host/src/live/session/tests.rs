@@ -24,7 +24,6 @@ fn pause(microseconds: u64) {
     std::thread::sleep(Duration::from_micros(microseconds));
 }
 
-/// One machine that takes its time.
 struct Slow {
     delays: Delays,
     shown: u64,
@@ -63,7 +62,6 @@ impl Display for Watcher {
     }
 }
 
-/// Plays frames that follow a tracker.
 fn play(
     settings: SessionSettings,
     delays: Delays,
@@ -145,7 +143,6 @@ fn check(report: &SessionReport, records: &[FrameRecord], period: u64) {
     assert!(refreshes >= refresh as f64 - 0.01, "{refreshes} {refresh}");
 }
 
-/// The median over pairs of successive frames.
 fn median(records: &[FrameRecord], of: fn(&[FrameRecord]) -> u64) -> u64 {
     let mut all: Vec<u64> = records.windows(2).map(of).collect();
     all.sort_unstable();

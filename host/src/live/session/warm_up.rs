@@ -5,7 +5,6 @@ use crate::live::governor::{Allowance, Decision, FrameCost};
 use crate::live::quantiles::median;
 use crate::live::swap::{Look, Purpose};
 
-/// Frames without level of detail by which a budget is scaled.
 const PLAIN_FRAMES: usize = 5;
 
 /// The tangent of the angle (27°) to the places beside the first look that are measured.

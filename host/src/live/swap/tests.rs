@@ -11,7 +11,6 @@ struct Channels {
 }
 
 impl Channels {
-    /// The ends of `ranks` threads, by rank.
     fn new(ranks: usize) -> Vec<Self> {
         let (to, from) = (Vec::new, Vec::new);
         let ends = (0..ranks).map(|rank| (rank, to(), from()));

@@ -1,10 +1,9 @@
 //! The walls of one eye unfolded into a net, to see all of them at once and across their seams.
 //! A dome's master lies beside them, scaled to the net along its meridians.
 
-mod label;
-
 use crate::cave::{Screen, Wall, WallPlane};
 use crate::picture::Picture;
+use crate::picture::glyph::{GLYPH, dots};
 use crate::show::ShowError;
 use glam::{DAffine2, DMat2, DVec2, DVec3};
 use std::collections::VecDeque;
@@ -21,7 +20,6 @@ const SHARED_CORNER: f64 = 0.01;
 const QUARTER_TURN: f64 = 1e-6;
 /// Points this near to a pixel centre, in pixels, are on it and are copied.
 const PIXEL_CENTRE: f64 = 1e-3;
-/// The most samples along each side of a pixel.
 const MAX_SAMPLES: f64 = 16.0;
 
 struct Sheet<'a> {
@@ -337,7 +335,7 @@ fn draw(sheets: &[Sheet], placements: &[Placement]) -> Result<Picture, ShowError
             let from_high = (*corner - high).abs();
             from_low.min(from_high).max_element() > 1.0
         });
-        label::write(&mut canvas.picture, sheet.name, low, high, oblique);
+        label(&mut canvas.picture, sheet.name, low, high, oblique);
     }
     Ok(canvas.picture)
 }
@@ -373,6 +371,52 @@ fn resample<'a>(sheet: &Sheet<'a>) -> impl Fn(DVec2) -> [f32; 4] + use<'a> {
             }
         }
         sum.map(|sum| (sum / (samples.x * samples.y)) as f32)
+    }
+}
+
+/// A wall's shorter side in pixels of a glyph.
+const GLYPH_SIDE: f64 = 240.0;
+const MAX_SCALE: f64 = 8.0;
+
+const TEXT: [f32; 4] = [0.9, 0.9, 0.9, 1.0];
+const OUTLINE: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+
+/// Writes a name into the upper left corner of a rectangle, or its middle, as far as it fits.
+fn label(picture: &mut Picture, name: &str, low: DVec2, high: DVec2, centred: bool) {
+    let size = high - low;
+    let scale = (size.min_element() / GLYPH_SIDE)
+        .round()
+        .clamp(1.0, MAX_SCALE) as u32;
+    let advance = f64::from(GLYPH * scale);
+    // The outline stays inside, too.
+    let margin = f64::from(scale);
+    let fitting = ((size.x - 2.0 * margin) / advance).max(0.0) as usize;
+    let name: String = name.chars().take(fitting).collect();
+    let text = DVec2::new(advance * name.chars().count() as f64, advance);
+    let start = if centred {
+        0.5 * (low + high - text)
+    } else {
+        low + 3.0 * margin
+    };
+    let start = start.min(high - text - margin).max(low);
+    let (left, top) = (start.x.round() as u32, start.y.round() as u32);
+
+    // The outlines first: letters are not to cover each other.
+    let reach = scale.div_ceil(2);
+    for (grow, colour) in [(reach, OUTLINE), (0, TEXT)] {
+        for (column, row) in dots(&name) {
+            let place = [left + column * scale, top + row * scale];
+            let [x, y] = place.map(|start| start.saturating_sub(grow));
+            square(picture, x, y, scale + 2 * grow, colour);
+        }
+    }
+}
+
+fn square(picture: &mut Picture, left: u32, top: u32, side: u32, colour: [f32; 4]) {
+    for y in top..top.saturating_add(side) {
+        for x in left..left.saturating_add(side) {
+            picture.set_pixel(x, y, colour);
+        }
     }
 }
 

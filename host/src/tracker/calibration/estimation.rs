@@ -55,7 +55,6 @@ fn is_coarse(spec: &Spec) -> bool {
     matches!(protocol, Some(Protocol::Asl(_) | Protocol::Iscan(_)))
 }
 
-/// The screen in front of the mock.
 fn mock_screen(spec: &Spec, head: HeadPose) -> Option<Screen> {
     match spec.protocol()?.protocol() {
         Protocol::EyeTracker(screen, _) => Some(Screen {

@@ -11,7 +11,6 @@ use shisen_tracker::time::Micros;
 /// How long eyes take to rest on a target: a saccade starts after 200 ms, lasts 100 ms.
 pub const SETTLE: Micros = Micros::from_millis(400);
 
-/// The least number of samples for a mean.
 const LEAST_SAMPLES: usize = 10;
 
 /// Glances elsewhere deviate by this many median deviations (3.4 standard ones of noise).
@@ -78,7 +77,6 @@ impl Gatherer {
         }
     }
 
-    /// Where the head is, in the room.
     fn head(&self, sample: &Sample) -> HeadPose {
         let room = &self.config.room_from_tracker;
         let mut head = self.config.resting_head;
@@ -135,7 +133,6 @@ fn seen(target: &TimedTarget, looks: &[Look]) -> Option<SeenTarget> {
     })
 }
 
-/// The mean without outliers.
 fn mean(places: &[Vec2]) -> Option<Vec2> {
     if places.len() < LEAST_SAMPLES {
         return None;
