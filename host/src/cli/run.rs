@@ -5,7 +5,10 @@ mod frames;
 pub(super) mod report;
 mod shortfall;
 mod together;
-#[cfg_attr(not(all(unix, feature = "window")), path = "run/no_watch.rs")]
+#[cfg_attr(
+    not(all(unix, feature = "window")),
+    allow(dead_code, reason = "without a window there are no keys")
+)]
 mod watch;
 
 use crate::cli::arguments::filling::{CaptureDetail, Fill};

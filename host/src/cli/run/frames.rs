@@ -2,7 +2,7 @@
 
 use super::files::{Files, Log};
 use super::shortfall::Shortfall;
-use super::watch::Watch;
+use super::watch::{Command, Watch, Watched};
 use super::{Arguments, View};
 use crate::cli::arguments::filling::Fill;
 use crate::cli::play::{Audience, Change, Newest, Prepared};
@@ -14,29 +14,6 @@ use crate::render::Observer;
 use crate::show::dashboard::About;
 use glam::Vec3;
 use shisen_core::gaze::HeadPose;
-
-/// What a key of the window asks for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    not(all(unix, feature = "window")),
-    allow(dead_code, reason = "without a window there are no keys")
-)]
-pub(super) enum Command {
-    Change(Change),
-    /// The next way to fill in where the gaze skips rays.
-    Fill,
-    End,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
-pub(super) struct Watched {
-    /// Frames shown.
-    pub(super) shown: u64,
-    /// Frames not shown, for lack of time or after the window's end.
-    pub(super) dropped: u64,
-    /// Whether the window was open at the end.
-    pub(super) is_open: bool,
-}
 
 pub(super) enum Output {
     None,

@@ -1,6 +1,6 @@
 //! The report of `shisen run`.
 
-use super::frames::Watched;
+use super::watch::Watched;
 use super::{Arguments, LatchName};
 use crate::cli::arguments::filling::Fill;
 use crate::cli::output::picture_files::hexadecimal;
