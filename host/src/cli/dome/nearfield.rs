@@ -47,17 +47,11 @@ enum ViewpointChoice {
 }
 
 impl ViewpointChoice {
-    const fn name(self) -> &'static str {
+    /// Its name in reports, and the words for it.
+    const fn names(self) -> [&'static str; 2] {
         match self {
-            Self::Screen => "screen",
-            Self::Best => "best",
-        }
-    }
-
-    const fn words(self) -> &'static str {
-        match self {
-            Self::Screen => "the screen's centre",
-            Self::Best => "the best viewpoint",
+            Self::Screen => ["screen", "the screen's centre"],
+            Self::Best => ["best", "the best viewpoint"],
         }
     }
 }
@@ -83,6 +77,8 @@ pub(in crate::cli) struct Report {
     figures: Vec<Figure>,
     #[serde(skip)]
     folder: String,
+    #[serde(skip)]
+    seen_from: &'static str,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -173,8 +169,9 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(name) => format!("{name}, mapping {}", mapping.name()),
         None => format!("mapping {}", mapping.name()),
     };
+    let [viewpoint, seen_from] = arguments.viewpoint.names();
     let figures = [
-        ("rings", rings_chart(&title, arguments.viewpoint, &seen)),
+        ("rings", rings_chart(&title, seen_from, &seen)),
         ("viewpoint", viewpoint_chart(&title, &near)),
         ("size", size_chart(&title, &sizes)),
     ];
@@ -185,13 +182,14 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let report = Report {
         config: arguments.mirror.name(),
         mapping: mapping.name(),
-        viewpoint: arguments.viewpoint.name(),
+        viewpoint,
         reach: near.reach(),
         distances: seen.iter().map(|(d, near)| at_distance(near, *d)).collect(),
         viewpoints: viewpoints.into_iter().map(best_viewpoint).collect(),
         sizes: sizes.into_iter().map(Errors::from).collect(),
         figures: figures.collect::<Result<_, _>>()?,
         folder: arguments.out.display().to_string(),
+        seen_from,
     };
     print(&report, arguments.json)
 }
@@ -253,7 +251,7 @@ fn sizes(near: &NearField, offsets: &[f64]) -> Result<Vec<SizeErrors>, Failure> 
     errors.collect::<Result<_, _>>().or_misuse()
 }
 
-fn rings_chart(title: &str, viewpoint: ViewpointChoice, seen: &[(f64, NearField)]) -> Chart {
+fn rings_chart(title: &str, seen_from: &str, seen: &[(f64, NearField)]) -> Chart {
     let rings = |(colour, (distance, near)): (usize, &(f64, NearField))| {
         let name = if distance.is_finite() {
             format!("D = {distance}")
@@ -275,7 +273,7 @@ fn rings_chart(title: &str, viewpoint: ViewpointChoice, seen: &[(f64, NearField)
     }
     // An axis needs a length even if nothing is displaced.
     let room = (0.05 * (high - low)).max(1.0e-3);
-    let title = format!("{title}: displacement, seen from {}", viewpoint.words());
+    let title = format!("{title}: displacement, seen from {seen_from}");
     let place = Axis::linear("r_d_deg", "from the zenith, degrees", 0.0..90.0);
     let range = low - room..high + room;
     let displacement = Axis::linear("displacement_px", "towards the rim, pixels at 4096", range);
@@ -368,10 +366,7 @@ impl fmt::Display for Report {
             "{}, mapping {}, seen from {}: displacement in pixels at 4096",
             self.config.unwrap_or("this mirror"),
             self.mapping,
-            match self.viewpoint {
-                "best" => ViewpointChoice::Best.words(),
-                _ => ViewpointChoice::Screen.words(),
-            }
+            self.seen_from
         )?;
         write!(f, "{:>10}", "distance")?;
         for degrees in 1..=8 {

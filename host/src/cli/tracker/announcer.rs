@@ -1,6 +1,6 @@
 //! Announces what happens to a tracker, to its clock and to the gaze.
 
-use super::follow::with_drops;
+use super::drops::with_drops;
 use super::warn_of_sensors;
 use crate::cli::output::warn;
 use crate::live::TrackerEvent;

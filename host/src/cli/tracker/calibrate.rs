@@ -238,31 +238,27 @@ impl Report {
                 worst: residual.worst,
             })
         });
-        let target = |seen: &SeenTarget| TargetReport::new(file, fits, seen);
+        let target = |seen: &SeenTarget| {
+            let residuals = file.residuals(fits, seen);
+            let eyes = std::array::from_fn(|eye| {
+                let (measured, off) = seen.measured[eye].zip(residuals[eye])?;
+                Some(MeasuredReport {
+                    measured: measured.to_array(),
+                    residual_deg: off.to_degrees(),
+                })
+            });
+            TargetReport {
+                place: seen.place.map(|place| place.to_array()),
+                direction: seen.direction.to_array(),
+                samples: seen.samples,
+                eyes: Eyes::new(eyes),
+            }
+        };
         Self {
             file: name,
             device: file.device.clone(),
             model: crate::tracker::calibration::model_name(file.model),
             targets: file.targets.iter().map(target).collect(),
-            eyes: Eyes::new(eyes),
-        }
-    }
-}
-
-impl TargetReport {
-    fn new(file: &CalibrationFile, fits: &Fits, seen: &SeenTarget) -> Self {
-        let residuals = file.residuals(fits, seen);
-        let eyes = std::array::from_fn(|eye| {
-            let (measured, off) = seen.measured[eye].zip(residuals[eye])?;
-            Some(MeasuredReport {
-                measured: measured.to_array(),
-                residual_deg: off.to_degrees(),
-            })
-        });
-        Self {
-            place: seen.place.map(|place| place.to_array()),
-            direction: seen.direction.to_array(),
-            samples: seen.samples,
             eyes: Eyes::new(eyes),
         }
     }

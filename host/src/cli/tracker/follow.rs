@@ -2,12 +2,12 @@
 
 use super::Interrupt;
 use super::announcer::Announcer;
+use super::drops::with_drops;
 use super::features::FeatureReport;
-use super::sample::{ByReason, by_reason};
 use crate::cli::arguments::span;
 use crate::cli::prelude::*;
-use crate::tracker::{Feed, Notice, Trouble};
-use shisen_tracker::decoder::{Counts, Event};
+use crate::tracker::{Feed, Notice};
+use shisen_tracker::decoder::Event;
 use shisen_tracker::time::Micros;
 
 #[derive(Debug, Default, Args)]
@@ -110,14 +110,4 @@ pub(super) fn follow(
             std::thread::sleep(Duration::from_millis(1));
         }
     }
-}
-
-/// Words what is wrong, and why bytes were dropped so far: a wrong speed and damaged records differ
-/// in the reasons.
-pub(super) fn with_drops(trouble: &Trouble, counts: &Counts) -> String {
-    let reasons = by_reason(counts);
-    if reasons.is_empty() {
-        return trouble.to_string();
-    }
-    format!("{trouble}; dropped so far:{}", ByReason(&reasons))
 }

@@ -1,8 +1,8 @@
 //! `shisen tracker record`: what a tracker sends, into a file.
 
 use super::TrackerName;
+use super::drops::{ByReason, by_reason};
 use super::follow::{EndArguments, follow};
-use super::sample::{ByReason, by_reason};
 use crate::cli::prelude::*;
 use crate::tracker::{Feed, Recorder};
 use shisen_tracker::decoder::Event;

@@ -1,11 +1,12 @@
 //! What a tracker sends, for reports.
 
 use super::announcer::Announcer;
+use super::drops::{ByReason, by_reason};
 use super::features::FeatureReport;
 use crate::cli::prelude::*;
 use glam::Vec2;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator, StampSource};
-use shisen_tracker::decoder::{Counts, DropReason, EyeEventKind, Message, Side};
+use shisen_tracker::decoder::{Counts, EyeEventKind, Message, Side};
 use shisen_tracker::estimate::{Estimate, GazeEstimator};
 use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Pupil, Reading, Sample};
 use shisen_tracker::time::{DeviceTime, Micros};
@@ -241,39 +242,20 @@ fn point(point: Reading<GazePoint>) -> Point {
     }
 }
 
-/// Drops of bytes by reason, without reasons that did not occur.
-pub(super) fn by_reason(counts: &Counts) -> BTreeMap<&'static str, u32> {
-    let all = DropReason::ALL.into_iter();
-    let all = all.map(|reason| (reason.name(), counts.dropped_for(reason)));
-    all.filter(|&(_, count)| count > 0).collect()
-}
-
-/// Words such as ` (3 truncated, 1 out of step)`; nothing without drops.
-pub(super) struct ByReason<'a>(pub(super) &'a BTreeMap<&'static str, u32>);
-
-impl fmt::Display for ByReason<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, (reason, count)) in self.0.iter().enumerate() {
-            let before = if i == 0 { " (" } else { ", " };
-            write!(f, "{before}{count} {reason}")?;
-        }
-        f.write_str(if self.0.is_empty() { "" } else { ")" })
-    }
-}
-
 /// Makes the record of each sample.
 pub(super) struct Records {
     clock: Option<ClockEstimator>,
     sight: Option<GazeEstimator>,
     announcer: Announcer,
     count: u64,
-    held_back: u64,
+    /// Samples that came before the device was set up.
+    pub(super) held_back: u64,
     /// Arrivals within the last second.
     recent: VecDeque<Micros>,
     /// The device's time of the last sample.
     shown: Option<DeviceTime>,
-    /// Parts of the next record.
-    described: Option<FeatureReport>,
+    /// What the next record says of the device.
+    pub(super) described: Option<FeatureReport>,
     said: Vec<Said>,
 }
 
@@ -293,11 +275,6 @@ impl Records {
         }
     }
 
-    /// Puts what the device says of itself into the next record.
-    pub(super) fn describe(&mut self, features: &FeatureReport) {
-        self.described = Some(features.clone());
-    }
-
     /// Announces what the device said, and puts it into the next record.
     pub(super) fn hear(&mut self, message: &Message, now: Micros) {
         if let Some(sight) = &mut self.sight {
@@ -309,11 +286,6 @@ impl Records {
         if self.said.len() < MOST_SAID {
             self.said.extend(Said::of(message));
         }
-    }
-
-    /// Sets the number of samples that came before the device was set up.
-    pub(super) const fn hold_back(&mut self, samples: u64) {
-        self.held_back = samples;
     }
 
     pub(super) fn next(&mut self, sample: &Sample, counts: &Counts) -> Record {
@@ -485,6 +457,7 @@ impl fmt::Display for Record {
 mod tests {
     use super::*;
     use glam::Vec3;
+    use shisen_tracker::decoder::DropReason;
 
     #[test]
     fn lines_have_what_is_not_tracked_and_drops_by_reason() {
