@@ -44,11 +44,7 @@ fn options(threads: usize, tile: u32) -> Options {
     }
 }
 
-fn with<R>(
-    baked: &Baked<8>,
-    options: &Options,
-    run: impl FnOnce(&mut Engine<'_, '_, 8>) -> R,
-) -> R {
+fn with<R>(baked: &Baked<8>, options: &Options, run: impl FnOnce(&mut dyn Engine) -> R) -> R {
     let scene = (baked.scene(), Spectrum::default());
     let (cave, eyes) = (three_walls(SIDE), eyes(0));
     with_engine(scene, &cave, &eyes, options, None, Share::ALL, run).expect("an engine")
@@ -216,7 +212,7 @@ fn half_of_what_is_needed_finishes_what_is_looked_at() {
     let count = cases("frames at half of the need", 100, 500) as u32;
     let run = |threads: usize| {
         with(&baked, &options(threads, 16), |engine| {
-            let need = |frame: u32, engine: &mut Engine<'_, '_, 8>| {
+            let need = |frame: u32, engine: &mut dyn Engine| {
                 let frame = engine.render(&eyes(frame), &Quality::FULL, None);
                 frame.expect("a frame").steps
             };

@@ -19,7 +19,6 @@ use miette::Diagnostic;
 use pacing::Pacing;
 pub use report::{FrameRecord, SessionReport};
 use shares::Shares;
-use shisen_core::{Runs, Simd};
 use shisen_tracker::time::Micros;
 use std::time::{Duration, Instant};
 use thiserror::Error;
@@ -81,19 +80,21 @@ pub enum SessionError {
     Swap(#[from] SwapError),
 }
 
-/// Receives finished frames: the display side of a session.
-pub trait Display<const W: usize> {
-    /// Puts the eyes and what follows their gaze into `eyes`, which holds those of the frame
-    /// before. Returns false where they cannot see a screen.
-    fn observe(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> bool;
+/// Puts the eyes and what follows their gaze into the list, which holds those of the frame before.
+/// Returns false where they cannot see a screen.
+pub type Observe<'a> = dyn FnMut(&Look, &mut Vec<Observer>) -> bool + 'a;
 
+/// Receives finished frames: the display side of a session.
+pub trait Display {
     /// The line of sight in the room, if the display knows better than the tracker.
     fn gaze(&mut self) -> Option<Vec3> {
         None
     }
 
     /// Shows a frame.
-    fn present(&mut self, engine: &Engine<'_, '_, W>, look: &Look, eyes: &[Observer]);
+    fn present(&mut self, engine: &dyn Engine, look: &Look, eyes: &[Observer]) {
+        let _ = (engine, look, eyes);
+    }
 
     /// Whether to end before the first frame is shown.
     fn is_over(&mut self) -> bool {
@@ -109,16 +110,14 @@ pub trait Display<const W: usize> {
 /// # Errors
 /// The paper's budget for another scene; a frame that cannot be rendered; machines that do
 /// not keep up.
-pub fn run<const W: usize>(
-    engine: &mut Engine<'_, '_, W>,
+pub fn run(
+    engine: &mut dyn Engine,
     tracker: &LiveTracker,
     settings: &SessionSettings,
-    display: &mut dyn Display<W>,
+    observe: &mut Observe<'_>,
+    display: &mut dyn Display,
     lock: &mut dyn SwapLock,
-) -> Result<SessionReport, SessionError>
-where
-    Simd: Runs<W>,
-{
+) -> Result<SessionReport, SessionError> {
     if let (FrameBudget::Paper | FrameBudget::PaperScaled, None) = (settings.budget, settings.table)
     {
         return Err(SessionError::NotInTable(settings.budget));
@@ -134,10 +133,11 @@ where
         ..Look::from(&first)
     };
     let mut eyes = Vec::new();
-    display.observe(&first, &mut eyes);
+    observe(&first, &mut eyes);
     let period = Duration::from_secs_f64(1.0 / f64::from(settings.hz.max(1)));
     let mut session = Session {
         engine,
+        observe,
         display,
         eyes,
         settings,
@@ -178,17 +178,15 @@ where
 ///
 /// # Errors
 /// A machine that is silent; a frame that cannot be rendered.
-pub fn follow<const W: usize>(
-    engine: &mut Engine<'_, '_, W>,
-    display: &mut dyn Display<W>,
+pub fn follow(
+    engine: &mut dyn Engine,
+    observe: &mut Observe<'_>,
+    display: &mut dyn Display,
     lock: &mut dyn SwapLock,
-) -> Result<(), SessionError>
-where
-    Simd: Runs<W>,
-{
+) -> Result<(), SessionError> {
     let mut eyes = Vec::new();
     while let Some(order) = lock.obey()? {
-        display.observe(&order.look, &mut eyes);
+        observe(&order.look, &mut eyes);
         let (done, _) = render_order(engine, &eyes, &order)?;
         lock.gather(&done)?;
         if order.purpose == Purpose::Shown {
@@ -199,14 +197,11 @@ where
     Ok(())
 }
 
-fn render_order<const W: usize>(
-    engine: &mut Engine<'_, '_, W>,
+fn render_order(
+    engine: &mut dyn Engine,
     eyes: &[Observer],
     order: &Order,
-) -> Result<(FrameResult, Rendered), RenderError>
-where
-    Simd: Runs<W>,
-{
+) -> Result<(FrameResult, Rendered), RenderError> {
     let plain: Vec<_>;
     let mut eyes = eyes;
     if order.purpose == Purpose::Plain {
@@ -236,9 +231,10 @@ where
     Ok((done, rendered))
 }
 
-struct Session<'s, 'e, 'c, const W: usize> {
-    engine: &'s mut Engine<'e, 'c, W>,
-    display: &'s mut dyn Display<W>,
+struct Session<'s> {
+    engine: &'s mut dyn Engine,
+    observe: &'s mut Observe<'s>,
+    display: &'s mut dyn Display,
     eyes: Vec<Observer>,
     settings: &'s SessionSettings,
     lock: &'s mut dyn SwapLock,
@@ -255,10 +251,7 @@ struct Session<'s, 'e, 'c, const W: usize> {
     rung: usize,
 }
 
-impl<const W: usize> Session<'_, '_, '_, W>
-where
-    Simd: Runs<W>,
-{
+impl Session<'_> {
     /// The budget of a frame on each machine.
     fn allowance(&self, forward: Vec3) -> Allowance {
         let seconds = |seconds: f64| Allowance::Time(Duration::from_secs_f64(seconds));
@@ -382,7 +375,7 @@ where
             purpose: Purpose::Compared,
             ..last
         };
-        self.display.observe(&order.look, &mut self.eyes);
+        (self.observe)(&order.look, &mut self.eyes);
         self.lock.order(&order)?;
         let (done, _) = render_order(self.engine, &self.eyes, &order)?;
         self.report.hashes = self.lock.gather(&done)?.all.hashes;
@@ -399,7 +392,7 @@ where
             }
             let latched = tracker.latch(tracker.at(schedule.display));
             let look = Look::from(&latched.estimate).towards(self.display.gaze());
-            if !self.display.observe(&look, &mut self.eyes) {
+            if !(self.observe)(&look, &mut self.eyes) {
                 self.report.blind_frames += 1;
             }
             self.report.allowance = self.allowance(look.forward);

@@ -5,15 +5,14 @@ use super::shortfall::Shortfall;
 use super::watch::{Command, Watch, Watched};
 use super::{Arguments, View};
 use crate::cli::arguments::filling::Fill;
-use crate::cli::play::{Audience, Change, Newest, Prepared};
+use crate::cli::play::{Change, Prepared};
 use crate::cli::prelude::*;
 use crate::cli::tracker::Interrupt;
-use crate::live::{FrameRecord, Share};
+use crate::live::{Display, Engine, FrameRecord, Look, Share};
 use crate::picture::Picture;
-use crate::render::Observer;
+use crate::render::{Observer, RenderError};
 use crate::show::dashboard::About;
 use glam::Vec3;
-use shisen_core::gaze::HeadPose;
 
 pub(super) enum Output {
     None,
@@ -117,33 +116,28 @@ impl<'s> Frames<'s> {
         (window, files)
     }
 
-    fn show(
-        &mut self,
-        newest: &dyn Newest,
-        head: HeadPose,
-        eyes: &[Observer],
-    ) -> Result<(), Failure> {
+    fn show(&mut self, newest: &dyn Engine, look: &Look, eyes: &[Observer]) -> Result<(), Failure> {
         let filled = self.fill == Fill::Previous;
         match &mut self.output {
             Output::None => {}
             Output::Files(files) => {
-                newest.pictures(&mut self.pictures, filled)?;
+                copy(newest, &mut self.pictures, filled)?;
                 files.write(self.shown, &self.pictures, eyes)?;
             }
             Output::Window(watch) => {
                 let wanted = watch.is_wanted();
                 // Frames that nobody looks at are copied only for the next frame.
                 if filled && watch.is_open() {
-                    newest.pictures(&mut self.pictures, true)?;
+                    copy(newest, &mut self.pictures, true)?;
                 }
                 if let (true, Some(frame)) = (wanted, watch.frame()) {
                     if filled {
                         frame.pictures.clone_from(&self.pictures);
                     } else {
-                        newest.pictures(&mut frame.pictures, false)?;
+                        copy(newest, &mut frame.pictures, false)?;
                     }
                     newest.tiles(&mut frame.tiles);
-                    frame.head = head;
+                    frame.head = look.head;
                     frame.eyes.clear();
                     frame.eyes.extend_from_slice(eyes);
                 }
@@ -186,7 +180,21 @@ impl<'s> Frames<'s> {
     }
 }
 
-impl Audience for Frames<'_> {
+/// Copies the newest frame over an earlier one or into an empty list. If `filled`, pixels that the
+/// gaze skips keep the earlier frame's colours.
+fn copy(newest: &dyn Engine, over: &mut Vec<Picture>, filled: bool) -> Result<(), RenderError> {
+    if filled && !over.is_empty() {
+        newest.copy_over(over);
+        return Ok(());
+    }
+    if over.is_empty() {
+        *over = newest.pictures()?;
+    }
+    newest.copy(over);
+    Ok(())
+}
+
+impl Display for Frames<'_> {
     fn gaze(&mut self) -> Option<Vec3> {
         match &self.output {
             Output::Window(watch) => watch.gaze(),
@@ -198,14 +206,14 @@ impl Audience for Frames<'_> {
         self.interrupt.came()
     }
 
-    fn see(&mut self, newest: &dyn Newest, head: HeadPose, eyes: &[Observer]) {
-        if let Err(failure) = self.show(newest, head, eyes) {
+    fn present(&mut self, newest: &dyn Engine, look: &Look, eyes: &[Observer]) {
+        if let Err(failure) = self.show(newest, look, eyes) {
             self.failure.get_or_insert(failure);
         }
         self.shown += 1;
     }
 
-    fn hear(&mut self, record: &FrameRecord) -> bool {
+    fn after(&mut self, record: &FrameRecord) -> bool {
         if let Some(log) = &mut self.log
             && let Err(failure) = log.write(record)
         {

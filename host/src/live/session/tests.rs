@@ -54,20 +54,10 @@ impl SwapLock for Slow<'_> {
 /// A display that keeps all records.
 #[derive(Default)]
 struct Watcher {
-    /// The first line of sight.
-    first: Option<Vec3>,
     records: Vec<FrameRecord>,
 }
 
-impl Display<8> for Watcher {
-    fn observe(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> bool {
-        self.first.get_or_insert(look.forward);
-        *eyes = vec![Observer::new(Eye::Left, Viewer::default().eye(Eye::Left))];
-        true
-    }
-
-    fn present(&mut self, _: &Engine<'_, '_, 8>, _: &Look, _: &[Observer]) {}
-
+impl Display for Watcher {
     fn after(&mut self, record: &FrameRecord) -> bool {
         self.records.push(record.clone());
         true
@@ -86,7 +76,7 @@ fn play(
     let estimator = GazeEstimator::new(config).unwrap();
     let clock = ClockEstimator::new(spec.clock()).unwrap();
     let tracker = LiveTracker::start(feed, clock, estimator, |_| {}).unwrap();
-    let baked = Baked::new(&grid(2.0)).unwrap();
+    let baked: Baked<8> = Baked::new(&grid(2.0)).unwrap();
     let cave = Cave::built_in(BuiltInCave::ThreeWall, [8; 2]).unwrap();
     let eyes = [Observer::new(Eye::Left, Viewer::default().eye(Eye::Left))];
     let options = Options {
@@ -94,17 +84,31 @@ fn play(
         ..Options::default()
     };
     let scene = (baked.scene(), Spectrum::default());
-    let session = |engine: &mut Engine<'_, '_, 8>| {
+    let session = |engine: &mut dyn Engine| {
         let mut watcher = Watcher::default();
+        let mut first = None;
+        let mut observe = |look: &Look, seen: &mut Vec<Observer>| {
+            first.get_or_insert(look.forward);
+            *seen = eyes.to_vec();
+            true
+        };
         let mut lock = Slow { delays, shown: 0 };
         let by_steps = matches!(settings.budget, FrameBudget::Steps(_));
         if by_steps {
             // Samples come.
             pause(50_000);
         }
-        let report = run(engine, &tracker, &settings, &mut watcher, &mut lock).unwrap();
+        let report = run(
+            engine,
+            &tracker,
+            &settings,
+            &mut observe,
+            &mut watcher,
+            &mut lock,
+        )
+        .unwrap();
         // Frames of a budget of steps do not depend on what has come.
-        assert!(!by_steps || watcher.first == Some(Vec3::NEG_Z));
+        assert!(!by_steps || first == Some(Vec3::NEG_Z));
         (report, watcher.records)
     };
     let played = with_engine(scene, &cave, &eyes, &options, None, Share::ALL, session);

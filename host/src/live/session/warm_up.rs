@@ -4,7 +4,6 @@ use super::{Session, SessionError, render_order};
 use crate::live::governor::{Allowance, Decision, FrameCost};
 use crate::live::quantiles::median;
 use crate::live::swap::{Look, Purpose};
-use shisen_core::{Runs, Simd};
 
 /// Frames without level of detail by which a budget is scaled.
 const PLAIN_FRAMES: usize = 5;
@@ -15,10 +14,7 @@ const GLANCE: f32 = 0.5;
 /// Frames of the best and of the least quality whose fastest times are compared.
 const COMPARED_FRAMES: usize = 3;
 
-impl<const W: usize> Session<'_, '_, '_, W>
-where
-    Simd: Runs<W>,
-{
+impl Session<'_> {
     /// The median seconds of a frame without level of detail.
     pub(super) fn plain(&mut self, look: &Look) -> Result<f64, SessionError> {
         let mut seconds = Vec::new();
@@ -53,7 +49,7 @@ where
             self.settle(look, Purpose::WarmUp)?;
             if gaze.is_some() {
                 self.look_around(look)?;
-                self.display.observe(look, &mut self.eyes);
+                (self.observe)(look, &mut self.eyes);
                 self.governor.follow(self.gaze(look));
                 self.governor.look_back();
                 self.climb(look, Purpose::WarmUp)?;
@@ -116,7 +112,7 @@ where
         let across = look.forward.cross(look.up);
         for aside in [across, -across, look.up, -look.up] {
             let glance = look.towards(Some(look.forward + GLANCE * aside));
-            if !self.display.observe(&glance, &mut self.eyes) {
+            if !(self.observe)(&glance, &mut self.eyes) {
                 continue;
             }
             self.governor.follow(self.gaze(&glance));

@@ -173,7 +173,7 @@ where
             sights.push(Sight::new(&render::view(screen, eye)?, look.forward));
         }
     }
-    let measure = |engine: &mut Engine<'_, '_, W>| {
+    let measure = |engine: &mut dyn Engine| {
         // A round of its own for pictures, and for work that is only done once.
         let first = in_turns(&WAYS, 1, |&way| {
             let frame = engine.render(&Frames::observers(way, look)?, &Quality::FULL, None)?;
