@@ -86,8 +86,8 @@ fn load(arguments: &Arguments) -> Result<Scene, Failure> {
         [name] if meshes.is_empty() => match Source::load(name, model)?.scene {
             Loaded::Described(scene) => Ok(scene),
             Loaded::Baked(_) => {
-                let name = name.to_string();
-                Err(Fault::AlreadyBaked { name }.into())
+                let message = format!("{name} is baked already");
+                Err(Fault::new(message, "give what it was baked from").into())
             }
         },
         all if meshes.len() < all.len() => Err(misuse!(

@@ -70,7 +70,7 @@ impl LodArguments {
                     }
                     None => None,
                 };
-                Ok(bake(&scene, name, Layout::Fast, levels.as_ref())?)
+                bake(&scene, name, Layout::Fast, levels.as_ref())
             }
         }
     }

@@ -27,19 +27,6 @@ impl EndArguments {
     }
 }
 
-#[derive(Debug, Error, Diagnostic)]
-enum NoSample {
-    #[error("no sample came in {0} s")]
-    #[diagnostic(help("check the device, its protocol and its speed"))]
-    Silent(f64),
-    #[error("no sample came in {0} s: the device is still restarting")]
-    #[diagnostic(help("give --seconds more time, or leave reset=1 out"))]
-    Restarting(f64),
-    #[error("no sample came in {0} s: the recording holds none in that time")]
-    #[diagnostic(help("give --seconds more time"))]
-    Pause(f64),
-}
-
 /// Takes events; returns whether it wants more.
 pub(super) type Take<'a> = dyn FnMut(&Feed, &Heard) -> Result<bool, Failure> + 'a;
 
@@ -97,14 +84,20 @@ pub(super) fn follow(
         if let (Some(last), Some(span)) = (last, end.seconds)
             && now >= last
         {
-            let seconds = span.as_secs_f64();
-            let error = match samples {
-                0 if feed.is_resetting() => NoSample::Restarting(seconds),
-                0 if feed.is_live() => NoSample::Silent(seconds),
-                0 => NoSample::Pause(seconds),
+            let (why, help) = match samples {
+                0 if feed.is_resetting() => (
+                    ": the device is still restarting",
+                    "give --seconds more time, or leave reset=1 out",
+                ),
+                0 if feed.is_live() => ("", "check the device, its protocol and its speed"),
+                0 => (
+                    ": the recording holds none in that time",
+                    "give --seconds more time",
+                ),
                 _ => return Ok(()),
             };
-            return Err(error.into());
+            let message = format!("no sample came in {} s{why}", span.as_secs_f64());
+            return Err(Fault::new(message, help).into());
         }
         if !feed.is_live() {
             std::thread::sleep(Duration::from_millis(1));

@@ -8,14 +8,6 @@ use crate::show::stereo::Stereo;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
-#[derive(Debug, Error, Diagnostic)]
-#[error("there is no window: this shisen was built without one")]
-#[diagnostic(help(
-    "build it with its feature `window`, on a system with X servers, or take --view png, which \
-     writes the frames to files"
-))]
-struct NoWindow;
-
 pub(super) fn start(
     _: &Cave,
     _: Stereo,
@@ -23,5 +15,11 @@ pub(super) fn start(
     _: Arc<Shared>,
     _: Ends,
 ) -> Result<JoinHandle<Ending>, Failure> {
-    Err(NoWindow.into())
+    let help = "build it with its feature `window`, on a system with X servers, or take --view \
+                png, which writes the frames to files";
+    Err(Fault::new(
+        "there is no window: this shisen was built without one",
+        help,
+    )
+    .into())
 }
