@@ -183,9 +183,8 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
         });
         frames.begin(&prepared);
         let played = prepared.play(&tracker, &settings, &mut frames, lock)?;
-        let report = &played.report;
         if let Some(change) = frames.change() {
-            earlier += report.frames;
+            earlier += played.report.frames;
             match prepared.arguments.changed(change).prepare(&arguments.time) {
                 Ok(next) => prepared = next,
                 // The scene before stays.
@@ -209,7 +208,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
             interference: played.interference,
         };
         // The report comes even if a file failed.
-        let report = Report::new(surroundings, arguments, &prepared, &settings, report);
+        let report = Report::new(surroundings, arguments, &prepared, &settings, played.report);
         print(&report, arguments.json)?;
         return files;
     }

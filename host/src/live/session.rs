@@ -478,7 +478,7 @@ impl Session<'_> {
         report.count(&record);
         report.latencies.record(&stamps);
         report.samples = latched.samples;
-        report.passed_over = latched.passed_over;
+        report.passed_over_samples = latched.passed_over;
         report.quality_changes += u64::from(decision.rung != self.rung);
         self.rung = decision.rung;
         if let Some(steps) = &mut self.steps {

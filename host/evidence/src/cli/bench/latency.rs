@@ -262,7 +262,7 @@ impl Arguments {
                 frames: report.frames,
                 late_frames: report.late_frames,
                 samples: report.samples,
-                passed_over_samples: report.passed_over,
+                passed_over_samples: report.passed_over_samples,
                 stages: Leg::ALL
                     .into_iter()
                     .map(|leg| (leg.name(), report.latencies.summary(leg)))
