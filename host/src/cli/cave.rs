@@ -12,7 +12,7 @@ use crate::cli::arguments::lod::LodArguments;
 use crate::cli::arguments::room::RoomArguments;
 use crate::cli::arguments::source::Source;
 use crate::cli::arguments::tracing::TracingArguments;
-use crate::cli::arguments::{EffectReport, Model, PictureSize, SceneName};
+use crate::cli::arguments::{Model, SceneName, picture_size};
 use crate::cli::output::picture_files::{hexadecimal, make_writable};
 use crate::cli::output::progress::Progress;
 use crate::cli::prelude::*;
@@ -55,8 +55,8 @@ pub(super) struct Arguments {
     #[arg(long)]
     exr: bool,
     /// Columns and rows of viewer.png
-    #[arg(long, value_name = "WxH", default_value = "1280x960")]
-    view_size: PictureSize,
+    #[arg(long, value_name = "WxH", default_value = "1280x960", value_parser = picture_size)]
+    view_size: [u32; 2],
     /// Horizontal field of view of viewer.png, degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 90.0,
           value_parser = within(1.0..=179.0, "degrees from 1 to 179, such as 90"))]
@@ -83,7 +83,7 @@ impl Arguments {
         eyes: &[Observer],
         (forward, up): (DVec3, DVec3),
     ) -> Result<Vec<ViewerCamera>, Failure> {
-        let (field_of_view, size) = (self.view_fov.to_radians(), self.view_size.0);
+        let (field_of_view, size) = (self.view_fov.to_radians(), self.view_size);
         let camera = |eye: &Observer| {
             ViewerCamera::new(eye.place, forward, up, field_of_view, size).or_fail()
         };
@@ -115,7 +115,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let cameras = arguments.cameras(&observers, (forward, up))?;
     let source = Source::load(&arguments.scene, &arguments.model)?;
     let baked = arguments.lod.baked(source.scene, &source.name)?;
-    let (options, dispersion) = arguments.tracing.options(&baked)?;
+    let (options, traced) = arguments.tracing.options(&baked)?;
     make_writable(&arguments.out)?;
     let frames = Frames {
         baked: &baked,
@@ -156,15 +156,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         deepest_stack: frame.statistics.deepest_stack,
         frame_hash: hexadecimal(frame.hash()),
         written,
-        threads: options.threads,
+        traced,
         size: arguments.room.size,
         scene: source.name,
         mesh: source.mesh,
-        simd: baked.layout().simd(options.simd).name(),
-        depth: arguments.tracing.depth,
-        samples: arguments.tracing.samples,
-        effects: EffectReport::new(&options.effects, &baked),
-        dispersion,
         lod: match &full {
             Some(full) => {
                 let mut lod = lod::report(arguments, &frames, &observers, &frame, full)?;

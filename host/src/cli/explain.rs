@@ -59,14 +59,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let pose = arguments.room.head();
     let eyes = arguments.room.eyes(pose);
     let directions = arguments.room.directions(pose);
-    arguments.lod.check_that_every_pixel_has_rays()?;
+    if arguments.lod.is_foveated() {
+        return Err(misuse!(
+            "explain counts the rays of every pixel, of which --lod foveated leaves some out: take \
+             --lod paper, paper-ellipse or off"
+        ));
+    }
     let observers = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
     for (_, place) in eyes {
         cave.check_eye(place)?;
     }
     let source = Source::load(name, &arguments.model)?;
     let baked = arguments.lod.baked(source.scene, &source.name)?;
-    let (options, dispersion) = arguments.tracing.options(&baked)?;
+    let (options, traced) = arguments.tracing.options(&baked)?;
     if matches!(options.dispersion, Dispersion::Images(..)) {
         return Err(misuse!(
             "--dispersion paper and fixed render whole pictures one after the other, in which no \
@@ -105,8 +110,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             lod: arguments.lod.name(),
             samples: arguments.tracing.samples,
             depth: arguments.tracing.depth,
-            dispersion,
-            threads: options.threads,
+            dispersion: traced.dispersion,
+            threads: traced.threads,
             repeat: arguments.repeat,
             seconds,
             primary: Primary {

@@ -1,7 +1,7 @@
 //! The report of `shisen cave`.
 
-use crate::cli::arguments::dispersion::DispersionReport;
-use crate::cli::arguments::{EffectReport, filling};
+use crate::cli::arguments::filling;
+use crate::cli::arguments::tracing::TracingReport;
 use crate::cli::output::ray_counts::RayCounts;
 use crate::cli::prelude::*;
 use shisen_tracker::estimate::Estimate;
@@ -30,24 +30,14 @@ pub(in crate::cli) struct Report {
     pub(super) frame_hash: String,
     #[serde(flatten)]
     pub(super) written: Written,
-    /// Threads that traced.
-    pub(super) threads: usize,
+    #[serde(flatten)]
+    pub(super) traced: TracingReport,
     /// Pixels along each side of a wall whose file does not say.
     pub(super) size: u32,
     /// The scene's letter or name, or the path as given.
     pub(super) scene: String,
     /// The mesh of a built-in scene, or null.
     pub(super) mesh: Option<String>,
-    /// The code path taken: avx2 or portable.
-    pub(super) simd: &'static str,
-    /// Reflections and refractions followed.
-    pub(super) depth: u8,
-    /// Rays a pixel.
-    pub(super) samples: u16,
-    #[serde(flatten)]
-    pub(super) effects: EffectReport,
-    /// Dispersion, or null if it is not rendered.
-    pub(super) dispersion: Option<DispersionReport>,
     /// What follows the gaze; null without --lod.
     pub(super) lod: Option<Lod>,
     #[serde(skip)]
@@ -277,8 +267,8 @@ impl fmt::Display for Report {
             }
         }
         let eyes = counted(self.eyes as u64, "eye");
-        let threads = counted(self.threads as u64, "thread");
-        let (seconds, simd) = (self.seconds, self.simd);
+        let threads = counted(self.traced.threads as u64, "thread");
+        let (seconds, simd) = (self.seconds, self.traced.simd);
         writeln!(f, " {eyes}, traced in {seconds:.3} s on {threads} ({simd})")?;
         writeln!(f, "rays: {}", self.rays)?;
         if let Some(lod) = &self.lod {
