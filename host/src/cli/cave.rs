@@ -24,7 +24,7 @@ use crate::with_scene;
 use glam::DVec3;
 use lod::LodPictures;
 use pictures::Writer;
-use report::Report;
+use report::{Head, Report, TrackedFrame, TrackedFrames};
 use tracked::{Follower, TrackerArguments};
 
 /// Renders a frame for the walls of a CAVE
@@ -160,16 +160,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         size: arguments.room.size,
         scene: source.name,
         mesh: source.mesh,
-        lod: match &full {
-            Some(full) => {
-                let mut lod = lod::report(arguments, &frames, &observers, &frame, full)?;
-                if let Some(capture) = &mut lod.fill.capture {
-                    capture.images = captured;
-                }
-                Some(lod)
-            }
-            None => None,
-        },
+        lod: full
+            .as_ref()
+            .map(|full| lod::report(arguments, &frames, &observers, [&frame, full], captured))
+            .transpose()?,
         folder: arguments.out.display().to_string(),
         walls: cave.walls.len(),
         domes: cave.domes.len(),
@@ -215,11 +209,24 @@ fn follow(
         let written = writer.write(&frame, frames.cave, &observers, &cameras, None)?;
         let stereo = written.stereo.into_iter().flat_map(|stereo| stereo.images);
         let images = written.images.into_iter().map(|image| image.path);
-        let images = images.chain(stereo).collect();
-        let hash = hexadecimal(frame.hash());
-        reports.push(report::TrackedFrame::new(number, &estimate, hash, images));
+        let images = images.chain(stereo);
+        reports.push(TrackedFrame {
+            frame: number,
+            shown_us: estimate.for_time.0,
+            head: Head {
+                position: estimate.head.position.to_array(),
+                orientation: estimate.head.orientation.to_array(),
+            },
+            gaze: sight.forward().to_array(),
+            state: estimate.state.name(),
+            widen: estimate.widen,
+            blink: estimate.blink,
+            gaze_age_us: estimate.gaze_age.map(|age| age.0),
+            frame_hash: hexadecimal(frame.hash()),
+            images: images.collect(),
+        });
     }
-    let report = report::TrackedFrames {
+    let report = TrackedFrames {
         tracker: tracker.to_string(),
         hz,
         frames: reports,

@@ -12,7 +12,7 @@ use crate::cli::arguments::tracing::TracingArguments;
 use crate::cli::arguments::{Model, SceneName};
 use crate::cli::prelude::*;
 use crate::live::quantiles::{median, quartiles};
-use crate::render::effects::{Effects, compiled_for};
+use crate::render::effects::compiled_for;
 use crate::render::spectrum::Dispersion;
 use crate::render::{self, Observer, Options};
 use crate::scene::builtin::PaperScene;
@@ -175,19 +175,6 @@ struct Frames<'r> {
 }
 
 impl Frames<'_> {
-    fn seconds(&self, effects: Effects) -> Result<f64, Failure> {
-        let (cave, observers) = (self.cave, self.observers);
-        let options = Options {
-            effects,
-            ..*self.options
-        };
-        let quiet = |_, _| {};
-        let frame = with_scene!(self.baked, |scene| render::cave(
-            &scene, cave, observers, &options, &quiet
-        ));
-        Ok(frame?.seconds)
-    }
-
     /// Returns the seconds of a frame, and for each effect those without it and those it adds.
     /// Frames take turns, and each is compared with the one just before.
     fn times(
@@ -195,19 +182,33 @@ impl Frames<'_> {
         effects: &[EffectSet],
         repeat: u32,
     ) -> Result<(Seconds, Vec<(Seconds, Seconds)>), Failure> {
+        let seconds = |effects| {
+            let options = Options {
+                effects,
+                ..*self.options
+            };
+            let frame = with_scene!(self.baked, |scene| render::cave(
+                &scene,
+                self.cave,
+                self.observers,
+                &options,
+                &|_, _| {}
+            ));
+            Ok::<_, Failure>(frame?.seconds)
+        };
         let all = self.options.effects;
         let mut whole = Vec::new();
         let mut of_each = vec![(Vec::new(), Vec::new()); effects.len()];
         for _ in 0..repeat {
             for (&effect, (without, added)) in effects.iter().zip(&mut of_each) {
-                let with = self.seconds(all)?;
-                let less = self.seconds(all.less(effect))?;
+                let with = seconds(all)?;
+                let less = seconds(all.less(effect))?;
                 whole.push(with);
                 without.push(less);
                 added.push(with - less);
             }
             if effects.is_empty() {
-                whole.push(self.seconds(all)?);
+                whole.push(seconds(all)?);
             }
         }
         let of = |times: Vec<f64>| Seconds {
