@@ -10,7 +10,7 @@ pub mod tracing;
 
 use crate::bake::Layout;
 use crate::bake::simplify::PolygonLevels;
-use crate::cave::{BuiltInCave, Cave, Wall};
+use crate::cave::{BuiltInCave, Wall};
 use crate::cli::prelude::*;
 use crate::render::effects::Effects;
 use crate::scene::builtin::PaperScene;

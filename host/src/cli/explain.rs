@@ -2,8 +2,6 @@
 
 pub(super) mod report;
 
-use crate::bake::BakedScene;
-use crate::cave::Cave;
 use crate::cli::arguments::dispersion::{in_one_frame, range_in_one_frame};
 use crate::cli::arguments::lod::{LodArguments, of_every_pixel};
 use crate::cli::arguments::room::RoomArguments;
@@ -17,7 +15,6 @@ use crate::render::spectrum::Dispersion;
 use crate::render::{self, Observer, Options};
 use crate::scene::builtin::PaperScene;
 use crate::scene::file::material_names;
-use crate::with_scene;
 use report::{Asked, Met, NOT_BUILT, NotSimulated, Primary, Report, Seconds, reason};
 use shisen_core::scene::EffectSet;
 

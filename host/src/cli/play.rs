@@ -4,8 +4,6 @@
 mod allocations;
 mod interference;
 
-use crate::bake::BakedScene;
-use crate::cave::Cave;
 use crate::cli::arguments::dispersion::{in_one_frame, range_in_one_frame};
 use crate::cli::arguments::lod::LodArguments;
 use crate::cli::arguments::room::RoomArguments;
@@ -22,7 +20,6 @@ use crate::render::spectrum::Dispersion;
 use crate::render::{CaptureOptions, Observer, Options, frame_hash};
 use crate::scene::builtin::PaperScene;
 use crate::tracker::Spec;
-use crate::with_scene;
 use clap::Arg;
 pub use interference::Interference;
 use shisen_core::Simd;

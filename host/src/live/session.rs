@@ -63,6 +63,8 @@ pub enum Latch {
     Late,
 }
 
+named!(Latch { Early => "early", Late => "late" });
+
 /// Why a session ends early.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]

@@ -1,6 +1,5 @@
 //! Arguments of commands whose pictures may have wavelengths.
 
-use crate::bake::BakedScene;
 use crate::cli::arguments::{choices, without};
 use crate::cli::prelude::*;
 use crate::render::Options;

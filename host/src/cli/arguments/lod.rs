@@ -1,6 +1,6 @@
 //! Arguments of commands in which detail may follow the gaze.
 
-use crate::bake::{BakedScene, Layout};
+use crate::bake::Layout;
 use crate::cave::Eye;
 use crate::cave::look::Point;
 use crate::cli::arguments::levels::Level;

@@ -1,7 +1,7 @@
 //! Arguments of commands that show a scene to a viewer in a room.
 
 use crate::cave::look::{Point, ViewDirection};
-use crate::cave::{Cave, DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer, Wall};
+use crate::cave::{DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer, Wall};
 use crate::cli::arguments::{WallsName, head_report};
 use crate::cli::prelude::*;
 use crate::show::stereo::Stereo;

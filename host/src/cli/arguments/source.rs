@@ -1,7 +1,7 @@
 //! Loads the scene that an argument names.
 
 use crate::bake::simplify::{PolygonLevels, Topology};
-use crate::bake::{BakeError, BakedScene, Layout};
+use crate::bake::{BakeError, Layout};
 use crate::cli::arguments::{Model, Normals, SceneName};
 use crate::cli::prelude::*;
 use crate::scene::builtin::{grid, paper_scene, prism, spheres};

@@ -1,6 +1,5 @@
 //! Arguments of commands that trace a scene.
 
-use crate::bake::BakedScene;
 use crate::cli::arguments::dispersion::{DispersionArguments, DispersionReport};
 use crate::cli::arguments::{EffectArguments, threads};
 use crate::cli::prelude::*;

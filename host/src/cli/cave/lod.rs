@@ -2,7 +2,7 @@
 
 use super::report::{Captured, Field, Fill, Lod};
 use super::{Arguments, Frames};
-use crate::cave::{Cave, Screen};
+use crate::cave::Screen;
 use crate::cli::arguments::levels::Level;
 use crate::cli::prelude::*;
 use crate::picture::Picture;
@@ -10,7 +10,6 @@ use crate::render::{self, Frame, Observer, Options};
 use crate::show::lod;
 use crate::show::lod::{Coverage, OutsideDifference};
 use crate::show::overview::net;
-use crate::with_scene;
 use shisen_core::frame::{LevelOfDetail, Spectrum};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};

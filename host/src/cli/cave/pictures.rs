@@ -2,8 +2,7 @@
 
 use super::lod::LodPictures;
 use super::report::{Image, StereoReport, Written};
-use crate::cave::{Cave, Eye, Screen};
-use crate::cli::output::picture_files::{hexadecimal, metadata};
+use crate::cave::{Eye, Screen};
 use crate::cli::prelude::*;
 use crate::picture::Picture;
 use crate::render::{Capture, Frame, Observer};

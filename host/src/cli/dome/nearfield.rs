@@ -2,7 +2,6 @@
 
 use super::arguments::MirrorArguments;
 use super::figure::{Figure, chart, logarithmic};
-use crate::cli::output::picture_files::make_writable;
 use crate::cli::prelude::*;
 use crate::dome::{self, Design, NearField, SizeErrors, Viewpoint, px_4096};
 use crate::picture::chart::{Axis, Chart, Corner, Line};

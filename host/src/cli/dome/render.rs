@@ -6,7 +6,6 @@ use crate::cave::look::Point;
 use crate::cli::arguments::source::{Loaded, Source, bake};
 use crate::cli::arguments::tracing::{TracingArguments, TracingReport};
 use crate::cli::arguments::{Model, SceneName};
-use crate::cli::output::picture_files::{hexadecimal, is_png, make_writable, metadata};
 use crate::cli::output::ray_counts::RayCounts;
 use crate::cli::prelude::*;
 use crate::dome::{Mapping, Named};

@@ -1,7 +1,7 @@
 //! `shisen dome warp`: the picture that a projector has to show on a dome.
 
+use crate::cave::DomeScreen;
 use crate::cave::warp::{Nodes, Projector, Warp, WarpError, bourke, mpcdi};
-use crate::cave::{Cave, DomeScreen};
 use crate::cli::arguments::{WallsName, picture_size};
 use crate::cli::prelude::*;
 use crate::files::write_atomically;

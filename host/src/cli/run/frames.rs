@@ -48,11 +48,12 @@ pub(super) struct Frames<'s> {
     end: Option<Instant>,
     log: Option<Log>,
     output: Output,
-    fill: Fill,
+    pub(super) fill: Fill,
     /// The newest frame, for files or for the next frame.
     pictures: Vec<Picture>,
     shown: u64,
-    change: Option<Change>,
+    /// What a key asked for.
+    pub(super) change: Option<Change>,
     failure: Option<Failure>,
     shortfall: Shortfall,
 }
@@ -91,15 +92,6 @@ impl<'s> Frames<'s> {
                 budget: prepared.budget.to_string(),
             });
         }
-    }
-
-    pub(super) const fn fill(&self) -> Fill {
-        self.fill
-    }
-
-    /// Takes the change that a key asked for.
-    pub(super) fn change(&mut self) -> Option<Change> {
-        self.change.take()
     }
 
     /// Ends the window, and returns its report and the first error of a file.

@@ -1,9 +1,8 @@
 //! The report of `shisen run`.
 
+use super::Arguments;
 use super::watch::Watched;
-use super::{Arguments, LatchName};
 use crate::cli::arguments::filling::Fill;
-use crate::cli::output::picture_files::hexadecimal;
 use crate::cli::play::{Interference, Played, Prepared};
 use crate::cli::prelude::*;
 use crate::live::{
@@ -51,7 +50,7 @@ pub(in crate::cli) struct Report {
     /// Time of a frame in full, milliseconds; null unless the budget is a part of it.
     plain_ms: Option<f64>,
     /// When a frame takes the gaze.
-    latch: LatchName,
+    latch: &'static str,
     /// How two eyes are shown.
     stereo: Eyes,
     #[serde(flatten)]
@@ -217,7 +216,7 @@ impl Report {
                 _ => None,
             },
             plain_ms: session.plain_seconds.map(|seconds| 1.0e3 * seconds),
-            latch: arguments.latch,
+            latch: arguments.latch.0.name(),
             stereo: Eyes {
                 format: arguments.stereo.name(),
                 eye_order: eyes.iter().map(|eye| eye.name()).collect(),

@@ -7,7 +7,6 @@
 #[cfg_attr(not(all(unix, feature = "window")), path = "watch/no_presenter.rs")]
 mod presenter;
 
-use crate::cave::Cave;
 use crate::cli::play::Change;
 use crate::cli::prelude::*;
 use crate::live::FrameRecord;
@@ -111,13 +110,7 @@ impl Watch {
             thread: Some(thread),
             ending: None,
             next: None,
-            about: Arc::new(About {
-                scene: String::new(),
-                lod: String::new(),
-                fill: String::new(),
-                hz: 1,
-                budget: String::new(),
-            }),
+            about: Arc::default(),
             latencies: VecDeque::with_capacity(REMEMBERED),
         })
     }

@@ -2,10 +2,10 @@
 
 use super::Interrupt;
 use super::announcer::Announcer;
-use super::drops::with_drops;
 use super::features::FeatureReport;
 use crate::cli::arguments::span;
 use crate::cli::prelude::*;
+use crate::live::TrackerEvent;
 use crate::tracker::{Feed, Notice};
 use shisen_tracker::decoder::Event;
 use shisen_tracker::time::Micros;
@@ -46,6 +46,7 @@ pub(super) fn follow(
 ) -> Result<(), Failure> {
     let interrupt = Interrupt::watched();
     let last = end.span().map(|span| feed.begin().after(span));
+    let mut announcer = Announcer::default();
     let mut samples = 0;
     let mut heard = Heard::default();
     let mut troubles = Vec::new();
@@ -68,14 +69,10 @@ pub(super) fn follow(
                 heard.features = Some(features);
             }
             Notice::Trouble(trouble) => troubles.push(trouble),
-            other => {
-                if let Some(text) = Announcer::of_feed(&other) {
-                    warn(&text);
-                }
-            }
+            other => announcer.announce(TrackerEvent::Feed(other)),
         });
         for trouble in troubles.drain(..) {
-            warn(&with_drops(&trouble, &feed.counts()));
+            announcer.announce(TrackerEvent::Trouble(trouble, feed.counts()));
         }
         let more = take(feed, &heard)?;
         if !more || full(samples) || feed.is_over() || interrupt.came() {

@@ -77,8 +77,12 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
     };
     let Some(path) = &arguments.pty else {
         let mut feed = Feed::open(&Spec::Mock(spec))?;
-        let (records, json) = (Records::new(None), arguments.json);
-        return show(&mut feed, records, &arguments.end, json);
+        return show(
+            &mut feed,
+            Records::new(None),
+            &arguments.end,
+            arguments.json,
+        );
     };
     let protocol = on_a_line(spec.protocol.take())?;
     let tracker = simulated(&spec)?;
@@ -93,8 +97,12 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
             head: None,
             times: Times::default(),
         }))?;
-        let (records, json) = (Records::new(None), arguments.json);
-        return show(&mut feed, records, &arguments.end, json);
+        return show(
+            &mut feed,
+            Records::new(None),
+            &arguments.end,
+            arguments.json,
+        );
     };
     let protocol = on_a_line(arguments.protocol.clone())?;
     let recording = Recording::read(&arguments.file)?;

@@ -2,7 +2,6 @@
 //! without X servers.
 
 use super::{Ending, Ends, Shared};
-use crate::cave::Cave;
 use crate::cli::prelude::*;
 use crate::show::stereo::Stereo;
 use std::sync::Arc;

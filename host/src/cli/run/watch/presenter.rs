@@ -1,8 +1,6 @@
 //! The window's own thread.
 
 use super::{Command, Ending, Ends, Shared, lock};
-use crate::cave::Cave;
-use crate::cli::output::picture_files::{make_writable, metadata};
 use crate::cli::play::Change;
 use crate::cli::prelude::*;
 use crate::scene::builtin::PaperScene;
