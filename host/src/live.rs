@@ -21,7 +21,7 @@ pub use governor::{Allowance, Decision, FrameCost, Governor};
 pub use latency::{Latencies, Leg, Summary};
 pub use quality::{FOVEA, Quality};
 pub use session::{
-    Display, FrameRecord, Latch, SessionError, SessionReport, SessionSettings, follow, run,
+    Display, FrameRecord, Latch, Observe, SessionError, SessionReport, SessionSettings, follow, run,
 };
 #[cfg(feature = "cluster")]
 pub use swap::Mpi;

@@ -59,6 +59,8 @@ pub enum Latch {
     Late,
 }
 
+named!(Latch { Early => "early", Late => "late" });
+
 /// Why a session ends early.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
@@ -76,19 +78,19 @@ pub enum SessionError {
     Swap(#[from] SwapError),
 }
 
+/// Puts the eyes and what follows their gaze into the list, which holds those of the frame before.
+/// Returns false where they cannot see a screen.
+pub type Observe<'a> = dyn FnMut(&Look, &mut Vec<Observer>) -> bool + 'a;
+
 /// Receives finished frames: the display side of a session.
 pub trait Display {
-    /// Puts the eyes and what follows their gaze into `eyes`, which holds those of the frame
-    /// before. Returns false where they cannot see a screen.
-    fn observe(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> bool;
-
     /// The line of sight in the room, if the display knows better than the tracker.
     fn gaze(&mut self) -> Option<Vec3> {
         None
     }
 
     /// Shows a frame.
-    fn present(&mut self, engine: &dyn Engine, look: &Look, eyes: &[Observer]);
+    fn present(&mut self, _: &dyn Engine, _: &Look, _: &[Observer]) {}
 
     /// Whether to end before the first frame is shown.
     fn is_over(&mut self) -> bool {
@@ -108,6 +110,7 @@ pub fn run(
     engine: &mut dyn Engine,
     tracker: &LiveTracker,
     settings: &SessionSettings,
+    observe: &mut Observe<'_>,
     display: &mut dyn Display,
     lock: &mut dyn SwapLock,
 ) -> Result<SessionReport, SessionError> {
@@ -126,10 +129,11 @@ pub fn run(
         ..Look::from(&first)
     };
     let mut eyes = Vec::new();
-    display.observe(&first, &mut eyes);
+    observe(&first, &mut eyes);
     let period = Duration::from_secs_f64(1.0 / f64::from(settings.hz.max(1)));
     let mut session = Session {
         engine,
+        observe,
         display,
         eyes,
         settings,
@@ -169,12 +173,13 @@ pub fn run(
 /// A machine that is silent; a frame that cannot be rendered.
 pub fn follow(
     engine: &mut dyn Engine,
+    observe: &mut Observe<'_>,
     display: &mut dyn Display,
     lock: &mut dyn SwapLock,
 ) -> Result<(), SessionError> {
     let mut eyes = Vec::new();
     while let Some(order) = lock.obey()? {
-        display.observe(&order.look, &mut eyes);
+        observe(&order.look, &mut eyes);
         let (done, _) = render_order(engine, &eyes, &order)?;
         lock.gather(&done)?;
         if order.purpose == Purpose::Shown {
@@ -223,6 +228,7 @@ fn render_order(
 
 struct Session<'s> {
     engine: &'s mut dyn Engine,
+    observe: &'s mut Observe<'s>,
     display: &'s mut dyn Display,
     eyes: Vec<Observer>,
     settings: &'s SessionSettings,
@@ -359,7 +365,7 @@ impl Session<'_> {
             purpose: Purpose::Compared,
             ..last
         };
-        self.display.observe(&order.look, &mut self.eyes);
+        (self.observe)(&order.look, &mut self.eyes);
         self.lock.order(&order)?;
         let (done, _) = render_order(self.engine, &self.eyes, &order)?;
         self.report.hashes = self.lock.gather(&done)?.all.hashes;
@@ -376,7 +382,7 @@ impl Session<'_> {
             }
             let latched = tracker.latch(tracker.at(schedule.display));
             let look = Look::from(&latched.estimate).towards(self.display.gaze());
-            if !self.display.observe(&look, &mut self.eyes) {
+            if !(self.observe)(&look, &mut self.eyes) {
                 self.report.blind_frames += 1;
             }
             self.report.allowance = self.allowance(look.forward);
@@ -431,7 +437,7 @@ impl Session<'_> {
         all: &FrameResult,
     ) -> FrameRecord {
         self.report.samples = latched.samples;
-        self.report.passed_over = latched.passed_over;
+        self.report.passed_over_samples = latched.passed_over;
         let ranks = self.lock.share().ranks() as u64;
         let budget = match self.report.allowance {
             Allowance::Time(time) => Some(time.as_micros() as u64),

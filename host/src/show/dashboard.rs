@@ -39,7 +39,7 @@ const HELP: [&str; 2] = [
 ];
 
 /// What a session is about.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct About {
     /// The scene.
     pub scene: String,

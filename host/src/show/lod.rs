@@ -5,12 +5,14 @@ mod pictures;
 pub use pictures::{difference, levels, polygons, sampling};
 
 use crate::picture::{Picture, srgb_from_linear};
+use schemars::JsonSchema;
+use serde::Serialize;
 use shisen_core::frame::{LevelOfDetail, View};
 use shisen_core::gaze::Detail;
 
 /// The shares of a screen's pixels by zone, and their mean detail. On a dome only pixels inside
 /// the rim count.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Coverage {
     /// The share of pixels of level 1.
     pub central: f64,

@@ -32,13 +32,6 @@ pub(super) struct TrackerArguments {
     pub(super) hz: u64,
 }
 
-#[derive(Debug, Error, Diagnostic)]
-#[error("no sample came from {spec} in {} s", PATIENCE.0 / 1_000_000)]
-#[diagnostic(help("see what comes with `shisen tracker monitor '{spec}'`"))]
-struct Nothing {
-    spec: String,
-}
-
 /// Longest wait for the first sample, after a reset if there is one.
 const PATIENCE: Micros = Micros::from_millis(5_000);
 
@@ -77,8 +70,9 @@ impl Follower {
                 since = given.feed.now();
             }
             if given.feed.now().since(since) > PATIENCE {
-                let spec = name.to_string();
-                return Err(Nothing { spec }.into());
+                let message = format!("no sample came from {name} in {} s", PATIENCE.seconds());
+                let help = format!("see what comes with `shisen tracker monitor '{name}'`");
+                return Err(Fault::new(message, help).into());
             }
         }
         let start = given.feed.now();

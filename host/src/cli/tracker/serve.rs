@@ -66,31 +66,6 @@ pub(in crate::cli) struct ReplayArguments {
     json: bool,
 }
 
-#[derive(Debug, Error, Diagnostic)]
-#[error("{} holds no {what}, which is what a {protocol} sends", file.display())]
-#[diagnostic(help(
-    "choose another --as; link sends all that a recording has: shisen tracker replay {} --to PTY",
-    file.display()
-))]
-struct Lacking {
-    file: PathBuf,
-    what: &'static str,
-    protocol: &'static str,
-}
-
-#[derive(Debug, Error, Diagnostic)]
-enum LineError {
-    #[error("no line can be made at {}: {reason}", path.display())]
-    #[diagnostic(help("give a path that does not exist yet, in a folder that you may write to"))]
-    Open { path: PathBuf, reason: io::Error },
-    #[error("no line can be made at {}: {reason}", path.display())]
-    #[diagnostic(help("end the program that serves it, or give another path"))]
-    Busy { path: PathBuf, reason: io::Error },
-    #[error("the line at {} broke: {reason}", path.display())]
-    #[diagnostic(help("start it again"))]
-    Broken { path: PathBuf, reason: io::Error },
-}
-
 pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
     let mut spec = MockSpec {
         seed: arguments.seed,
@@ -166,12 +141,14 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
         "head's pose with all that its records hold"
     };
     if with == 0 {
-        let lacking = Lacking {
-            file: file.into(),
-            what,
-            protocol: protocol.name(),
-        };
-        return Err(lacking.into());
+        let (file, name) = (file.display(), protocol.name());
+        let help =
+            "choose another --as; link sends all that a recording has: shisen tracker replay";
+        return Err(Fault::new(
+            format!("{file} holds no {what}, which is what a {name} sends"),
+            format!("{help} {file} --to PTY"),
+        )
+        .into());
     }
     let without = samples.len() - with;
     if without > 0 && !protocol.has_eyes() {
@@ -229,15 +206,16 @@ fn line(
 ) -> Result<Played, Failure> {
     goes_over_a_line(protocol)?;
     let interrupt = Interrupt::watched();
+    let shown = path.display();
     let mut pty = Pty::open(path).map_err(|reason| {
-        let path = path.into();
-        if reason.kind() == io::ErrorKind::ResourceBusy {
-            LineError::Busy { path, reason }
+        let help = if reason.kind() == io::ErrorKind::ResourceBusy {
+            "end the program that serves it, or give another path"
         } else {
-            LineError::Open { path, reason }
-        }
+            "give a path that does not exist yet, in a folder that you may write to"
+        };
+        Fault::new(format!("no line can be made at {shown}: {reason}"), help)
     })?;
-    let (shown, name) = (path.display(), pty.name().display());
+    let name = pty.name().display();
     say(&format!("{shown} speaks {protocol}, at {name}"));
     let last = end.span();
     let mut reached = |stage| say_stage(stage, path, protocol);
@@ -252,9 +230,9 @@ fn line(
         sent = turn.sent;
         !(interrupt.came() || enough || late || whole)
     })
-    .map_err(|reason| LineError::Broken {
-        path: path.into(),
-        reason,
+    .map_err(|reason| {
+        let message = format!("the line at {shown} broke: {reason}");
+        Fault::new(message, "start it again")
     })?;
     Ok(Played { sent, whole })
 }

@@ -43,21 +43,13 @@ impl SwapLock for Slow {
     }
 }
 
-/// A display that keeps the first line of sight and all records.
+/// A display that keeps all records.
 #[derive(Default)]
-struct Watcher(Option<Vec3>, Vec<FrameRecord>);
+struct Watcher(Vec<FrameRecord>);
 
 impl Display for Watcher {
-    fn observe(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> bool {
-        self.0.get_or_insert(look.forward);
-        *eyes = vec![Observer::new(Eye::Left, Viewer::default().eye(Eye::Left))];
-        true
-    }
-
-    fn present(&mut self, _: &dyn Engine, _: &Look, _: &[Observer]) {}
-
     fn after(&mut self, record: &FrameRecord) -> bool {
-        self.1.push(record.clone());
+        self.0.push(record.clone());
         true
     }
 }
@@ -86,12 +78,26 @@ fn play(
         // Samples come.
         pause(50_000);
     }
+    let mut first = None;
+    let mut observe = |look: &Look, seen: &mut Vec<Observer>| {
+        first.get_or_insert(look.forward);
+        *seen = eyes.to_vec();
+        true
+    };
     let (mut watcher, mut lock) = (Watcher::default(), Slow { delays, shown: 0 });
     let session = |engine: &mut dyn Engine| {
-        run(engine, &tracker, &settings, &mut watcher, &mut lock).unwrap()
+        run(
+            engine,
+            &tracker,
+            &settings,
+            &mut observe,
+            &mut watcher,
+            &mut lock,
+        )
+        .unwrap()
     };
     let played = with_engine(scene, &cave, &eyes, &options, None, Share::ALL, session);
-    let (report, Watcher(first, records)) = (played.unwrap(), watcher);
+    let (report, Watcher(records)) = (played.unwrap(), watcher);
     // Frames of a budget of steps do not depend on what has come.
     assert!(!by_steps || first == Some(Vec3::NEG_Z));
     check(&report, &records, 1_000_000 / u64::from(settings.hz));

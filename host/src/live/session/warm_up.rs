@@ -48,7 +48,7 @@ impl Session<'_> {
             self.settle(look, Purpose::WarmUp)?;
             if gaze.is_some() {
                 self.look_around(look)?;
-                self.display.observe(look, &mut self.eyes);
+                (self.observe)(look, &mut self.eyes);
                 self.governor.follow(self.gaze(look));
                 self.governor.look_back();
                 self.climb(look, Purpose::WarmUp)?;
@@ -111,7 +111,7 @@ impl Session<'_> {
         let across = look.forward.cross(look.up);
         for aside in [across, -across, look.up, -look.up] {
             let glance = look.towards(Some(look.forward + GLANCE * aside));
-            if !self.display.observe(&glance, &mut self.eyes) {
+            if !(self.observe)(&glance, &mut self.eyes) {
                 continue;
             }
             self.governor.follow(self.gaze(&glance));

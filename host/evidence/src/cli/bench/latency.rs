@@ -11,11 +11,11 @@ use serde_json::json;
 use shisen::cli::arguments::{span, whole};
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::picture_files::make_writable;
-use shisen::cli::play::{
-    Audience, Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod,
-};
+use shisen::cli::play::{Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod};
 use shisen::cli::tracker::{Interrupt, goes_over_a_line, protocol};
-use shisen::live::{Alone, FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary};
+use shisen::live::{
+    Alone, Display, FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary,
+};
 use shisen::tracker::pty::Pty;
 use shisen::tracker::{MockSpec, ProtocolSpec, Spec, TrackerKind, serve, simulated};
 use std::collections::BTreeMap;
@@ -250,7 +250,7 @@ impl Arguments {
                 frames: report.frames,
                 late_frames: report.late_frames,
                 samples: report.samples,
-                passed_over_samples: report.passed_over,
+                passed_over_samples: report.passed_over_samples,
                 stages: Leg::ALL
                     .into_iter()
                     .map(|leg| (leg.name(), report.latencies.summary(leg)))
@@ -273,12 +273,12 @@ struct StopWatch<'i> {
     records: Vec<FrameRecord>,
 }
 
-impl Audience for StopWatch<'_> {
+impl Display for StopWatch<'_> {
     fn is_over(&mut self) -> bool {
         self.interrupt.came()
     }
 
-    fn hear(&mut self, record: &FrameRecord) -> bool {
+    fn after(&mut self, record: &FrameRecord) -> bool {
         if self.records.len() < self.records.capacity() {
             self.records.push(record.clone());
         }
