@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let viewer = mock::Viewer::new(ViewerConfig::default(), 7);
     let mut tracker = Tracker::new(TrackerConfig::default(), viewer, 7)?;
     let mut gaze = GazeEstimator::new(EstimatorConfig::default())?;
-    let mut governor = Governor::new();
+    let mut governor = Governor::default();
 
     // Rays as close together as the eye sees, which is coarsely beside what it looks at.
     let eyes = |estimate: &Estimate| {
@@ -64,7 +64,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 let shown = now.after(Micros::from_millis(16));
                 let estimate = gaze.estimate(shown, &mut |_| {});
                 let decision = governor.decide(Allowance::Steps(BUDGET));
-                let done = engine.render(&eyes(&estimate), &decision.quality, decision.steps)?;
+                let done = engine.render(&eyes(&estimate), decision.quality(), decision.steps)?;
                 let taken = FrameCost {
                     steps: done.steps,
                     seconds: done.tracing.as_secs_f64(),

@@ -15,20 +15,29 @@ use thiserror::Error;
 pub struct Fault {
     message: String,
     #[help]
-    help: String,
+    help: Option<String>,
 }
 
 impl Fault {
-    pub(crate) fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
-        let (message, help) = (message.into(), help.into());
+    /// Makes an error of a message and what to do.
+    pub fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
+        let (message, help) = (message.into(), Some(help.into()));
         Self { message, help }
     }
 
     pub(crate) fn of(error: &impl Diagnostic) -> Self {
-        let help = error
-            .help()
-            .map_or_else(String::new, |help| help.to_string());
-        Self::new(error.to_string(), help)
+        let help = error.help().map(|help| help.to_string());
+        let message = error.to_string();
+        Self { message, help }
+    }
+
+    /// Makes the error of a file that cannot be written.
+    pub fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        move |reason| {
+            let message = format!("{}: cannot write: {}", path.display(), explain(&reason));
+            let help = None;
+            Self { message, help }
+        }
     }
 }
 

@@ -18,10 +18,10 @@ mod tracking;
 pub use budget::{BudgetError, FrameBudget, Table2};
 pub use engine::{Engine, Rendered, eyes_of, with_engine};
 pub use governor::{Allowance, Decision, FrameCost, Governor};
-pub use latency::{Latencies, Leg, Stamps, Summary};
+pub use latency::{Latencies, Leg, Summary};
 pub use quality::{FOVEA, Quality};
 pub use session::{
-    Display, FrameRecord, Latch, SessionError, SessionReport, SessionSettings, follow, run,
+    Display, FrameRecord, Latch, Observe, SessionError, SessionReport, SessionSettings, follow, run,
 };
 #[cfg(feature = "cluster")]
 pub use swap::Mpi;

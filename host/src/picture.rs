@@ -9,12 +9,11 @@
 
 pub mod chart;
 
-mod difference;
 pub(crate) mod glyph;
 
-pub use difference::colour_differences;
-
 use crate::files::{WriteSeek, explain, write_atomically};
+use palette::color_difference::Ciede2000;
+use palette::{IntoColor, Lab, LinSrgb};
 use png::{BitDepth, ColorType, SrgbRenderingIntent};
 use rayon::prelude::*;
 use shisen_core::frame::Pixel;
@@ -60,9 +59,7 @@ impl Picture {
     /// A picture of transparent black.
     ///
     /// # Errors
-    ///
-    /// When the picture has more than [`MAX_PIXELS`] pixels, or there is no
-    /// memory for them.
+    /// More than [`MAX_PIXELS`] pixels, or no memory for them.
     pub fn new(width: u32, height: u32) -> Result<Self, PictureError> {
         let count = u64::from(width) * u64::from(height);
         let mut pixels = Vec::new();
@@ -86,8 +83,7 @@ impl Picture {
     /// A picture of linear premultiplied pixels, rows from the top.
     ///
     /// # Errors
-    ///
-    /// When there are not `width * height` of them.
+    /// Another number of pixels than `width * height`.
     pub fn from_pixels(
         width: u32,
         height: u32,
@@ -102,7 +98,6 @@ impl Picture {
         Ok(picture)
     }
 
-    /// Refuses pixels that do not fill the rows and columns.
     fn check_count(&self) -> Result<(), PictureError> {
         let (width, height, found) = (self.width, self.height, self.pixels.len());
         if found as u64 == u64::from(width) * u64::from(height) {
@@ -114,19 +109,15 @@ impl Picture {
         )))
     }
 
-    /// The pixel in column `x` from the left and row `y` from the top;
-    /// `None` outside the picture.
+    /// The pixel in column `x` from the left and row `y` from the top; `None` outside.
     pub fn pixel(&self, x: u32, y: u32) -> Option<[f32; 4]> {
-        self.index(x, y)
-            .and_then(|index| self.pixels.get(index).copied())
+        self.pixels.get(self.index(x, y)?).copied()
     }
 
     /// Sets a pixel, if it is in the picture.
     pub fn set_pixel(&mut self, x: u32, y: u32, value: [f32; 4]) {
-        if let Some(pixel) = self
-            .index(x, y)
-            .and_then(|index| self.pixels.get_mut(index))
-        {
+        let index = self.index(x, y);
+        if let Some(pixel) = index.and_then(|index| self.pixels.get_mut(index)) {
             *pixel = value;
         }
     }
@@ -149,11 +140,9 @@ impl Picture {
         (x < self.width && y < self.height).then(|| y as usize * self.width as usize + x as usize)
     }
 
-    /// Bilinear interpolation between pixel centres, which are at half-odd
-    /// coordinates: the picture covers 0 to `width` and 0 to `height` from its
-    /// upper left corner. Beyond the outermost centres the edge goes on.
-    /// Transparent black where the picture has no pixels or a coordinate is
-    /// not a number.
+    /// Interpolates bilinearly between pixel centres, which are at half-odd coordinates from the
+    /// upper left corner; the edge goes on outside. Transparent black for an empty picture or
+    /// a NaN.
     pub fn sample(&self, x: f64, y: f64) -> [f32; 4] {
         if self.width == 0 || self.height == 0 || x.is_nan() || y.is_nan() {
             return [0.0; 4];
@@ -183,8 +172,7 @@ impl Picture {
         })
     }
 
-    /// A hash of the size and of every bit of the pixels: equal for equal
-    /// pictures on every machine, and different for −0 and 0.
+    /// A hash of the size and of every bit of the pixels, the same on every machine.
     pub fn hash(&self) -> u64 {
         let mut hash = Xxh3Default::new();
         hash.update(&self.width.to_le_bytes());
@@ -201,18 +189,13 @@ impl Picture {
         hash.digest()
     }
 
-    /// Writes 8-bit opaque sRGB. The premultiplied colours are taken as they
-    /// are, which is the picture before black; values outside 0 to 1 are
-    /// clipped. `metadata` becomes text chunks, in the order given: tEXt for
-    /// ASCII values, iTXt for others.
-    ///
-    /// The file appears complete or not at all: it is written under another
-    /// name in the same folder and renamed, over an existing file too.
+    /// Writes 8-bit opaque sRGB, the picture before black, clipped to 0 to 1. `metadata` becomes
+    /// text chunks, in the order given: tEXt for ASCII values, iTXt for others. The file
+    /// appears complete or not at all, over an existing file, too.
     ///
     /// # Errors
-    ///
-    /// When the picture is empty or has the wrong number of pixels, a metadata
-    /// key or value is not allowed, or the file cannot be written.
+    /// A picture that is empty or has the wrong number of pixels, a metadata key or value that is
+    /// not allowed, a file that cannot be written.
     pub fn write_png(&self, path: &Path, metadata: &[(&str, String)]) -> Result<(), PictureError> {
         self.write_8_bit(path, metadata, ColorType::Rgb, srgb_of_pixel)
     }
@@ -220,8 +203,7 @@ impl Picture {
     /// The file that [`write_png`](Self::write_png) writes, without metadata.
     ///
     /// # Errors
-    ///
-    /// When the picture is empty or has the wrong number of pixels.
+    /// A picture that is empty or has the wrong number of pixels.
     pub fn png_bytes(&self) -> io::Result<Vec<u8>> {
         let coded: Vec<[u8; 3]> = self.pixels.iter().copied().map(srgb_of_pixel).collect();
         let mut file = Vec::new();
@@ -230,12 +212,10 @@ impl Picture {
         Ok(file)
     }
 
-    /// As [`write_png`](Self::write_png), with 8-bit alpha. PNG's colours are
-    /// not premultiplied: they are divided by alpha, and black where nothing is.
+    /// As [`write_png`](Self::write_png), with 8-bit alpha, by which colours are divided.
     ///
     /// # Errors
-    ///
-    /// As for [`write_png`](Self::write_png).
+    /// As [`write_png`](Self::write_png).
     pub fn write_png_with_alpha(
         &self,
         path: &Path,
@@ -260,31 +240,18 @@ impl Picture {
         bytes: impl Fn([f32; 4]) -> [u8; N] + Sync,
     ) -> Result<(), PictureError> {
         self.check(path, metadata)?;
-        let mut coded = vec![[0; N]; self.pixels.len()];
-        let width = self.width as usize;
-        coded
-            .par_chunks_mut(width)
-            .zip(self.pixels.par_chunks(width))
-            .for_each(|(coded, pixels)| {
-                for (coded, &pixel) in coded.iter_mut().zip(pixels) {
-                    *coded = bytes(pixel);
-                }
-            });
+        let coded = self.pixels.par_iter().with_min_len(self.width as usize);
+        let coded: Vec<[u8; N]> = coded.map(|&pixel| bytes(pixel)).collect();
         let (size, bytes) = ([self.width, self.height], coded.as_flattened());
         write_file(path, |file| encode_png(file, size, colour, bytes, metadata))
     }
 
-    /// Writes linear 32-bit RGBA with premultiplied alpha (which is
-    /// `OpenEXR`'s convention), ZIP-compressed: every bit is kept. `metadata`
-    /// goes into the standard `comments` attribute as lines `key: value` in the
-    /// order given, so that equal pictures give equal files.
-    ///
-    /// The file appears complete or not at all, as for
-    /// [`write_png`](Self::write_png).
+    /// Writes every bit as `OpenEXR`: linear 32-bit RGBA with premultiplied alpha, ZIP-compressed.
+    /// `metadata` goes into the attribute `comments`, as lines `key: value` in the order given.
+    /// The file appears complete or not at all.
     ///
     /// # Errors
-    ///
-    /// As for [`write_png`](Self::write_png).
+    /// As [`write_png`](Self::write_png).
     pub fn write_exr(&self, path: &Path, metadata: &[(&str, String)]) -> Result<(), PictureError> {
         use exr::image::write::WritableImage;
         use exr::prelude::{
@@ -302,21 +269,16 @@ impl Picture {
             // OpenEXR's strings are bytes; UTF-8 is what its tools expect.
             attributes.comments = Some(Text::from_slice_unchecked(comments.as_bytes()));
         }
-        let width = self.width as usize;
-        let pixel = |position: Vec2<usize>| {
-            let [red, green, blue, alpha] = self
-                .pixels
-                .get(position.y() * width + position.x())
-                .copied()
-                .unwrap_or_default();
-            (red, green, blue, alpha)
+        let pixel = |at: Vec2<usize>| {
+            let pixel = self.pixel(at.x() as u32, at.y() as u32);
+            <(f32, f32, f32, f32)>::from(pixel.unwrap_or_default())
         };
         let encoding = Encoding {
             compression: Compression::ZIP16,
             blocks: Blocks::ScanLines,
             line_order: LineOrder::Increasing,
         };
-        let size = (width, self.height as usize);
+        let size = (self.width as usize, self.height as usize);
         let layer = Layer::new(size, attributes, encoding, SpecificChannels::rgba(pixel));
         write_file(path, |file| {
             Image::from_layer(layer)
@@ -329,7 +291,6 @@ impl Picture {
         })
     }
 
-    /// Refuses pictures and metadata that neither file format can hold.
     fn check(&self, path: &Path, metadata: &[(&str, String)]) -> Result<(), PictureError> {
         self.check_count()?;
         let error = |fault: String| Err(PictureError(format!("{}: {fault}", path.display())));
@@ -358,11 +319,8 @@ impl Picture {
     }
 }
 
-/// The sRGB code of a linear value (IEC 61966-2-1), 0 to 255 for 0 to 1;
-/// clipped outside, 0 for NaN.
-///
-/// Within 0.545 of the exact code, from a table and not from the platform's
-/// powers, so that files are the same on every machine.
+/// The sRGB code of a linear value (IEC 61966-2-1), 0 to 255 for 0 to 1; clipped outside, 0 for
+/// NaN. Within 0.545 of the exact code, from a table: files are the same on every machine.
 pub fn srgb_from_linear(linear: f32) -> u8 {
     fast_srgb8::f32_to_srgb8(linear)
 }
@@ -416,6 +374,21 @@ fn write_file(
         let (path, reason) = (path.display(), explain(&reason));
         PictureError(format!("{path}: cannot write: {reason}"))
     })
+}
+
+/// How far apart the colours of two pictures are, pixel by pixel, as a display
+/// shows them: CIEDE2000 of the colours clipped to sRGB. A difference up to about 1 is not seen.
+/// Compares as many pixels as the smaller picture has.
+pub fn colour_differences(one: &Picture, other: &Picture) -> Vec<f32> {
+    let pairs = one.pixels.par_iter().zip(&other.pixels);
+    pairs
+        .map(|(one, other)| shown(*one).difference(shown(*other)))
+        .collect()
+}
+
+fn shown([red, green, blue, _]: [f32; 4]) -> Lab {
+    let clip = |channel: f32| channel.clamp(0.0, 1.0);
+    LinSrgb::new(clip(red), clip(green), clip(blue)).into_color()
 }
 
 #[cfg(test)]

@@ -9,7 +9,6 @@ mod feed;
 mod hid;
 mod live;
 mod notice;
-mod port;
 mod protocol;
 #[cfg(unix)]
 pub mod pty;
@@ -27,5 +26,5 @@ pub use notice::{Features, Notice, Trouble};
 pub use protocol::ProtocolSpec;
 pub use recording::{Recorder, Recording};
 pub use settings::settings;
-pub use spec::{HidName, HidSpec, MockSpec, ReplaySpec, SerialSpec, Spec};
+pub use spec::{HidName, HidSpec, MockSpec, SerialSpec, Spec, TrackerKind};
 pub use times::Times;

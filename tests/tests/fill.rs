@@ -165,7 +165,7 @@ fn the_live_loop_fills_as_one_frame_does() {
     let once: Vec<u64> = once.pictures.iter().map(|one| one.picture.hash()).collect();
     let scene = (setting.baked.scene(), Spectrum::default());
     let (cave, eyes) = (&setting.cave, &setting.eyes);
-    let live = |engine: &mut Engine<'_, '_, 8>| {
+    let live = |engine: &mut dyn Engine| {
         for (quality, steps, same) in [
             (Quality::FULL, None, true),
             (Quality::LADDER[4], Some(u64::MAX), false),

@@ -44,11 +44,7 @@ fn options(threads: usize, tile: u32) -> Options {
     }
 }
 
-fn with<R>(
-    baked: &Baked<8>,
-    options: &Options,
-    run: impl FnOnce(&mut Engine<'_, '_, 8>) -> R,
-) -> R {
+fn with<R>(baked: &Baked<8>, options: &Options, run: impl FnOnce(&mut dyn Engine) -> R) -> R {
     let scene = (baked.scene(), Spectrum::default());
     let (cave, eyes) = (three_walls(SIDE), eyes(0));
     with_engine(scene, &cave, &eyes, options, None, Share::ALL, run).expect("an engine")
@@ -216,7 +212,7 @@ fn half_of_what_is_needed_finishes_what_is_looked_at() {
     let count = cases("frames at half of the need", 100, 500) as u32;
     let run = |threads: usize| {
         with(&baked, &options(threads, 16), |engine| {
-            let need = |frame: u32, engine: &mut Engine<'_, '_, 8>| {
+            let need = |frame: u32, engine: &mut dyn Engine| {
                 let frame = engine.render(&eyes(frame), &Quality::FULL, None);
                 frame.expect("a frame").steps
             };
@@ -226,13 +222,13 @@ fn half_of_what_is_needed_finishes_what_is_looked_at() {
                 .collect();
             needs.sort_unstable();
             let steps = needs[7] / 2;
-            let mut governor = Governor::new();
+            let mut governor = Governor::default();
             let mut frames = Vec::new();
             for number in 0..count {
                 let sight = eyes(number)[0].lod.map(|lod| lod.gaze.line_of_sight());
                 governor.follow(sight.map(|sight| sight.forward()));
                 let decision = governor.decide(Allowance::Steps(steps));
-                let frame = engine.render(&eyes(number), &decision.quality, decision.steps);
+                let frame = engine.render(&eyes(number), decision.quality(), decision.steps);
                 let frame = frame.expect("a frame");
                 assert!(frame.steps <= steps, "frame {number}: {}", frame.steps);
                 assert!(!frame.unfinished_fovea, "frame {number}: {frame:?}");

@@ -8,19 +8,18 @@ pub mod room;
 pub mod source;
 pub mod tracing;
 
+use crate::bake::Layout;
 use crate::bake::simplify::PolygonLevels;
-use crate::bake::{BakedScene, Layout};
-use crate::cave::{BuiltInCave, Cave, Wall};
+use crate::cave::{BuiltInCave, Wall};
 use crate::cli::prelude::*;
 use crate::render::effects::Effects;
 use crate::scene::builtin::PaperScene;
-use clap::builder::{EnumValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Arg, Command};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use glam::Quat;
 use shisen_core::Simd;
-use shisen_core::gaze::{FaceRange, HeadPose};
+use shisen_core::gaze::FaceRange;
 use shisen_tracker::head::osvr_hdk;
-use std::ffi::{OsStr, OsString};
-use std::marker::PhantomData;
+use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::ops::{Bound, RangeBounds, RangeInclusive};
 use std::str::FromStr;
@@ -29,44 +28,17 @@ const MOST_THREADS: NonZeroUsize = NonZeroUsize::new(1024).unwrap();
 
 /// The parser of an argument of which a command refuses some values. The help does not list
 /// these; they are read all the same, so that the command can say why it refuses them.
-#[derive(Debug, Clone)]
-pub struct Without<T> {
-    refused: &'static [&'static str],
-    values: PhantomData<fn() -> T>,
-}
-
-impl<T> Without<T> {
-    pub const fn new(refused: &'static [&'static str]) -> Self {
-        let values = PhantomData;
-        Self { refused, values }
-    }
-}
-
-impl<T: ValueEnum + Clone + Send + Sync + 'static> TypedValueParser for Without<T> {
-    type Value = T;
-
-    fn parse_ref(
-        &self,
-        command: &Command,
-        argument: Option<&Arg>,
-        value: &OsStr,
-    ) -> Result<T, clap::Error> {
-        let read = EnumValueParser::new().parse_ref(command, argument, value);
-        read.map_err(|error| {
-            // The error lists the values that are not refused.
-            let shown = self.possible_values().into_iter().flatten();
-            let shown = PossibleValuesParser::new(shown).parse_ref(command, argument, value);
-            shown.err().unwrap_or(error)
-        })
-    }
-
-    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        let all = T::value_variants().iter();
-        let values = all.filter_map(ValueEnum::to_possible_value);
-        Some(Box::new(
-            values.filter(|value| !self.refused.contains(&value.get_name())),
-        ))
-    }
+pub fn without<T: ValueEnum + Clone + Send + Sync + 'static>(
+    refused: &[&str],
+) -> impl TypedValueParser<Value = T> {
+    let values = T::value_variants().iter();
+    let values = values
+        .filter_map(ValueEnum::to_possible_value)
+        .map(|value| {
+            let hidden = refused.contains(&value.get_name());
+            value.hide(hidden)
+        });
+    PossibleValuesParser::new(values).try_map(|name| T::from_str(&name, false))
 }
 
 /// `--scene`: a letter, a name or a file.
@@ -145,8 +117,8 @@ pub struct Model {
 pub struct LevelArguments {
     /// Faces of each mesh at its coarsest polygon level, for the rim of the visual field, and
     /// at its finest: 500..5804, or 500.. for all faces it has [default: 500..]
-    #[arg(long, value_name = "MIN..MAX")]
-    faces: Option<Faces>,
+    #[arg(long, value_name = "MIN..MAX", value_parser = faces)]
+    faces: Option<(u32, Option<u32>)>,
     /// Number of polygon levels of each mesh [default: 19, or 12 in the compact layout]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(PolygonLevels::RUNGS))]
     levels: Option<u32>,
@@ -160,10 +132,7 @@ impl LevelArguments {
     }
 
     pub fn polygon_levels(&self, layout: Layout) -> Result<PolygonLevels, Failure> {
-        let (min, max) = match self.faces {
-            Some(Faces { min, max }) => (min, max),
-            None => (PolygonLevels::FEWEST_FACES, None),
-        };
+        let (min, max) = self.faces.unwrap_or((PolygonLevels::FEWEST_FACES, None));
         let rungs = self.levels.unwrap_or(layout.polygon_levels());
         PolygonLevels::new(min..=max.unwrap_or(u32::MAX), rungs).or_misuse()
     }
@@ -177,25 +146,6 @@ pub struct EffectArguments {
     #[arg(long, value_name = "LIST", default_value_t = Effects::AUTO,
           allow_hyphen_values = true)]
     pub effects: Effects,
-}
-
-/// Effects, for reports.
-#[derive(Debug, Serialize, JsonSchema)]
-pub struct EffectReport {
-    /// Effects that were rendered.
-    effects: Vec<&'static str>,
-    /// Effects that the scene asks for.
-    effects_asked: Vec<&'static str>,
-}
-
-impl EffectReport {
-    pub fn new(effects: &Effects, baked: &BakedScene) -> Self {
-        let asked = baked.effects();
-        Self {
-            effects: effects.of(asked).names().collect(),
-            effects_asked: asked.names().collect(),
-        }
-    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -253,93 +203,58 @@ choices! {
     }
 }
 
-/// `--head-report`: how a head is turned, as an OSVR HDK measured it.
-#[derive(Debug, Clone, Copy)]
-pub struct HeadReport(osvr_hdk::Report);
-
-impl HeadReport {
-    pub fn pose_at(self, position: glam::Vec3) -> HeadPose {
-        HeadPose {
-            position,
-            orientation: self.0.head_orientation(),
-        }
-    }
+/// The parser of `--head-report`: how a head is turned, as an OSVR HDK measured it. Reads two
+/// hexadecimal digits a byte, and skips white space.
+pub fn head_report(text: &str) -> Result<Quat, String> {
+    let digit = |c: char| {
+        let digit = c.to_digit(16).map(|digit| digit as u8);
+        digit.ok_or_else(|| format!("'{}' is no hexadecimal digit", c.escape_debug()))
+    };
+    let digits = text.chars().filter(|c| !c.is_whitespace()).map(digit);
+    let digits = digits.collect::<Result<Vec<u8>, _>>()?;
+    let (pairs, []) = digits.as_chunks::<2>() else {
+        let count = digits.len();
+        return Err(format!(
+            "{count} hexadecimal digits are no whole number of bytes: write two a byte"
+        ));
+    };
+    let bytes: Vec<u8> = pairs.iter().map(|[high, low]| high << 4 | low).collect();
+    let report = osvr_hdk::decode(&bytes).map_err(|error| error.to_string())?;
+    Ok(report.head_orientation())
 }
 
-impl FromStr for HeadReport {
-    type Err = String;
-
-    /// Reads two hexadecimal digits a byte, and skips white space.
-    fn from_str(text: &str) -> Result<Self, String> {
-        let digit = |c: char| {
-            let digit = c.to_digit(16).map(|digit| digit as u8);
-            digit.ok_or_else(|| format!("'{}' is no hexadecimal digit", c.escape_debug()))
-        };
-        let digits = text.chars().filter(|c| !c.is_whitespace()).map(digit);
-        let digits = digits.collect::<Result<Vec<u8>, _>>()?;
-        let (pairs, []) = digits.as_chunks::<2>() else {
-            let count = digits.len();
-            return Err(format!(
-                "{count} hexadecimal digits are no whole number of bytes: write two a byte"
-            ));
-        };
-        let bytes: Vec<u8> = pairs.iter().map(|[high, low]| high << 4 | low).collect();
-        let report = osvr_hdk::decode(&bytes).map_err(|error| error.to_string())?;
-        Ok(Self(report))
-    }
+/// The parser of columns and rows of pixels.
+pub fn picture_size(text: &str) -> Result<[u32; 2], String> {
+    let most = Wall::MOST_PIXELS;
+    let side = |side: &str| {
+        side.parse()
+            .ok()
+            .filter(|pixels| (1..=most).contains(pixels))
+    };
+    text.split_once(['x', '×'])
+        .and_then(|(columns, rows)| Some([side(columns)?, side(rows)?]))
+        .ok_or_else(|| format!("give columns and rows of 1 to {most} pixels, such as 1280x960"))
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PictureSize(pub [u32; 2]);
-
-impl FromStr for PictureSize {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let side = |side: &str| {
-            side.parse()
-                .ok()
-                .filter(|pixels| (1..=Wall::MOST_PIXELS).contains(pixels))
-        };
-        text.split_once(['x', '×'])
-            .and_then(|(columns, rows)| Some(Self([side(columns)?, side(rows)?])))
-            .ok_or_else(|| {
-                let limit = Wall::MOST_PIXELS;
-                format!("give columns and rows of 1 to {limit} pixels, such as 1280x960")
-            })
-    }
-}
-
-/// `--faces`: the fewest and the most faces of a mesh, as `500..5804`, or
-/// `500..` for all that it has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Faces {
-    min: u32,
-    /// `None` for all faces.
-    max: Option<u32>,
-}
-
-impl FromStr for Faces {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let number = |text: &str| text.trim().parse::<u32>().ok();
-        let (min, max) = text
-            .split_once("..")
-            .and_then(|(min, max)| {
-                let all = max.trim().is_empty();
-                let max = if all { None } else { Some(number(max)?) };
-                Some((number(min)?, max))
-            })
-            .ok_or("give the fewest and the most faces, such as 500..5804, or 500.. for all")?;
-        FaceRange::new(min, max.unwrap_or(u32::MAX)).map_err(|error| error.to_string())?;
-        Ok(Self { min, max })
-    }
+/// The parser of `--faces`: the fewest and the most faces of a mesh, as `500..5804`, or `500..` for
+/// all that it has.
+fn faces(text: &str) -> Result<(u32, Option<u32>), String> {
+    let number = |text: &str| text.trim().parse::<u32>().ok();
+    let (min, max) = text
+        .split_once("..")
+        .and_then(|(min, max)| {
+            let all = max.trim().is_empty();
+            let max = if all { None } else { Some(number(max)?) };
+            Some((number(min)?, max))
+        })
+        .ok_or("give the fewest and the most faces, such as 500..5804, or 500.. for all")?;
+    FaceRange::new(min, max.unwrap_or(u32::MAX)).map_err(|error| error.to_string())?;
+    Ok((min, max))
 }
 
 /// `--faces` where no mesh says how many faces it has.
 pub fn face_range(text: &str) -> Result<FaceRange, String> {
-    let Faces { min, max } = text.parse()?;
+    let (min, max) = faces(text)?;
     let max = max.ok_or("give the most faces, too, such as 500..5804")?;
     FaceRange::new(min, max).map_err(|error| error.to_string())
 }
@@ -404,8 +319,7 @@ mod tests {
 
     #[test]
     fn ranges_of_faces_have_an_order() {
-        let (min, max) = (4, None);
-        assert_eq!(" 4 .. ".parse(), Ok(Faces { min, max }));
+        assert_eq!(faces(" 4 .. "), Ok((4, None)));
         assert_eq!(face_range(" 4 .. 8 "), Ok(FaceRange::new(4, 8).unwrap()));
         for text in [
             "",
@@ -417,7 +331,7 @@ mod tests {
             "4..=8",
             "1..4294967296",
         ] {
-            assert!(text.parse::<Faces>().is_err(), "{text}");
+            assert!(faces(text).is_err(), "{text}");
         }
     }
 }

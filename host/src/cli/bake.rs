@@ -1,14 +1,11 @@
 //! `shisen bake`: scenes and meshes to the bytes that the core traces.
 
-use crate::bake::BakedScene;
-use crate::bake::simplify::PolygonLevels;
 use crate::cli::arguments::levels::Level;
 use crate::cli::arguments::source::{Loaded, Source, bake, is_mesh, load_mesh, scene_of_meshes};
 use crate::cli::arguments::{LayoutChoice, LevelArguments, Model, SceneName};
 use crate::cli::prelude::*;
 use crate::files::write_atomically;
 use crate::scene::Scene;
-use crate::with_scene;
 
 /// Bakes a scene for tracing
 #[derive(Debug, Args)]
@@ -71,7 +68,32 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let baked = bake(&scene, &names.join(", "), layout, levels.as_ref())?;
     let path = &arguments.output;
     write_atomically(path, |file| file.write_all(baked.as_bytes())).map_err(Fault::write(path))?;
-    let report = Report::new(arguments, &baked, levels.as_ref(), start);
+    let ((nodes, leaves, _), objects, stack_entries) = with_scene!(&baked, |scene| (
+        scene.sizes(),
+        scene.instances().len(),
+        scene.stack_entries(),
+    ));
+    let of_meshes = Level::of(&baked);
+    let largest_deviation = levels.map(|asked| {
+        let deviations = Level::by_mesh(&of_meshes).map(|levels| {
+            let faces: Vec<u32> = levels.iter().map(|level| level.faces).collect();
+            asked.largest_deviation(&faces)
+        });
+        deviations.fold(0.0, f64::max)
+    });
+    let report = Report {
+        path: path.display().to_string(),
+        bytes: baked.as_bytes().len(),
+        layout: layout.name(),
+        objects,
+        triangles: Level::finest_faces(&of_meshes),
+        nodes,
+        leaves,
+        stack_entries,
+        largest_deviation,
+        levels: of_meshes,
+        seconds: start.elapsed().as_secs_f64(),
+    };
     print(&report, arguments.json)
 }
 
@@ -86,8 +108,8 @@ fn load(arguments: &Arguments) -> Result<Scene, Failure> {
         [name] if meshes.is_empty() => match Source::load(name, model)?.scene {
             Loaded::Described(scene) => Ok(scene),
             Loaded::Baked(_) => {
-                let name = name.to_string();
-                Err(Fault::AlreadyBaked { name }.into())
+                let message = format!("{name} is baked already");
+                Err(Fault::new(message, "give what it was baked from").into())
             }
         },
         all if meshes.len() < all.len() => Err(misuse!(
@@ -99,42 +121,6 @@ fn load(arguments: &Arguments) -> Result<Scene, Failure> {
         _ => {
             let meshes = meshes.into_iter().map(|path| load_mesh(path));
             Ok(scene_of_meshes(meshes.collect::<Result<_, _>>()?))
-        }
-    }
-}
-
-impl Report {
-    fn new(
-        arguments: &Arguments,
-        baked: &BakedScene,
-        asked: Option<&PolygonLevels>,
-        start: Instant,
-    ) -> Self {
-        let ((nodes, leaves, _), objects, stack_entries) = with_scene!(baked, |scene| (
-            scene.sizes(),
-            scene.instances().len(),
-            scene.stack_entries(),
-        ));
-        let levels = Level::of(baked);
-        let deviation = |asked: &PolygonLevels| {
-            let of_mesh = |levels: &[Level]| {
-                let faces: Vec<u32> = levels.iter().map(|level| level.faces).collect();
-                asked.largest_deviation(&faces)
-            };
-            Level::by_mesh(&levels).map(of_mesh).fold(0.0, f64::max)
-        };
-        Self {
-            path: arguments.output.display().to_string(),
-            bytes: baked.as_bytes().len(),
-            layout: baked.layout().name(),
-            objects,
-            triangles: Level::finest_faces(&levels),
-            nodes,
-            leaves,
-            stack_entries,
-            largest_deviation: asked.map(deviation),
-            levels,
-            seconds: start.elapsed().as_secs_f64(),
         }
     }
 }

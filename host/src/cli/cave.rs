@@ -5,26 +5,22 @@ mod pictures;
 pub(super) mod report;
 mod tracked;
 
-use crate::bake::BakedScene;
-use crate::cave::Cave;
 use crate::cli::arguments::filling::{FillArguments, FillSource};
 use crate::cli::arguments::lod::LodArguments;
 use crate::cli::arguments::room::RoomArguments;
 use crate::cli::arguments::source::Source;
 use crate::cli::arguments::tracing::TracingArguments;
-use crate::cli::arguments::{EffectReport, Model, PictureSize, SceneName};
-use crate::cli::output::picture_files::{hexadecimal, make_writable};
+use crate::cli::arguments::{Model, SceneName, picture_size};
 use crate::cli::output::progress::Progress;
 use crate::cli::prelude::*;
 use crate::cli::tracker::{Interrupt, TrackerName};
 use crate::render::{self, Filling, Frame, Observer, Options};
 use crate::show::overview::viewer::ViewerCamera;
 use crate::show::stereo::Stereo;
-use crate::with_scene;
 use glam::DVec3;
 use lod::LodPictures;
 use pictures::Writer;
-use report::Report;
+use report::{Head, Report, TrackedFrame, TrackedFrames};
 use tracked::{Follower, TrackerArguments};
 
 /// Renders a frame for the walls of a CAVE
@@ -55,8 +51,8 @@ pub(super) struct Arguments {
     #[arg(long)]
     exr: bool,
     /// Columns and rows of viewer.png
-    #[arg(long, value_name = "WxH", default_value = "1280x960")]
-    view_size: PictureSize,
+    #[arg(long, value_name = "WxH", default_value = "1280x960", value_parser = picture_size)]
+    view_size: [u32; 2],
     /// Horizontal field of view of viewer.png, degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 90.0,
           value_parser = within(1.0..=179.0, "degrees from 1 to 179, such as 90"))]
@@ -83,7 +79,7 @@ impl Arguments {
         eyes: &[Observer],
         (forward, up): (DVec3, DVec3),
     ) -> Result<Vec<ViewerCamera>, Failure> {
-        let (field_of_view, size) = (self.view_fov.to_radians(), self.view_size.0);
+        let (field_of_view, size) = (self.view_fov.to_radians(), self.view_size);
         let camera = |eye: &Observer| {
             ViewerCamera::new(eye.place, forward, up, field_of_view, size).or_fail()
         };
@@ -115,7 +111,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let cameras = arguments.cameras(&observers, (forward, up))?;
     let source = Source::load(&arguments.scene, &arguments.model)?;
     let baked = arguments.lod.baked(source.scene, &source.name)?;
-    let (options, dispersion) = arguments.tracing.options(&baked)?;
+    let (options, traced) = arguments.tracing.options(&baked)?;
     make_writable(&arguments.out)?;
     let frames = Frames {
         baked: &baked,
@@ -156,25 +152,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         deepest_stack: frame.statistics.deepest_stack,
         frame_hash: hexadecimal(frame.hash()),
         written,
-        threads: options.threads,
+        traced,
         size: arguments.room.size,
         scene: source.name,
         mesh: source.mesh,
-        simd: baked.layout().simd(options.simd).name(),
-        depth: arguments.tracing.depth,
-        samples: arguments.tracing.samples,
-        effects: EffectReport::new(&options.effects, &baked),
-        dispersion,
-        lod: match &full {
-            Some(full) => {
-                let mut lod = lod::report(arguments, &frames, &observers, &frame, full)?;
-                if let Some(capture) = &mut lod.fill.capture {
-                    capture.images = captured;
-                }
-                Some(lod)
-            }
-            None => None,
-        },
+        lod: full
+            .as_ref()
+            .map(|full| lod::report(arguments, &frames, &observers, [&frame, full], captured))
+            .transpose()?,
         folder: arguments.out.display().to_string(),
         walls: cave.walls.len(),
         domes: cave.domes.len(),
@@ -220,11 +205,24 @@ fn follow(
         let written = writer.write(&frame, frames.cave, &observers, &cameras, None)?;
         let stereo = written.stereo.into_iter().flat_map(|stereo| stereo.images);
         let images = written.images.into_iter().map(|image| image.path);
-        let images = images.chain(stereo).collect();
-        let hash = hexadecimal(frame.hash());
-        reports.push(report::TrackedFrame::new(number, &estimate, hash, images));
+        let images = images.chain(stereo);
+        reports.push(TrackedFrame {
+            frame: number,
+            shown_us: estimate.for_time.0,
+            head: Head {
+                position: estimate.head.position.to_array(),
+                orientation: estimate.head.orientation.to_array(),
+            },
+            gaze: sight.forward().to_array(),
+            state: estimate.state.name(),
+            widen: estimate.widen,
+            blink: estimate.blink,
+            gaze_age_us: estimate.gaze_age.map(|age| age.0),
+            frame_hash: hexadecimal(frame.hash()),
+            images: images.collect(),
+        });
     }
-    let report = report::TrackedFrames {
+    let report = TrackedFrames {
         tracker: tracker.to_string(),
         hz,
         frames: reports,

@@ -2,8 +2,6 @@
 
 pub(super) mod report;
 
-use crate::bake::BakedScene;
-use crate::cave::Cave;
 use crate::cli::arguments::dispersion::{in_one_frame, range_in_one_frame};
 use crate::cli::arguments::lod::{LodArguments, of_every_pixel};
 use crate::cli::arguments::room::RoomArguments;
@@ -12,12 +10,11 @@ use crate::cli::arguments::tracing::TracingArguments;
 use crate::cli::arguments::{Model, SceneName};
 use crate::cli::prelude::*;
 use crate::live::quantiles::{median, quartiles};
-use crate::render::effects::{Effects, compiled_for};
+use crate::render::effects::compiled_for;
 use crate::render::spectrum::Dispersion;
 use crate::render::{self, Observer, Options};
 use crate::scene::builtin::PaperScene;
 use crate::scene::file::material_names;
-use crate::with_scene;
 use report::{Asked, Met, NOT_BUILT, NotSimulated, Primary, Report, Seconds, reason};
 use shisen_core::scene::EffectSet;
 
@@ -59,14 +56,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let pose = arguments.room.head();
     let eyes = arguments.room.eyes(pose);
     let directions = arguments.room.directions(pose);
-    arguments.lod.check_that_every_pixel_has_rays()?;
+    if arguments.lod.is_foveated() {
+        return Err(misuse!(
+            "explain counts the rays of every pixel, of which --lod foveated leaves some out: take \
+             --lod paper, paper-ellipse or off"
+        ));
+    }
     let observers = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
     for (_, place) in eyes {
         cave.check_eye(place)?;
     }
     let source = Source::load(name, &arguments.model)?;
     let baked = arguments.lod.baked(source.scene, &source.name)?;
-    let (options, dispersion) = arguments.tracing.options(&baked)?;
+    let (options, traced) = arguments.tracing.options(&baked)?;
     if matches!(options.dispersion, Dispersion::Images(..)) {
         return Err(misuse!(
             "--dispersion paper and fixed render whole pictures one after the other, in which no \
@@ -105,8 +107,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             lod: arguments.lod.name(),
             samples: arguments.tracing.samples,
             depth: arguments.tracing.depth,
-            dispersion,
-            threads: options.threads,
+            dispersion: traced.dispersion,
+            threads: traced.threads,
             repeat: arguments.repeat,
             seconds,
             primary: Primary {
@@ -170,19 +172,6 @@ struct Frames<'r> {
 }
 
 impl Frames<'_> {
-    fn seconds(&self, effects: Effects) -> Result<f64, Failure> {
-        let (cave, observers) = (self.cave, self.observers);
-        let options = Options {
-            effects,
-            ..*self.options
-        };
-        let quiet = |_, _| {};
-        let frame = with_scene!(self.baked, |scene| render::cave(
-            &scene, cave, observers, &options, &quiet
-        ));
-        Ok(frame?.seconds)
-    }
-
     /// Returns the seconds of a frame, and for each effect those without it and those it adds.
     /// Frames take turns, and each is compared with the one just before.
     fn times(
@@ -190,19 +179,33 @@ impl Frames<'_> {
         effects: &[EffectSet],
         repeat: u32,
     ) -> Result<(Seconds, Vec<(Seconds, Seconds)>), Failure> {
+        let seconds = |effects| {
+            let options = Options {
+                effects,
+                ..*self.options
+            };
+            let frame = with_scene!(self.baked, |scene| render::cave(
+                &scene,
+                self.cave,
+                self.observers,
+                &options,
+                &|_, _| {}
+            ));
+            Ok::<_, Failure>(frame?.seconds)
+        };
         let all = self.options.effects;
         let mut whole = Vec::new();
         let mut of_each = vec![(Vec::new(), Vec::new()); effects.len()];
         for _ in 0..repeat {
             for (&effect, (without, added)) in effects.iter().zip(&mut of_each) {
-                let with = self.seconds(all)?;
-                let less = self.seconds(all.less(effect))?;
+                let with = seconds(all)?;
+                let less = seconds(all.less(effect))?;
                 whole.push(with);
                 without.push(less);
                 added.push(with - less);
             }
             if effects.is_empty() {
-                whole.push(self.seconds(all)?);
+                whole.push(seconds(all)?);
             }
         }
         let of = |times: Vec<f64>| Seconds {

@@ -122,22 +122,6 @@ fn in_degrees(error: VisualFieldError) -> String {
     }
 }
 
-#[derive(Debug, Error, Diagnostic)]
-enum InputFault {
-    #[error("line {line} of the input, \"{}\", {reason}", .given.escape_debug())]
-    #[diagnostic(help(
-        "write one direction a line: three finite numbers, not all 0, separated by blanks or commas, such as 0.5 0 -1"
-    ))]
-    Line {
-        line: u64,
-        given: String,
-        reason: String,
-    },
-    #[error("cannot read line {line} from standard input: {reason}")]
-    #[diagnostic(help("send the directions through a pipe or from a file: shisen gaze < FILE"))]
-    Read { line: u64, reason: io::Error },
-}
-
 /// The level of detail of one direction.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Line<T> {
@@ -246,7 +230,7 @@ impl Levels {
         &self,
         arguments: &Arguments,
         output: &mut impl Write,
-    ) -> io::Result<Option<InputFault>> {
+    ) -> io::Result<Option<Fault>> {
         if !arguments.json {
             writeln!(output, "{HEADING}")?;
         }
@@ -262,7 +246,12 @@ impl Levels {
             let read = match limited.read_until(b'\n', &mut bytes) {
                 Ok(0) => break,
                 Ok(read) => read as u64,
-                Err(reason) => return Ok(Some(InputFault::Read { line, reason })),
+                Err(reason) => {
+                    return Ok(Some(Fault::new(
+                        format!("cannot read line {line} from standard input: {reason}"),
+                        "send the directions through a pipe or from a file: shisen gaze < FILE",
+                    )));
+                }
             };
             let given = String::from_utf8_lossy(&bytes);
             let given = given.split('#').next().unwrap_or_default().trim();
@@ -285,12 +274,13 @@ impl Levels {
             match printed {
                 Ok(printed) => printed?,
                 Err(reason) => {
-                    let given = given.chars().take(80).collect();
-                    return Ok(Some(InputFault::Line {
-                        line,
-                        given,
-                        reason,
-                    }));
+                    let given: String = given.chars().take(80).collect();
+                    let given = given.escape_debug();
+                    return Ok(Some(Fault::new(
+                        format!("line {line} of the input, \"{given}\", {reason}"),
+                        "write one direction a line: three finite numbers, not all 0, separated by \
+                         blanks or commas, such as 0.5 0 -1",
+                    )));
                 }
             }
         }

@@ -1,10 +1,8 @@
 //! `shisen inspect`: what is in a baked scene.
 
-use crate::bake::BakedScene;
 use crate::cli::arguments::levels::Level;
 use crate::cli::arguments::source;
 use crate::cli::prelude::*;
-use crate::with_scene;
 use shisen_core::scene::Scene;
 use shisen_core::scene::format::{
     Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Table, Texel, Texture,
@@ -65,15 +63,12 @@ struct TableReport {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let baked = source::load_baked(&arguments.scene)?;
     let path = arguments.scene.display().to_string();
-    print(&Report::new(path, &baked), arguments.json)
+    let report = with_scene!(&baked, |scene| Report::new(path, &baked, &scene));
+    print(&report, arguments.json)
 }
 
 impl Report {
-    fn new(path: String, baked: &BakedScene) -> Self {
-        with_scene!(baked, |scene| Self::of(path, baked, &scene))
-    }
-
-    fn of<const W: usize>(path: String, baked: &BakedScene, scene: &Scene<'_, W>) -> Self {
+    fn new<const W: usize>(path: String, baked: &BakedScene, scene: &Scene<'_, W>) -> Self {
         let tables = tables::<W>(baked.as_bytes());
         let levels = Level::of(baked);
         let triangles = Level::finest_faces(&levels);

@@ -26,15 +26,11 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-#[derive(Debug, Clone)]
-pub(super) struct NamedMedium {
-    pub(super) name: String,
-    pub(super) medium: Medium,
-}
+/// A medium and its name.
+pub(super) type NamedMedium = (String, Medium);
 
 pub(super) fn named_medium(name: &str) -> Result<NamedMedium, UnknownMedium> {
-    let (medium, name) = (spectrum::medium(name)?, name.to_owned());
-    Ok(NamedMedium { name, medium })
+    Ok((name.to_owned(), spectrum::medium(name)?))
 }
 
 fn prism(text: &str) -> Result<f64, String> {
@@ -72,7 +68,7 @@ struct Bent {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let NamedMedium { name, medium } = &arguments.medium;
+    let (name, medium) = &arguments.medium;
     let [least, most] = medium.range();
     let asked = match arguments.wavelength.as_slice() {
         [] => &[line::F, line::D, line::C],
@@ -131,10 +127,9 @@ impl fmt::Display for Report {
         )?;
         for bent in &self.wavelengths {
             write!(f, "\n{:>10}{:>12.7}", bent.nm, bent.n)?;
-            match bent.minimum_deviation_deg {
-                Some(degrees) => write!(f, "{:>24}", format!("{degrees:.5}°"))?,
-                None => write!(f, "{:>24}", "all reflected")?,
-            }
+            let turned = bent.minimum_deviation_deg;
+            let turned = turned.map_or("all reflected".to_owned(), |angle| format!("{angle:.5}°"));
+            write!(f, "{turned:>24}")?;
         }
         Ok(())
     }

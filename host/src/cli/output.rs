@@ -5,7 +5,7 @@ pub mod picture_files;
 pub mod progress;
 pub mod ray_counts;
 
-use failure::{Failure, Fault};
+use failure::{Failure, Fault, no_output};
 use serde::Serialize;
 use std::fmt;
 use std::io::{self, IsTerminal as _, StdoutLock, Write};
@@ -19,7 +19,7 @@ pub fn write(
         Ok(()) => Ok(true),
         // A reader that closed the pipe has read all it wanted.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(false),
-        Err(reason) => Err(Fault::Print { reason }),
+        Err(reason) => Err(no_output(&reason)),
     }
 }
 

@@ -1,11 +1,9 @@
-//! Frames that follow a tracker, played to an audience.
+//! Frames that follow a tracker.
 
 #[cfg(all(test, unix))]
 mod allocations;
 mod interference;
 
-use crate::bake::BakedScene;
-use crate::cave::Cave;
 use crate::cli::arguments::dispersion::{in_one_frame, range_in_one_frame};
 use crate::cli::arguments::lod::LodArguments;
 use crate::cli::arguments::room::RoomArguments;
@@ -15,22 +13,16 @@ use crate::cli::arguments::{Model, SceneName};
 use crate::cli::prelude::*;
 use crate::cli::tracker::Opened;
 use crate::live::{
-    Display, Engine, FrameBudget, FrameRecord, LiveTracker, Look, Order, Quality, SessionError,
-    SessionReport, SessionSettings, Share, SwapError, SwapLock, Table2, with_engine,
+    self, Display, Engine, FrameBudget, LiveTracker, Look, Observe, SessionError, SessionReport,
+    SessionSettings, Share, SwapError, SwapLock, Table2, with_engine,
 };
-use crate::picture::Picture;
 use crate::render::spectrum::Dispersion;
 use crate::render::{CaptureOptions, Observer, Options, frame_hash};
 use crate::scene::builtin::PaperScene;
 use crate::tracker::Spec;
-use crate::with_scene;
 use clap::Arg;
-use glam::Vec3;
 pub use interference::Interference;
-use shisen_core::frame::Tile;
-use shisen_core::gaze::HeadPose;
-use shisen_core::scene::Scene;
-use shisen_core::{Runs, Simd};
+use shisen_core::Simd;
 
 #[derive(Debug, Clone, Args)]
 #[command(
@@ -102,56 +94,6 @@ pub enum Change {
     Detail,
     /// To a capture of the surroundings, or to none.
     Capture(Option<CaptureOptions>),
-}
-
-pub trait Newest {
-    /// Copies the pictures, by screen and then eye, over those of an earlier frame or into an empty
-    /// list. If `filled`, pixels that the gaze skips keep the earlier frame's colours.
-    fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), Failure>;
-
-    /// Lists the tiles by the number of their picture, in the order in which they were dealt steps.
-    fn tiles(&self, tiles: &mut Vec<(usize, Tile)>);
-}
-
-impl<const W: usize> Newest for Engine<'_, '_, W>
-where
-    Simd: Runs<W>,
-{
-    fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), Failure> {
-        if over.is_empty() {
-            *over = self.pictures()?;
-            self.copy(over);
-        } else if filled {
-            self.copy_over(over);
-        } else {
-            self.copy(over);
-        }
-        Ok(())
-    }
-
-    fn tiles(&self, tiles: &mut Vec<(usize, Tile)>) {
-        self.tiles(tiles);
-    }
-}
-
-/// Receives finished frames.
-pub trait Audience {
-    /// A direction in the room that replaces the tracker's gaze.
-    fn gaze(&mut self) -> Option<Vec3> {
-        None
-    }
-
-    /// Whether no frame is wanted any more.
-    fn is_over(&mut self) -> bool {
-        false
-    }
-
-    fn see(&mut self, newest: &dyn Newest, head: HeadPose, eyes: &[Observer]) {
-        let _ = (newest, head, eyes);
-    }
-
-    /// Takes the frame's record; returns whether more frames are wanted.
-    fn hear(&mut self, record: &FrameRecord) -> bool;
 }
 
 impl LiveArguments {
@@ -256,23 +198,30 @@ impl Prepared {
         }
     }
 
-    /// Renders frames until the audience has enough, with all machines of the lock.
+    /// Renders frames until the display has enough, with all machines of the lock.
     pub fn play(
         &self,
         tracker: &LiveTracker,
         settings: &SessionSettings,
-        audience: &mut dyn Audience,
+        display: &mut dyn Display,
         lock: &mut dyn SwapLock,
     ) -> Result<Played, Failure> {
         let share = lock.share();
-        let lead = |session: &mut dyn Session| session.lead(tracker, settings, lock);
-        let (report, interference) = self.engage(share, audience, lead)?;
+        let (report, interference) = self.engage(share, |engine, observe| {
+            // Read while the engine's threads exist: the system counts by thread.
+            let before = Interference::so_far();
+            let report = live::run(engine, tracker, settings, observe, display, lock)?;
+            Ok((report, Interference::so_far().since(&before)))
+        })?;
         let last = report.last.filter(|_| share.ranks() > 1);
-        let repeat = |last: Order| {
-            let repeat = |session: &mut dyn Session| session.repeat(&last);
-            self.engage(Share::ALL, audience, repeat)
-        };
-        let alone = last.map(repeat);
+        let alone = last.map(|last| {
+            self.engage(Share::ALL, |engine, observe| {
+                let mut eyes = Vec::new();
+                observe(&last.look, &mut eyes);
+                engine.render(&eyes, last.decision.quality(), None)?;
+                Ok(frame_hash(engine.hashes()?))
+            })
+        });
         Ok(Played {
             report,
             interference,
@@ -281,43 +230,23 @@ impl Prepared {
     }
 
     /// Renders this machine's share of what another machine orders.
-    pub fn obey(
-        &self,
-        audience: &mut dyn Audience,
-        lock: &mut dyn SwapLock,
-    ) -> Result<(), Failure> {
-        let share = lock.share();
-        let obey = |session: &mut dyn Session| session.obey(lock);
-        self.engage(share, audience, obey)
+    pub fn obey(&self, display: &mut dyn Display, lock: &mut dyn SwapLock) -> Result<(), Failure> {
+        self.engage(lock.share(), |engine, observe| {
+            live::follow(engine, observe, display, lock)
+        })
     }
 
     fn engage<T>(
         &self,
         share: Share,
-        audience: &mut dyn Audience,
-        part: impl FnOnce(&mut dyn Session) -> Result<T, SessionError>,
+        part: impl FnOnce(&mut dyn Engine, &mut Observe<'_>) -> Result<T, SessionError>,
     ) -> Result<T, Failure> {
-        with_scene!(&self.baked, |scene| self
-            .trace(scene, share, audience, part))
-    }
-
-    fn trace<T, const W: usize>(
-        &self,
-        scene: Scene<'_, W>,
-        share: Share,
-        audience: &mut dyn Audience,
-        part: impl FnOnce(&mut dyn Session) -> Result<T, SessionError>,
-    ) -> Result<T, Failure>
-    where
-        Simd: Runs<W>,
-    {
         let (arguments, cave, options) = (&self.arguments, &self.cave, &self.options);
+        let (room, lod) = (&arguments.room, &arguments.lod);
         let mut storage = Vec::new();
         let spectrum = options.dispersion.spectrum(&mut storage);
-        let pose = arguments.room.head();
-        let places = arguments.room.eyes(pose);
-        let directions = arguments.room.directions(pose);
-        let eyes = arguments.lod.observers(places, directions, 0.0)?;
+        let start = room.head();
+        let eyes = lod.observers(room.eyes(start), room.directions(start), 0.0)?;
         let (ranks, pictures) = (share.ranks(), cave.screens().count() * eyes.len());
         if ranks > pictures {
             return Err(Failure::from_error(SwapError(format!(
@@ -325,65 +254,32 @@ impl Prepared {
                  at most as many"
             ))));
         }
-        let show = Show {
-            arguments,
-            cave,
-            start: pose,
-            audience,
+        let mut observe = |look: &Look, eyes: &mut Vec<Observer>| {
+            let places = room.eyes(look.head);
+            let seen = places
+                .clone()
+                .all(|(_, place)| cave.check_eye(place).is_ok());
+            if seen || eyes.is_empty() {
+                // All screens are seen from the first pose.
+                let places = if seen { places } else { room.eyes(start) };
+                let directions = (look.forward.as_dvec3(), look.up.as_dvec3());
+                // A wrong line of sight leaves the eyes unchanged.
+                let _ = lod.observe(places, directions, look.widen, eyes);
+            }
+            seen
         };
-        let (scene, capture) = ((scene, spectrum), arguments.capture);
-        let played = with_engine(scene, cave, &eyes, options, capture, share, |engine| {
-            part(&mut (engine, show))
-        })?;
+        let run = |engine: &mut dyn Engine| part(engine, &mut observe);
+        let capture = arguments.capture;
+        let played = with_scene!(&self.baked, |scene| with_engine(
+            (scene, spectrum),
+            cave,
+            &eyes,
+            options,
+            capture,
+            share,
+            run
+        ))?;
         Ok(played?)
-    }
-}
-
-/// An engine of either layout, and where its frames go.
-trait Session {
-    /// Follows a tracker, and tells other machines what to render.
-    fn lead(
-        &mut self,
-        tracker: &LiveTracker,
-        settings: &SessionSettings,
-        lock: &mut dyn SwapLock,
-    ) -> Result<(SessionReport, Interference), SessionError>;
-
-    /// Renders what another machine orders.
-    fn obey(&mut self, lock: &mut dyn SwapLock) -> Result<(), SessionError>;
-
-    /// Renders alone the whole frame that all machines rendered; returns its hash.
-    fn repeat(&mut self, last: &Order) -> Result<u64, SessionError>;
-}
-
-impl<const W: usize> Session for (&mut Engine<'_, '_, W>, Show<'_>)
-where
-    Simd: Runs<W>,
-{
-    fn lead(
-        &mut self,
-        tracker: &LiveTracker,
-        settings: &SessionSettings,
-        lock: &mut dyn SwapLock,
-    ) -> Result<(SessionReport, Interference), SessionError> {
-        let (engine, show) = self;
-        // Read while the engine's threads exist: the system counts by thread.
-        let before = Interference::so_far();
-        let report = crate::live::run(engine, tracker, settings, show, lock)?;
-        Ok((report, Interference::so_far().since(&before)))
-    }
-
-    fn obey(&mut self, lock: &mut dyn SwapLock) -> Result<(), SessionError> {
-        crate::live::follow(self.0, &mut self.1, lock)
-    }
-
-    fn repeat(&mut self, last: &Order) -> Result<u64, SessionError> {
-        let (engine, show) = self;
-        let mut eyes = Vec::new();
-        Display::<W>::observe(show, &last.look, &mut eyes);
-        let quality = Quality::LADDER.get(last.rung).unwrap_or(&Quality::FULL);
-        engine.render(&eyes, quality, None)?;
-        Ok(frame_hash(engine.hashes()?))
     }
 }
 
@@ -392,50 +288,4 @@ pub struct Played {
     pub interference: Interference,
     /// Hash of the last frame as this machine renders it alone; `None` with one machine.
     pub alone: Option<u64>,
-}
-
-/// Passes frames from a session to its audience.
-struct Show<'s> {
-    arguments: &'s LiveArguments,
-    cave: &'s Cave,
-    /// A pose of the head from which all screens are seen.
-    start: HeadPose,
-    audience: &'s mut dyn Audience,
-}
-
-impl<const W: usize> Display<W> for Show<'_>
-where
-    Simd: Runs<W>,
-{
-    fn gaze(&mut self) -> Option<Vec3> {
-        self.audience.gaze()
-    }
-
-    fn observe(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> bool {
-        let mut places = self.arguments.room.eyes(look.head);
-        let directions = (look.forward.as_dvec3(), look.up.as_dvec3());
-        let sees = |(_, place)| self.cave.check_eye(place).is_ok();
-        let seen = places.clone().all(sees);
-        if seen || eyes.is_empty() {
-            if !seen {
-                places = self.arguments.room.eyes(self.start);
-            }
-            let lod = &self.arguments.lod;
-            // A wrong line of sight leaves the eyes unchanged.
-            let _ = lod.observe(places, directions, look.widen, eyes);
-        }
-        seen
-    }
-
-    fn present(&mut self, engine: &Engine<'_, '_, W>, look: &Look, eyes: &[Observer]) {
-        self.audience.see(engine, look.head, eyes);
-    }
-
-    fn is_over(&mut self) -> bool {
-        self.audience.is_over()
-    }
-
-    fn after(&mut self, record: &FrameRecord) -> bool {
-        self.audience.hear(record)
-    }
 }

@@ -5,11 +5,14 @@ mod frames;
 pub(super) mod report;
 mod shortfall;
 mod together;
-#[cfg_attr(not(all(unix, feature = "window")), path = "run/no_watch.rs")]
+#[cfg_attr(
+    not(all(unix, feature = "window")),
+    allow(dead_code, reason = "without a window there are no keys")
+)]
 mod watch;
 
 use crate::cli::arguments::filling::{CaptureDetail, Fill};
-use crate::cli::arguments::span;
+use crate::cli::arguments::{choices, span};
 use crate::cli::play::{Change, LiveArguments, TimeArguments, paper_lod};
 use crate::cli::prelude::*;
 use crate::cli::tracker::{Interrupt, TrackerName};
@@ -34,7 +37,7 @@ pub(super) struct Arguments {
     tracker: TrackerName,
     /// When a frame takes the gaze
     #[arg(long, value_enum, default_value = "late")]
-    latch: LatchName,
+    latch: LatchChoice,
     /// End after S seconds
     #[arg(long, value_name = "S", value_parser = span)]
     seconds: Option<Duration>,
@@ -72,13 +75,12 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-enum LatchName {
-    /// As soon as the frame before is shown
-    Early,
-    /// With the last sample that comes in time, as late as the last frames allow
-    Late,
+choices! {
+    /// `--latch`.
+    LatchChoice(Latch) {
+        Latch::Early => "As soon as the frame before is shown",
+        Latch::Late => "With the last sample that comes in time, as late as the last frames allow",
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -132,13 +134,6 @@ impl Arguments {
     fn capture_for(&self, fill: Fill) -> Option<CaptureOptions> {
         (fill == Fill::Capture).then(|| self.capture.options())
     }
-
-    fn latch(&self) -> Latch {
-        match self.latch {
-            LatchName::Early => Latch::Early,
-            LatchName::Late => Latch::Late,
-        }
-    }
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -174,15 +169,14 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     // Once for each scene and level of detail that is asked for.
     loop {
         let settings = prepared.settings(SessionSettings {
-            latch: arguments.latch(),
+            latch: arguments.latch.0,
             frames: arguments.frames.map(|frames| frames - earlier),
             ..SessionSettings::default()
         });
         frames.begin(&prepared);
         let played = prepared.play(&tracker, &settings, &mut frames, lock)?;
-        let report = &played.report;
-        if let Some(change) = frames.change() {
-            earlier += report.frames;
+        if let Some(change) = frames.change.take() {
+            earlier += played.report.frames;
             match prepared.arguments.changed(change).prepare(&arguments.time) {
                 Ok(next) => prepared = next,
                 // The scene before stays.
@@ -192,7 +186,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
             }
             continue;
         }
-        let fill = frames.fill();
+        let fill = frames.fill;
         let (window, files) = frames.finish();
         let surroundings = Surroundings {
             fill,
@@ -206,7 +200,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
             interference: played.interference,
         };
         // The report comes even if a file failed.
-        let report = Report::new(surroundings, arguments, &prepared, &settings, report);
+        let report = Report::new(surroundings, arguments, &prepared, &settings, played.report);
         print(&report, arguments.json)?;
         return files;
     }

@@ -123,7 +123,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             Matching::Endo => "endo",
         },
         range_nm: within.range().map(decimal),
-        medium: arguments.medium.as_ref().map(|named| named.name.clone()),
+        medium: arguments.medium.as_ref().map(|(name, _)| name.clone()),
         clamped: within != asked,
         phases,
         phase: arguments.phase,
@@ -141,7 +141,7 @@ fn within_medium(
     method: Method,
     asked: Wavelengths,
 ) -> Result<Wavelengths, Failure> {
-    let Some(NamedMedium { name, medium }) = &arguments.medium else {
+    let Some((name, medium)) = &arguments.medium else {
         return Ok(asked);
     };
     if method == Method::Paper {

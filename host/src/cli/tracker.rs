@@ -2,6 +2,7 @@
 
 mod announcer;
 pub(super) mod calibrate;
+mod drops;
 mod features;
 mod follow;
 pub(super) mod list;

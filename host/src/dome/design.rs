@@ -1,34 +1,36 @@
 use super::mapping::Mapping;
 use super::mirror::{Mirror, MirrorError, Parameters, Projection};
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
 
 /// A mirror and the errors of its dome master.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Design {
     /// The mirror itself.
+    #[serde(skip)]
     pub mirror: Mirror,
     /// Polar by equatorial radius.
     pub a: f64,
-    /// The viewpoint's distance from the mirror's centre; `None` in parallel
-    /// projection. Equation 24.
+    /// The viewpoint's distance from the mirror's centre (eq. 24); null in parallel projection.
     pub p: Option<f64>,
     /// The screen's distance from the mirror's centre: equation 19.
     pub c1: f64,
     /// Half the screen's width: equations 20 and 40.
     pub b1: f64,
-    /// The viewpoint's distance from the screen; `None` in parallel
-    /// projection. Equation 22.
+    /// The viewpoint's distance from the screen (eq. 22); null in parallel projection.
     pub d1: Option<f64>,
     /// The parametric angle of the mirror at the picture's edge, radians.
     pub beta1: f64,
-    /// The full angle of view across the picture, radians; 0 in parallel
-    /// projection.
+    /// The full angle of view across the picture, radians; 0 in parallel projection.
+    #[serde(skip)]
     pub field_of_view: f64,
-    /// The largest |θ − `r_d`|, in percent of the picture's radius.
+    /// The largest difference between angle and place, percent of the picture's radius.
     pub error_percent: f64,
-    /// The largest |θ − `r_d`|, in pixels of a picture of 4096².
+    /// The same, pixels of a picture of 4096².
     pub error_px_4096: f64,
     /// The places of the largest errors on either side, from the zenith outwards.
+    #[serde(skip)]
     pub extrema: Vec<Extremum>,
 }
 

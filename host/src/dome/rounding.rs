@@ -2,6 +2,8 @@ use super::mapping::Mapping;
 use super::mirror::Mirror;
 use super::near_field::{NearField, px_4096};
 use glam::{DVec2, DVec3, Vec2, Vec3};
+use schemars::JsonSchema;
+use serde::Serialize;
 use shisen_core::capture::{self, SpheroidMirror};
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
@@ -15,22 +17,21 @@ const AWAY: DVec3 = DVec3::new(0.6, -0.48, 0.64);
 /// The errors of a mirror by its size: near field and rounding (section 5.4), in pixels of a picture
 /// of 4096². The nearest surface is a sphere of radius 1 about the eye, which is at the screen's
 /// centre.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct SizeErrors {
     /// The mirror's equatorial radius.
     pub size: f64,
     /// From the world's origin to the eye.
     pub offset: f64,
-    /// The largest displacement of the surface without rounding; `None` if the mirror reaches it.
-    pub near_field: Option<f64>,
-    /// The most that single precision adds if the mirror is traced in its own frame, as
-    /// [`SpheroidMirror`] is.
-    pub rounding: f64,
-    /// The most that it adds if camera and mirror are objects in the world's coordinates; `None`
-    /// if no ray meets the mirror.
-    pub world: Option<f64>,
+    /// The largest displacement of the surface without rounding; null if the mirror reaches it.
+    pub near_field_px: Option<f64>,
+    /// The most that single precision adds if the mirror is traced in its own frame.
+    pub rounding_px: f64,
+    /// The most that it adds if camera and mirror are objects in the world's coordinates; null if
+    /// no ray meets the mirror.
+    pub world_px: Option<f64>,
     /// The share of rays that miss the mirror in the world, 0 to 1.
-    pub missed: f64,
+    pub world_missed: f64,
 }
 
 /// The errors of a mirror of radius `size` (above 0) at `offset` (0 or more) from the world's
@@ -55,13 +56,13 @@ pub fn size_errors(
     let mut errors = SizeErrors {
         size,
         offset,
-        near_field: near
+        near_field_px: near
             .check(distance)
             .is_ok()
             .then(|| near.largest(distance).px_4096()),
-        rounding: 0.0,
-        world: None,
-        missed: 0.0,
+        rounding_px: 0.0,
+        world_px: None,
+        world_missed: 0.0,
     };
     let eye = eye.as_dvec3();
     for ring in 0..RINGS {
@@ -75,13 +76,13 @@ pub fn size_errors(
                 continue;
             };
             let off = px_4096(angle_between(seen.met_from(eye), truth.met_from(eye)));
-            errors.rounding = errors.rounding.max(off);
+            errors.rounding_px = errors.rounding_px.max(off);
             match world.ray(mapping, &single, pixel) {
                 Some(seen) => {
                     let off = px_4096(angle_between(seen.met_from(eye), truth.met_from(eye)));
-                    errors.world = Some(errors.world.unwrap_or(0.0).max(off));
+                    errors.world_px = Some(errors.world_px.unwrap_or(0.0).max(off));
                 }
-                None => errors.missed += 1.0 / f64::from(RINGS * SPOKES),
+                None => errors.world_missed += 1.0 / f64::from(RINGS * SPOKES),
             }
         }
     }

@@ -7,9 +7,7 @@
 mod capture;
 mod deal;
 mod fovea;
-mod plan;
 mod threads;
-mod tile;
 
 use super::quality::Quality;
 use super::swap::Share;
@@ -17,18 +15,15 @@ use crate::cave::{Cave, Eye};
 use crate::picture::Picture;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
 use capture::LiveCapture;
-use deal::{Dealer, Group};
+use deal::{Dealer, Group, LiveTile, lock};
 use fovea::{SAME_PLACE, is_foveal, reaching_fovea, towards};
-use plan::{Plan, pairs};
 use shisen_core::frame::{Fill, Spectrum, Statistics, Tile, TileJob, Workspace};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
-use std::fmt;
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
-use threads::Shared;
-use tile::{LiveTile, lock};
+use threads::{Plan, Shared, pairs};
 
 /// The most rounds in which a budget is dealt to the same tiles.
 const MOST_ROUNDS: u32 = 8;
@@ -50,7 +45,58 @@ enum Allotment {
 }
 
 /// Renders frames of one scene for one set of screens.
-pub struct Engine<'e, 's, const W: usize> {
+pub trait Engine {
+    /// Renders what these eyes see in at most `steps`, never one more; but with `whole_fovea` it
+    /// always finishes the [`FOVEA`](super::FOVEA) of eyes whose line of sight is known.
+    ///
+    /// # Errors
+    /// Other eyes than the engine was made for; an eye that does not see a screen.
+    fn render_frame(
+        &mut self,
+        eyes: &[Observer],
+        quality: &Quality,
+        steps: Option<u64>,
+        whole_fovea: bool,
+    ) -> Result<Rendered, RenderError>;
+
+    /// As [`render_frame`](Self::render_frame), without `whole_fovea`.
+    ///
+    /// # Errors
+    /// As [`render_frame`](Self::render_frame).
+    fn render(
+        &mut self,
+        eyes: &[Observer],
+        quality: &Quality,
+        steps: Option<u64>,
+    ) -> Result<Rendered, RenderError> {
+        self.render_frame(eyes, quality, steps, false)
+    }
+
+    /// Copies the newest frame's pictures, by screen, then eye, over those of an older frame or
+    /// into an empty list. If `filled`, pixels that the gaze skips keep the older colour, and
+    /// both are blended at the border of the field.
+    ///
+    /// # Errors
+    /// Not enough memory.
+    fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), RenderError>;
+
+    /// The [hashes](Picture::hash) of the newest frame's pictures.
+    ///
+    /// # Errors
+    /// Not enough memory.
+    fn hashes(&self) -> Result<Vec<u64>, RenderError> {
+        let mut pictures = Vec::new();
+        self.pictures(&mut pictures, false)?;
+        Ok(pictures.iter().map(Picture::hash).collect())
+    }
+
+    /// Puts the newest frame's tiles into `tiles`, each with the number of its picture, in the
+    /// order in which they were dealt steps.
+    fn tiles(&self, tiles: &mut Vec<(usize, Tile)>);
+}
+
+/// An engine for one width of nodes.
+struct TileEngine<'e, 's, const W: usize> {
     shared: &'e Shared<'s, W>,
     cave: &'e Cave,
     scene: Scene<'s, W>,
@@ -60,12 +106,6 @@ pub struct Engine<'e, 's, const W: usize> {
     share: Share,
     dealer: Dealer,
     quality: Quality,
-}
-
-impl<const W: usize> fmt::Debug for Engine<'_, '_, W> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Engine").finish_non_exhaustive()
-    }
 }
 
 /// The result of a frame.
@@ -109,7 +149,7 @@ pub fn with_engine<'s, const W: usize, R>(
     options: &Options,
     capture: Option<CaptureOptions>,
     share: Share,
-    run: impl FnOnce(&mut Engine<'_, 's, W>) -> R,
+    run: impl FnOnce(&mut dyn Engine) -> R,
 ) -> Result<R, RenderError>
 where
     Simd: Runs<W>,
@@ -151,7 +191,7 @@ where
         }
         // Ends the threads even if `run` panics.
         let _dismissal = Dismissal(&shared);
-        Ok(run(&mut Engine {
+        Ok(run(&mut TileEngine {
             shared: &shared,
             cave,
             scene,
@@ -174,29 +214,11 @@ impl<const W: usize> Drop for Dismissal<'_, '_, W> {
     }
 }
 
-impl<const W: usize> Engine<'_, '_, W>
+impl<const W: usize> Engine for TileEngine<'_, '_, W>
 where
     Simd: Runs<W>,
 {
-    /// Renders what these eyes see in at most `steps`, never one more.
-    ///
-    /// # Errors
-    /// Other eyes than the engine was made for; an eye that does not see a screen.
-    pub fn render(
-        &mut self,
-        eyes: &[Observer],
-        quality: &Quality,
-        steps: Option<u64>,
-    ) -> Result<Rendered, RenderError> {
-        self.render_frame(eyes, quality, steps, false)
-    }
-
-    /// As [`render`](Self::render); with `whole_fovea` it always finishes the
-    /// [`FOVEA`](super::FOVEA) of eyes whose line of sight is known.
-    ///
-    /// # Errors
-    /// As [`render`](Self::render).
-    pub fn render_frame(
+    fn render_frame(
         &mut self,
         eyes: &[Observer],
         quality: &Quality,
@@ -239,6 +261,48 @@ where
         })
     }
 
+    fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), RenderError> {
+        let plan = self.shared.read();
+        let filled = filled && !over.is_empty();
+        if over.is_empty() {
+            for (view, _) in plan.screens() {
+                over.push(Picture::new(view.columns(), view.rows())?);
+            }
+        }
+        let (mut pixels, mut before) = (Vec::new(), Vec::new());
+        for tile in &self.shared.tiles {
+            let tile = lock(tile);
+            let Some(picture) = over.get_mut(tile.part) else {
+                continue;
+            };
+            let place = tile.job.tile();
+            pixels.clone_from(&tile.pixels);
+            if filled {
+                render::pixels_of(picture, place, &mut before);
+                let (view, renderer) = &plan.parts[tile.part];
+                let filled = renderer.fill(view, place, &Fill::Pixels(&before), &mut pixels);
+                debug_assert!(filled.is_ok(), "its own pixels");
+            }
+            render::put(picture, place, &pixels);
+        }
+        Ok(())
+    }
+
+    fn tiles(&self, tiles: &mut Vec<(usize, Tile)>) {
+        let plan = self.shared.read();
+        let screens = plan.screens().len();
+        tiles.clear();
+        tiles.extend(plan.order.iter().filter_map(|&(_, number)| {
+            let tile = lock(&self.shared.tiles[number as usize]);
+            (tile.part < screens).then(|| (tile.part, tile.job.tile()))
+        }));
+    }
+}
+
+impl<const W: usize> TileEngine<'_, '_, W>
+where
+    Simd: Runs<W>,
+{
     fn plan(
         &mut self,
         eyes: &[Observer],
@@ -374,7 +438,6 @@ where
         !plan.groups.is_empty()
     }
 
-    /// Replaces unfinished pixels and sums up the frame.
     fn finish(&mut self, rounds: u32) -> Rendered {
         let shared = self.shared;
         let plan = &mut *shared.write();
@@ -430,75 +493,6 @@ where
             first_ray,
             done,
         }
-    }
-
-    /// The share of pictures that the engine renders.
-    pub const fn share(&self) -> Share {
-        self.share
-    }
-
-    /// The [hashes](Picture::hash) of the newest frame's pictures.
-    ///
-    /// # Errors
-    /// Not enough memory.
-    pub fn hashes(&self) -> Result<Vec<u64>, RenderError> {
-        let mut pictures = self.pictures()?;
-        self.copy(&mut pictures);
-        Ok(pictures.iter().map(Picture::hash).collect())
-    }
-
-    /// Empty pictures for [`copy`](Self::copy), by screen, then eye.
-    ///
-    /// # Errors
-    /// Not enough memory.
-    pub fn pictures(&self) -> Result<Vec<Picture>, RenderError> {
-        let plan = self.shared.read();
-        let views = plan.screens().iter().map(|(view, _)| view);
-        views
-            .map(|view| Ok(Picture::new(view.columns(), view.rows())?))
-            .collect()
-    }
-
-    /// Copies the newest frame.
-    pub fn copy(&self, pictures: &mut [Picture]) {
-        for tile in &self.shared.tiles {
-            let tile = lock(tile);
-            if let Some(picture) = pictures.get_mut(tile.part) {
-                render::put(picture, tile.job.tile(), &tile.pixels);
-            }
-        }
-    }
-
-    /// Copies the newest frame over an older one: pixels that the gaze skips keep the older
-    /// colour, and both are blended at the border of the field.
-    pub fn copy_over(&self, pictures: &mut [Picture]) {
-        let plan = self.shared.read();
-        let (mut pixels, mut before) = (Vec::new(), Vec::new());
-        for tile in &self.shared.tiles {
-            let tile = lock(tile);
-            let Some(picture) = pictures.get_mut(tile.part) else {
-                continue;
-            };
-            let place = tile.job.tile();
-            pixels.clone_from(&tile.pixels);
-            render::pixels_of(picture, place, &mut before);
-            let (view, renderer) = &plan.parts[tile.part];
-            let filled = renderer.fill(view, place, &Fill::Pixels(&before), &mut pixels);
-            debug_assert!(filled.is_ok(), "its own pixels");
-            render::put(picture, place, &pixels);
-        }
-    }
-
-    /// Puts the newest frame's tiles into `tiles`, each with the number of its picture, in the
-    /// order in which they were dealt steps.
-    pub fn tiles(&self, tiles: &mut Vec<(usize, Tile)>) {
-        let plan = self.shared.read();
-        let screens = plan.screens().len();
-        tiles.clear();
-        tiles.extend(plan.order.iter().filter_map(|&(_, number)| {
-            let tile = lock(&self.shared.tiles[number as usize]);
-            (tile.part < screens).then(|| (tile.part, tile.job.tile()))
-        }));
     }
 }
 

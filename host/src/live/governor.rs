@@ -34,7 +34,7 @@ pub struct Governor {
     /// everything, and have no field to narrow.
     ladders: [Ladder; 2],
     has_gaze: bool,
-    speed: Speed,
+    pub(super) speed: Speed,
 }
 
 /// The budget and quality of a frame.
@@ -47,8 +47,6 @@ pub struct Decision {
     pub whole_fovea: bool,
     /// The rung of [`Quality::LADDER`].
     pub rung: usize,
-    /// The quality of that rung.
-    pub quality: Quality,
 }
 
 impl Decision {
@@ -57,18 +55,21 @@ impl Decision {
         steps: None,
         whole_fovea: false,
         rung: 0,
-        quality: Quality::FULL,
     };
 
     /// All of a frame of the best and of the least quality.
     pub const ENDS: [Self; 2] = [Self::whole(0), Self::whole(Quality::LADDER.len() - 1)];
+
+    /// The quality of its rung.
+    pub fn quality(&self) -> &'static Quality {
+        Quality::LADDER.get(self.rung).unwrap_or(&Quality::FULL)
+    }
 
     const fn whole(rung: usize) -> Self {
         Self {
             steps: Some(MORE_THAN_NEEDED),
             whole_fovea: false,
             rung,
-            quality: Quality::LADDER[rung],
         }
     }
 }
@@ -86,21 +87,11 @@ pub enum Allowance {
 }
 
 impl Governor {
-    /// A governor that has seen no frame. It keeps the best quality without a limit.
-    pub fn new() -> Self {
-        Self {
-            governs: true,
-            ladders: [Ladder::new(), Ladder::new()],
-            has_gaze: true,
-            speed: Speed::UNKNOWN,
-        }
-    }
-
     /// A governor that never lowers quality.
     pub fn idle() -> Self {
         Self {
             governs: false,
-            ..Self::new()
+            ..Self::default()
         }
     }
 
@@ -123,7 +114,6 @@ impl Governor {
             steps: steps.map(|steps| steps.max(least)),
             whole_fovea: is_time,
             rung,
-            quality: Quality::LADDER[rung],
         }
     }
 
@@ -195,16 +185,17 @@ impl Governor {
         self.ladder_mut().learn(decision.rung, need as f64);
         self.speed.learn(cost);
     }
-
-    /// Learns the constant cost of a frame from one of many steps and one of few.
-    pub fn compare(&mut self, many: FrameCost, few: FrameCost) {
-        self.speed.compare(many, few);
-    }
 }
 
 impl Default for Governor {
+    /// A governor that has seen no frame. It keeps the best quality without a limit.
     fn default() -> Self {
-        Self::new()
+        Self {
+            governs: true,
+            ladders: [Ladder::new(), Ladder::new()],
+            has_gaze: true,
+            speed: Speed::UNKNOWN,
+        }
     }
 }
 
@@ -213,7 +204,6 @@ mod tests {
     use super::ladder::FRAMES_TO_RISE;
     use super::*;
 
-    /// The true costs of the rungs.
     const TRUE: [f64; Quality::LADDER.len()] = [
         1.0, 0.9, 0.8, 0.6, 0.5, 0.4, 0.3, 0.2, 0.15, 0.1, 0.085, 0.07, 0.055, 0.04,
     ];
@@ -257,7 +247,7 @@ mod tests {
 
     #[test]
     fn half_of_the_need_is_met_and_quality_settles() {
-        let mut governor = Governor::new();
+        let mut governor = Governor::default();
         let (rungs, short) = play(&mut governor, 500_000, constant(1.0e6, 1_000));
         // Nothing was known of the first frame.
         assert!(short.len() <= 2, "{short:?}");
@@ -265,9 +255,9 @@ mod tests {
         assert!(changes(settled) <= 1, "{settled:?}");
         assert!(settled.iter().all(|rung| (5..=6).contains(rung)));
         // Enough steps leave quality alone, and far too few take the least.
-        let (rungs, short) = play(&mut Governor::new(), 1_200_000, constant(1.0e6, 300));
+        let (rungs, short) = play(&mut Governor::default(), 1_200_000, constant(1.0e6, 300));
         assert_eq!((short.len(), changes(&rungs), rungs[0]), (0, 0, 0));
-        let (rungs, _) = play(&mut Governor::new(), 10, constant(1.0e6, 50));
+        let (rungs, _) = play(&mut Governor::default(), 10, constant(1.0e6, 50));
         assert_eq!(rungs[49], Quality::LADDER.len() - 1);
         let (rungs, _) = play(&mut Governor::idle(), 10, constant(1.0e6, 50));
         assert!(rungs.iter().all(|&rung| rung == 0));
@@ -277,7 +267,7 @@ mod tests {
     fn needs_that_vary_make_nothing_flicker() {
         let noise = |frame: u32| (f64::from(frame) * 1.7).sin() * 0.08;
         let needs = (0..2_000).map(|frame| 1.0e6 * (1.0 + noise(frame)));
-        let (rungs, short) = play(&mut Governor::new(), 900_000, needs);
+        let (rungs, short) = play(&mut Governor::default(), 900_000, needs);
         assert!(short.len() <= 2, "{short:?}");
         assert!(changes(&rungs[100..]) <= 4, "{}", changes(&rungs[100..]));
     }
@@ -285,7 +275,7 @@ mod tests {
     #[test]
     fn quality_comes_back_rung_by_rung() {
         let needs = constant(4.0e6, 100).chain(constant(0.5e6, 500));
-        let (rungs, _) = play(&mut Governor::new(), 1_000_000, needs);
+        let (rungs, _) = play(&mut Governor::default(), 1_000_000, needs);
         assert!(rungs[99] >= 5 && rungs[599] == 0, "{rungs:?}");
         assert!(rungs.windows(2).all(|pair| pair[1] + 1 >= pair[0]));
         let rises: Vec<usize> = (1..600).filter(|&at| rungs[at] < rungs[at - 1]).collect();
@@ -296,7 +286,7 @@ mod tests {
     /// A viewer who looks in turns where a frame needs little and where it needs much.
     #[test]
     fn what_was_seen_at_a_place_is_known_when_the_gaze_returns() {
-        let mut governor = Governor::new();
+        let mut governor = Governor::default();
         let mut rungs = Vec::new();
         for turn in 0..20 {
             let is_dear = turn % 2 == 1;
@@ -313,7 +303,7 @@ mod tests {
 
     #[test]
     fn a_rung_that_did_not_fit_at_a_place_is_not_tried_there_again() {
-        let mut governor = Governor::new();
+        let mut governor = Governor::default();
         let steps = 500_000;
         let (mut short, mut rungs) = (Vec::new(), [0; 2]);
         for frame in 0..4_000_u32 {
@@ -340,7 +330,7 @@ mod tests {
 
     #[test]
     fn a_look_around_keeps_no_quality_down() {
-        let mut governor = Governor::new();
+        let mut governor = Governor::default();
         let (ahead, aside) = (Some(Vec3::NEG_Z), Some(Vec3::X));
         governor.follow(ahead);
         show(&mut governor, 13, 40_000);
@@ -364,7 +354,7 @@ mod tests {
 
     #[test]
     fn the_full_need_stays_near_what_the_best_rung_needed() {
-        let mut governor = Governor::new();
+        let mut governor = Governor::default();
         assert_eq!(governor.full_need(), 0.0);
         show(&mut governor, 0, 1_000_000);
         assert_eq!(governor.full_need(), 1.0e6);
@@ -379,7 +369,7 @@ mod tests {
 
     #[test]
     fn a_gaze_that_is_lost_and_found_has_its_quality_back() {
-        let mut governor = Governor::new();
+        let mut governor = Governor::default();
         let mut play = |gaze, need| {
             governor.follow(gaze);
             let (rungs, short) = play(&mut governor, 1_300_000, constant(need, 100));
@@ -395,7 +385,7 @@ mod tests {
 
     #[test]
     fn the_fovea_is_whole_where_time_is_too_short() {
-        let mut governor = Governor::new();
+        let mut governor = Governor::default();
         let tiny = Allowance::Time(Duration::from_micros(10));
         let last = Quality::LADDER.len() - 1;
         for (rung, need) in [(0, 1_000_000), (last, 40_000)] {
@@ -420,7 +410,7 @@ mod tests {
     /// that lowered the rate, each frame would get fewer steps than the one before.
     #[test]
     fn delays_do_not_feed_on_themselves() {
-        let mut governor = Governor::new();
+        let mut governor = Governor::default();
         let allowance = Allowance::Time(Duration::from_millis(16));
         let mut last = 0;
         for frame in 0..400u32 {

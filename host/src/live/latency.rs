@@ -1,26 +1,10 @@
 //! Latencies of each stage of a frame, from the eye's movement to the wall.
 
+use super::session::FrameRecord;
 use hdrhistogram::Histogram;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::time::Duration;
-
-/// The times of the stages of a frame, on one clock.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stamps {
-    /// The measurement of the newest sample in the frame's gaze; `None` before the first.
-    pub sample: Option<Duration>,
-    /// The arrival of its last byte.
-    pub arrive: Option<Duration>,
-    /// When the gaze was taken.
-    pub latch: Duration,
-    /// The start of the first ray.
-    pub first_ray: Duration,
-    /// The end of the last pixel.
-    pub done: Duration,
-    /// When the frame was on the walls.
-    pub present: Duration,
-}
 
 /// The way from one stage to another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -52,18 +36,20 @@ named!(Leg {
 });
 
 impl Leg {
-    /// The duration in a frame; `None` without a sample.
-    pub fn duration(self, stamps: &Stamps) -> Option<Duration> {
+    /// The duration in a frame; `None` without a sample that the gaze follows.
+    pub fn duration(self, frame: &FrameRecord) -> Option<Duration> {
+        let sample = frame.sample_us.filter(|_| frame.follows_gaze);
+        let arrive = frame.arrive_us.filter(|_| frame.follows_gaze);
         let (from, to) = match self {
-            Self::SampleToArrive => (stamps.sample?, stamps.arrive?),
-            Self::ArriveToLatch => (stamps.arrive?, stamps.latch),
-            Self::LatchToFirstRay => (stamps.latch, stamps.first_ray),
-            Self::FirstRayToDone => (stamps.first_ray, stamps.done),
-            Self::DoneToPresent => (stamps.done, stamps.present),
-            Self::ArriveToFirstRay => (stamps.arrive?, stamps.first_ray),
-            Self::MotionToWall => (stamps.sample?, stamps.present),
+            Self::SampleToArrive => (sample?, arrive?),
+            Self::ArriveToLatch => (arrive?, frame.latch_us),
+            Self::LatchToFirstRay => (frame.latch_us, frame.first_ray_us),
+            Self::FirstRayToDone => (frame.first_ray_us, frame.done_us),
+            Self::DoneToPresent => (frame.done_us, frame.present_us),
+            Self::ArriveToFirstRay => (arrive?, frame.first_ray_us),
+            Self::MotionToWall => (sample?, frame.present_us),
         };
-        Some(to.saturating_sub(from))
+        Some(Duration::from_micros(to.saturating_sub(from)))
     }
 }
 
@@ -113,9 +99,9 @@ impl Default for Latencies {
 
 impl Latencies {
     /// Records a frame.
-    pub fn record(&mut self, stamps: &Stamps) {
+    pub fn record(&mut self, frame: &FrameRecord) {
         for (leg, histogram) in Leg::ALL.into_iter().zip(&mut self.legs) {
-            if let Some(time) = leg.duration(stamps) {
+            if let Some(time) = leg.duration(frame) {
                 histogram.saturating_record(time.min(LONGEST).as_nanos() as u64);
             }
         }
@@ -172,28 +158,30 @@ impl Latencies {
 mod tests {
     use super::*;
 
-    fn stamps(frame: u64) -> Stamps {
-        let at = |microseconds: u64| Duration::from_micros(10_000 * frame + microseconds);
-        Stamps {
-            sample: Some(at(0)),
-            arrive: Some(at(1_000)),
-            latch: at(1_500),
-            first_ray: at(1_600 + frame),
-            done: at(9_000),
-            present: at(12_000),
+    fn record(frame: u64) -> FrameRecord {
+        let at = |microseconds: u64| 10_000 * frame + microseconds;
+        FrameRecord {
+            sample_us: Some(at(0)),
+            arrive_us: Some(at(1_000)),
+            latch_us: at(1_500),
+            first_ray_us: at(1_600 + frame),
+            done_us: at(9_000),
+            present_us: at(12_000),
+            follows_gaze: true,
+            ..FrameRecord::default()
         }
     }
 
     #[test]
     fn quantiles_are_within_a_thousandth() {
-        let own = |leg: Leg| leg.duration(&stamps(3)).unwrap();
+        let own = |leg: Leg| leg.duration(&record(3)).unwrap();
         let sum: Duration = Leg::ALL[..5].iter().map(|&leg| own(leg)).sum();
         assert_eq!(sum, own(Leg::MotionToWall));
         let leg = Leg::ArriveToFirstRay;
         let mut latencies = Latencies::default();
         assert_eq!(latencies.summary(leg), None);
         for frame in 0..1_000 {
-            latencies.record(&stamps(frame));
+            latencies.record(&record(frame));
         }
         let found = latencies.summary(leg).unwrap();
         let quantiles = [found.least, found.p50, found.p95, found.p99, found.most];
@@ -202,11 +190,10 @@ mod tests {
         }
         assert_eq!(found.frames, 1_000);
         // An hour counts as a minute; without a sample some legs do not count.
-        latencies.record(&Stamps {
-            sample: None,
-            arrive: None,
-            present: Duration::from_hours(1),
-            ..stamps(0)
+        latencies.record(&FrameRecord {
+            present_us: 3_600_000_000,
+            follows_gaze: false,
+            ..record(0)
         });
         assert_eq!(latencies.summary(leg), Some(found));
         let shown = latencies.summary(Leg::DoneToPresent).unwrap();

@@ -1,26 +1,28 @@
 //! The qualities of frames: what each leaves out to be in time.
 
 use crate::render::Observer;
+use schemars::JsonSchema;
+use serde::Serialize;
 use shisen_core::frame::{LevelOfDetail, MAX_DEPTH};
 use shisen_core::gaze::{VisualField, VisualFieldLimits};
 
 /// The quality of a frame. It keeps the equations of the level of detail: only their constants
 /// are smaller, and equation 10 is cut off.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Quality {
-    /// The most bounces at level 1: the paper's `Reflect_max` (eq. 9).
+    /// The most bounces at level 1: the paper's Reflect max (eq. 9).
     pub depth: u8,
-    /// The level at which the number of a mesh's faces (eq. 10) is cut off.
+    /// The level, 0 to 1, at which the number of a mesh's faces (eq. 10) is cut off.
     pub faces: f32,
     /// The reach of the visual field beyond its centre as a part of the full reach, above 0 to
     /// 1.
     pub field: f32,
     /// The radius of the centre of the field, where everything is in full, as a part of the
-    /// full radius, above 0 to 1; the [`FOVEA`] always stays inside.
+    /// full radius, above 0 to 1; 5° around the line of sight always stay inside.
     pub centre: f32,
-    /// The factor, 1 or more, by which sampling beyond the [`FOVEA`] is coarser than the eye
-    /// sees, on the slope of its acuity; from 6 on also within the fovea, which is better than
-    /// missing parts. Only where sampling follows the gaze.
+    /// The factor, 1 or more, by which sampling beyond these 5° is coarser than the eye sees, on
+    /// the slope of its acuity; from 6 on also within them, which is better than missing parts.
+    /// Only where sampling follows the gaze.
     pub sampling: f32,
     /// The part of a capture of the surroundings that a frame renews, above 0 to 1.
     pub capture: f32,

@@ -2,14 +2,11 @@
 
 mod pacing;
 mod report;
-mod shares;
 mod warm_up;
 
 use super::budget::{FrameBudget, MOST_STEPS, Table2};
 use super::engine::{Engine, Rendered};
 use super::governor::{Allowance, Decision, FrameCost, Governor};
-use super::latency::Stamps;
-use super::quality::Quality;
 use super::swap::{FrameResult, Look, Order, Purpose, SwapError, SwapLock};
 use super::tracking::{LatchedGaze, LiveTracker};
 use crate::render::{Observer, RenderError};
@@ -17,10 +14,8 @@ use glam::Vec3;
 use hdrhistogram::Histogram;
 use miette::Diagnostic;
 use pacing::Pacing;
+use report::Shares;
 pub use report::{FrameRecord, SessionReport};
-use shares::Shares;
-use shisen_core::{Runs, Simd};
-use shisen_tracker::time::Micros;
 use std::time::{Duration, Instant};
 use thiserror::Error;
 
@@ -64,6 +59,8 @@ pub enum Latch {
     Late,
 }
 
+named!(Latch { Early => "early", Late => "late" });
+
 /// Why a session ends early.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
@@ -81,19 +78,19 @@ pub enum SessionError {
     Swap(#[from] SwapError),
 }
 
-/// Receives finished frames: the display side of a session.
-pub trait Display<const W: usize> {
-    /// Puts the eyes and what follows their gaze into `eyes`, which holds those of the frame
-    /// before. Returns false where they cannot see a screen.
-    fn observe(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> bool;
+/// Puts the eyes and what follows their gaze into the list, which holds those of the frame before.
+/// Returns false where they cannot see a screen.
+pub type Observe<'a> = dyn FnMut(&Look, &mut Vec<Observer>) -> bool + 'a;
 
+/// Receives finished frames: the display side of a session.
+pub trait Display {
     /// The line of sight in the room, if the display knows better than the tracker.
     fn gaze(&mut self) -> Option<Vec3> {
         None
     }
 
     /// Shows a frame.
-    fn present(&mut self, engine: &Engine<'_, '_, W>, look: &Look, eyes: &[Observer]);
+    fn present(&mut self, _: &dyn Engine, _: &Look, _: &[Observer]) {}
 
     /// Whether to end before the first frame is shown.
     fn is_over(&mut self) -> bool {
@@ -109,16 +106,14 @@ pub trait Display<const W: usize> {
 /// # Errors
 /// The paper's budget for another scene; a frame that cannot be rendered; machines that do
 /// not keep up.
-pub fn run<const W: usize>(
-    engine: &mut Engine<'_, '_, W>,
+pub fn run(
+    engine: &mut dyn Engine,
     tracker: &LiveTracker,
     settings: &SessionSettings,
-    display: &mut dyn Display<W>,
+    observe: &mut Observe<'_>,
+    display: &mut dyn Display,
     lock: &mut dyn SwapLock,
-) -> Result<SessionReport, SessionError>
-where
-    Simd: Runs<W>,
-{
+) -> Result<SessionReport, SessionError> {
     if let (FrameBudget::Paper | FrameBudget::PaperScaled, None) = (settings.budget, settings.table)
     {
         return Err(SessionError::NotInTable(settings.budget));
@@ -134,10 +129,11 @@ where
         ..Look::from(&first)
     };
     let mut eyes = Vec::new();
-    display.observe(&first, &mut eyes);
+    observe(&first, &mut eyes);
     let period = Duration::from_secs_f64(1.0 / f64::from(settings.hz.max(1)));
     let mut session = Session {
         engine,
+        observe,
         display,
         eyes,
         settings,
@@ -145,7 +141,7 @@ where
         order: 0,
         governor: match settings.budget {
             FrameBudget::Off => Governor::idle(),
-            _ => Governor::new(),
+            _ => Governor::default(),
         },
         pacing: Pacing::new(period),
         other_time: Duration::ZERO,
@@ -164,10 +160,7 @@ where
     session.compare()?;
     session.lock.end()?;
     let (mut report, steps) = (session.report, session.steps);
-    if let Some(waits) = session.lock.waits() {
-        report.waited = Some(waits.waited.clone());
-        report.spread = Some(waits.spread.clone());
-    }
+    report.waits = session.lock.waits().cloned();
     report.median_steps = steps.map_or(0, |steps| steps.value_at_quantile(0.5));
     report.spent_share = session.spent.median();
     report.needed_share = session.needed.median();
@@ -178,17 +171,15 @@ where
 ///
 /// # Errors
 /// A machine that is silent; a frame that cannot be rendered.
-pub fn follow<const W: usize>(
-    engine: &mut Engine<'_, '_, W>,
-    display: &mut dyn Display<W>,
+pub fn follow(
+    engine: &mut dyn Engine,
+    observe: &mut Observe<'_>,
+    display: &mut dyn Display,
     lock: &mut dyn SwapLock,
-) -> Result<(), SessionError>
-where
-    Simd: Runs<W>,
-{
+) -> Result<(), SessionError> {
     let mut eyes = Vec::new();
     while let Some(order) = lock.obey()? {
-        display.observe(&order.look, &mut eyes);
+        observe(&order.look, &mut eyes);
         let (done, _) = render_order(engine, &eyes, &order)?;
         lock.gather(&done)?;
         if order.purpose == Purpose::Shown {
@@ -199,14 +190,11 @@ where
     Ok(())
 }
 
-fn render_order<const W: usize>(
-    engine: &mut Engine<'_, '_, W>,
+fn render_order(
+    engine: &mut dyn Engine,
     eyes: &[Observer],
     order: &Order,
-) -> Result<(FrameResult, Rendered), RenderError>
-where
-    Simd: Runs<W>,
-{
+) -> Result<(FrameResult, Rendered), RenderError> {
     let plain: Vec<_>;
     let mut eyes = eyes;
     if order.purpose == Purpose::Plain {
@@ -217,8 +205,10 @@ where
         plain = without_detail.collect();
         eyes = &plain;
     }
-    let quality = Quality::LADDER.get(order.rung).unwrap_or(&Quality::FULL);
-    let rendered = engine.render_frame(eyes, quality, order.steps, order.whole_fovea)?;
+    let Decision {
+        steps, whole_fovea, ..
+    } = order.decision;
+    let rendered = engine.render_frame(eyes, order.decision.quality(), steps, whole_fovea)?;
     let done = FrameResult {
         frame: order.frame,
         steps: rendered.steps,
@@ -236,9 +226,10 @@ where
     Ok((done, rendered))
 }
 
-struct Session<'s, 'e, 'c, const W: usize> {
-    engine: &'s mut Engine<'e, 'c, W>,
-    display: &'s mut dyn Display<W>,
+struct Session<'s> {
+    engine: &'s mut dyn Engine,
+    observe: &'s mut Observe<'s>,
+    display: &'s mut dyn Display,
     eyes: Vec<Observer>,
     settings: &'s SessionSettings,
     lock: &'s mut dyn SwapLock,
@@ -255,11 +246,7 @@ struct Session<'s, 'e, 'c, const W: usize> {
     rung: usize,
 }
 
-impl<const W: usize> Session<'_, '_, '_, W>
-where
-    Simd: Runs<W>,
-{
-    /// The budget of a frame on each machine.
+impl Session<'_> {
     fn allowance(&self, forward: Vec3) -> Allowance {
         let seconds = |seconds: f64| Allowance::Time(Duration::from_secs_f64(seconds));
         match (self.settings.budget, self.settings.table) {
@@ -305,23 +292,22 @@ where
     fn next(&mut self, look: &Look, decision: &Decision, purpose: Purpose) -> Order {
         let frame = self.order;
         self.order += 1;
+        let (look, decision) = (*look, *decision);
         Order {
             frame,
-            look: *look,
-            rung: decision.rung,
-            steps: decision.steps,
-            whole_fovea: decision.whole_fovea,
+            look,
+            decision,
             purpose,
         }
     }
 
-    /// Renders a frame on all machines; returns its sums and the cost on the slowest machine.
+    /// Renders a frame on all machines; returns the sums of all and the slowest one's cost.
     fn render(
         &mut self,
         look: &Look,
         decision: &Decision,
         purpose: Purpose,
-    ) -> Result<(Rendered, FrameCost), SessionError> {
+    ) -> Result<(Rendered, FrameResult, FrameCost), SessionError> {
         let begun = Instant::now();
         let order = self.next(look, decision, purpose);
         self.lock.order(&order)?;
@@ -352,13 +338,7 @@ where
             let need = self.governor.full_need();
             self.needed.record(need / steps.max(1) as f64);
         }
-        let all = &gathered.all;
-        rendered.steps = all.steps;
-        rendered.need = all.need;
-        rendered.tiles = all.tiles;
-        rendered.unfinished = all.unfinished;
-        rendered.unfinished_fovea = all.unfinished_fovea;
-        Ok((rendered, cost))
+        Ok((rendered, gathered.all, cost))
     }
 
     fn record_spent(&mut self, steps: u64, time: Duration) {
@@ -378,11 +358,14 @@ where
         };
         let order = Order {
             frame: self.order,
-            steps: None,
+            decision: Decision {
+                steps: None,
+                ..last.decision
+            },
             purpose: Purpose::Compared,
             ..last
         };
-        self.display.observe(&order.look, &mut self.eyes);
+        (self.observe)(&order.look, &mut self.eyes);
         self.lock.order(&order)?;
         let (done, _) = render_order(self.engine, &self.eyes, &order)?;
         self.report.hashes = self.lock.gather(&done)?.all.hashes;
@@ -399,7 +382,7 @@ where
             }
             let latched = tracker.latch(tracker.at(schedule.display));
             let look = Look::from(&latched.estimate).towards(self.display.gaze());
-            if !self.display.observe(&look, &mut self.eyes) {
+            if !(self.observe)(&look, &mut self.eyes) {
                 self.report.blind_frames += 1;
             }
             self.report.allowance = self.allowance(look.forward);
@@ -407,7 +390,7 @@ where
             self.governor.follow(self.gaze(&look));
             let decision = self.governor.decide(self.tracing_allowance());
             let due = self.pacing.next + self.refreshes() - 1;
-            let (rendered, _) = self.render(&look, &decision, Purpose::Shown)?;
+            let (rendered, all, _) = self.render(&look, &decision, Purpose::Shown)?;
             let shown = self.pacing.shown(rendered.done);
             sleep_until(self.pacing.at(shown));
             self.lock.swap(self.order - 1)?;
@@ -415,14 +398,29 @@ where
             let shown = self.pacing.shown_late(shown, Instant::now());
             self.display.present(self.engine, &look, &self.eyes);
             let present = Instant::now();
-            let record = self.record(
-                tracker,
-                (&latched, &look),
-                &decision,
-                &rendered,
-                (due, shown),
-                present,
+            let at = |instant| tracker.at(instant).0;
+            let (done_us, record) = (
+                at(rendered.done),
+                self.record(&latched, &look, &decision, &all),
             );
+            let took = done_us.saturating_sub(record.latch_us);
+            let record = FrameRecord {
+                due_us: at(self.pacing.at(due)),
+                due_refresh: due,
+                refresh: shown,
+                first_ray_us: at(rendered.first_ray),
+                done_us,
+                present_us: at(present),
+                late: shown > due,
+                over_time: record.budget_us.is_some_and(|budget| took > budget),
+                ..record
+            };
+            self.report.count(&record);
+            self.report.quality_changes += u64::from(record.rung != self.rung);
+            self.rung = record.rung;
+            if let Some(steps) = &mut self.steps {
+                steps.saturating_record(record.steps);
+            }
             keep_going = self.display.after(&record);
             self.pacing.advance(shown, Instant::now());
         }
@@ -430,68 +428,40 @@ where
         Ok(())
     }
 
+    /// The record of a frame without its refresh and the times after the gaze.
     fn record(
         &mut self,
-        tracker: &LiveTracker,
-        (latched, look): (&LatchedGaze, &Look),
+        latched: &LatchedGaze,
+        look: &Look,
         decision: &Decision,
-        rendered: &Rendered,
-        (due, shown): (u64, u64),
-        present: Instant,
+        all: &FrameResult,
     ) -> FrameRecord {
-        let nanos = |time: Micros| Duration::from_micros(time.0);
-        let at = |instant: Instant| nanos(tracker.at(instant));
-        let stamps = Stamps {
-            sample: latched.sample.filter(|_| latched.follows).map(nanos),
-            arrive: latched.arrive.filter(|_| latched.follows).map(nanos),
-            latch: nanos(latched.latch),
-            first_ray: at(rendered.first_ray),
-            done: at(rendered.done),
-            present: at(present),
-        };
+        self.report.samples = latched.samples;
+        self.report.passed_over_samples = latched.passed_over;
         let ranks = self.lock.share().ranks() as u64;
         let budget = match self.report.allowance {
-            Allowance::Time(time) => Some(time),
+            Allowance::Time(time) => Some(time.as_micros() as u64),
             Allowance::Unlimited | Allowance::Steps(_) => None,
         };
-        let traced = stamps.done.saturating_sub(stamps.latch);
-        let record = FrameRecord {
+        FrameRecord {
             frame: self.report.frames,
-            due_us: tracker.at(self.pacing.at(due)).0,
-            due_refresh: due,
-            refresh: shown,
             sample_us: latched.sample.map(|time| time.0),
             arrive_us: latched.arrive.map(|time| time.0),
             latch_us: latched.latch.0,
-            first_ray_us: tracker.at(rendered.first_ray).0,
-            done_us: tracker.at(rendered.done).0,
-            present_us: tracker.at(present).0,
-            late: shown > due,
             position: look.position.to_array(),
             forward: look.forward.to_array(),
             state: latched.estimate.state.name(),
             follows_gaze: latched.follows,
-            budget_us: budget.map(|time| time.as_micros() as u64),
-            over_time: budget.is_some_and(|time| traced > time),
+            budget_us: budget,
             budget_steps: decision.steps.map(|steps| steps * ranks),
-            steps: rendered.steps,
-            need_steps: rendered.need,
+            steps: all.steps,
+            need_steps: all.need,
             rung: decision.rung,
-            tiles: rendered.tiles,
-            unfinished_tiles: rendered.unfinished,
-            unfinished_fovea: rendered.unfinished_fovea,
-        };
-        let report = &mut self.report;
-        report.count(&record);
-        report.latencies.record(&stamps);
-        report.samples = latched.samples;
-        report.passed_over = latched.passed_over;
-        report.quality_changes += u64::from(decision.rung != self.rung);
-        self.rung = decision.rung;
-        if let Some(steps) = &mut self.steps {
-            steps.saturating_record(rendered.steps);
+            tiles: all.tiles,
+            unfinished_tiles: all.unfinished,
+            unfinished_fovea: all.unfinished_fovea,
+            ..FrameRecord::default()
         }
-        record
     }
 }
 

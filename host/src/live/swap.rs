@@ -12,6 +12,7 @@ pub use cluster::{Cluster, Wire};
 #[cfg(feature = "cluster")]
 pub use mpi::Mpi;
 
+use super::governor::Decision;
 use glam::Vec3;
 use hdrhistogram::Histogram;
 use shisen_core::gaze::{HeadPose, LineOfSight};
@@ -86,12 +87,8 @@ pub struct Order {
     pub frame: u64,
     /// The viewer's look.
     pub look: Look,
-    /// The rung of [`Quality::LADDER`](super::Quality::LADDER).
-    pub rung: usize,
-    /// The most steps on each machine; `None` without a limit.
-    pub steps: Option<u64>,
-    /// Whether the [`FOVEA`](super::FOVEA) is finished with more steps than that.
-    pub whole_fovea: bool,
+    /// The quality, and the budget on each machine.
+    pub decision: Decision,
     /// The frame's purpose.
     pub purpose: Purpose,
 }
@@ -181,8 +178,7 @@ pub trait SwapLock {
     }
 
     /// Sends the next order to the others.
-    fn order(&mut self, order: &Order) -> Result<(), SwapError> {
-        let _ = order;
+    fn order(&mut self, _: &Order) -> Result<(), SwapError> {
         Ok(())
     }
 
@@ -200,8 +196,7 @@ pub trait SwapLock {
     }
 
     /// Waits until all machines may show the frame.
-    fn swap(&mut self, frame: u64) -> Result<(), SwapError> {
-        let _ = frame;
+    fn swap(&mut self, _: u64) -> Result<(), SwapError> {
         Ok(())
     }
 
@@ -211,19 +206,19 @@ pub trait SwapLock {
     }
 
     /// The waits of machines for each other, for the leader; `None` with one machine.
-    fn waits(&self) -> Option<Waits<'_>> {
+    fn waits(&self) -> Option<&Waits> {
         None
     }
 }
 
 /// The waits of machines for each other: microseconds of each frame.
-#[derive(Debug, Clone, Copy)]
-pub struct Waits<'h> {
+#[derive(Debug, Clone)]
+pub struct Waits {
     /// How long the leader waited for the last of the others after it was ready.
-    pub waited: &'h Histogram<u64>,
+    pub waited: Histogram<u64>,
     /// The time between the first and the last machine to be ready, each counted from the
     /// order on its own clock.
-    pub spread: &'h Histogram<u64>,
+    pub spread: Histogram<u64>,
 }
 
 /// One machine alone.

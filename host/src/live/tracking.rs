@@ -1,7 +1,6 @@
 //! A tracker that is read while frames are rendered.
 
 mod rhythm;
-mod thinning;
 
 use crate::tracker::{Feed, FeedClock, Notice, Trouble};
 use rhythm::Rhythm;
@@ -14,7 +13,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-use thinning::Thinning;
 
 /// The pause between polls of a feed that does not wait by itself.
 const PAUSE: Duration = Duration::from_micros(100);
@@ -282,5 +280,40 @@ fn listen(
         if !is_live {
             std::thread::sleep(PAUSE);
         }
+    }
+}
+
+/// The least number of samples a second that are used of more; at most twice as many are.
+const USED: u64 = 1_000;
+
+/// The time over which the rate is measured; samples from a buffer, all at once, are no flood.
+const OVER: Micros = Micros::from_millis(250);
+
+/// Chooses which samples are used of a sensor that sends more than an estimator is made for.
+#[derive(Clone, Copy)]
+struct Thinning {
+    since: Option<Micros>,
+    counted: u64,
+    /// One sample in this many is used, by the recent rate.
+    one_of: u64,
+}
+
+impl Thinning {
+    const NEW: Self = Self {
+        since: None,
+        counted: 0,
+        one_of: 1,
+    };
+
+    /// Whether a sample is used that came at a time.
+    fn uses(&mut self, arrival: Micros) -> bool {
+        let passed = arrival.since(*self.since.get_or_insert(arrival));
+        if passed >= OVER {
+            let a_second = 1_000_000 * self.counted / passed.0;
+            self.one_of = (a_second / USED).max(1);
+            (self.since, self.counted) = (Some(arrival), 0);
+        }
+        self.counted += 1;
+        self.counted.is_multiple_of(self.one_of)
     }
 }

@@ -19,7 +19,6 @@ use std::io;
 use std::ops::Range;
 use std::path::Path;
 
-/// Columns and rows of a chart in a file of its own.
 const SIZE: (u32, u32) = (800, 500);
 
 /// Drawing units a pixel: `plotters` has whole numbers only, and steps would show.
@@ -128,7 +127,6 @@ impl Line {
     }
 }
 
-/// Largest number of an axis.
 const LARGEST: f64 = 1.0e300;
 
 /// Whether an axis can have a range: the charts' library would not end on a logarithmic axis from
@@ -320,7 +318,6 @@ impl Chart {
         area.present()
     }
 
-    /// The height of the names below the chart, in pixels.
     fn names_height(&self) -> u32 {
         if self.names == Names::Below && self.lines.len() > 1 {
             // And half of one to the edge.
@@ -330,7 +327,6 @@ impl Chart {
         }
     }
 
-    /// Draws the names below the chart, each beside a piece of its line.
     fn draw_names(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), DrawingError> {
         if self.names_height() == 0 {
             return Ok(());
@@ -429,48 +425,3 @@ impl Line {
 }
 
 type DrawingError = DrawingAreaErrorKind<io::Error>;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn chart(range: Range<f64>, logarithmic: bool, points: Vec<(f64, Option<f64>)>) -> Chart {
-        Chart {
-            title: "A chart".to_owned(),
-            x: Axis {
-                name: "x",
-                label: "along",
-                range: 0.0..4.0,
-                logarithmic: false,
-            },
-            y: Axis {
-                name: "y",
-                label: "up",
-                range,
-                logarithmic,
-            },
-            lines: vec![Line {
-                name: "one, \"two\"".to_owned(),
-                points,
-                colour: 0,
-                faint: false,
-                dots: false,
-            }],
-            names: Names::In(Corner::UpperLeft),
-            notes: Vec::new(),
-        }
-    }
-
-    fn parts(chart: &Chart) -> Vec<Vec<(f64, f64)>> {
-        chart.parts(&chart.lines[0])
-    }
-
-    #[test]
-    fn lines_are_broken_where_there_is_no_number() {
-        let x = [0.0, 1.0, 2.0, 2.5, 3.0, 3.5, 4.0];
-        let y = [1.0, 10.0, f64::NAN, 100.0, 0.0, 1.0, 1.0].map(|y| Some(y).filter(|y| *y >= 0.0));
-        let chart = chart(1.0..1.0e3, true, x.into_iter().zip(y).collect());
-        let inside = [[(0.0, 1.0), (1.0, 10.0)], [(3.5, 1.0), (4.0, 1.0)]];
-        assert_eq!(parts(&chart), inside.map(|part| part.to_vec()));
-    }
-}

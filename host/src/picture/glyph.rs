@@ -31,18 +31,3 @@ fn glyph(character: char) -> [u8; 8] {
         .or_else(|| BASIC_FONTS.get('?'))
         .unwrap_or_default()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn unknown_characters_become_question_marks() {
-        assert_eq!(glyph('床'), glyph('?'));
-        assert!(
-            ['é', 'λ', 'ゆ']
-                .iter()
-                .all(|&known| glyph(known) != glyph('?'))
-        );
-    }
-}

@@ -39,7 +39,7 @@ const HELP: [&str; 2] = [
 ];
 
 /// What a session is about.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct About {
     /// The scene.
     pub scene: String,
@@ -229,7 +229,6 @@ impl<'c> Dashboard<'c> {
         Ok(())
     }
 
-    /// The walls as an eye sees them, at half the resolution.
     fn seen(&self, rect: Rect, eye: usize, frame: &Frame) -> Result<PlaceMap, ShowError> {
         let room_from_head = frame.head.orientation.as_dquat();
         let place = frame.eyes.get(eye).map_or(DVec3::ZERO, |eye| eye.place);
@@ -249,7 +248,6 @@ impl Frame {
         self.record.forward.into()
     }
 
-    /// An eye's view of a screen; `None` where it does not see it.
     fn view_of(&self, cave: &Cave, screen: usize, eye: usize) -> Option<shisen_core::frame::View> {
         let screen = cave.screens().nth(screen)?;
         render::view(screen, self.eyes.get(eye)?).ok()

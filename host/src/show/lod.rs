@@ -1,17 +1,18 @@
 //! The effect of the level of detail on a screen: numbers and pictures.
 
-mod outside;
 mod pictures;
 
-pub use outside::OutsideDifference;
 pub use pictures::{difference, levels, polygons, sampling};
 
+use crate::picture::{Picture, srgb_from_linear};
+use schemars::JsonSchema;
+use serde::Serialize;
 use shisen_core::frame::{LevelOfDetail, View};
 use shisen_core::gaze::Detail;
 
 /// The shares of a screen's pixels by zone, and their mean detail. On a dome only pixels inside
 /// the rim count.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Coverage {
     /// The share of pixels of level 1.
     pub central: f64,
@@ -50,6 +51,47 @@ impl Coverage {
             mean_level: sum.mean_level * share,
             mean_bounces: sum.mean_bounces * share,
         }
+    }
+}
+
+/// The error of pictures where the gaze skips rays, in the codes that a display shows, summed
+/// over all pictures of a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct OutsideDifference {
+    squares: f64,
+    pixels: u64,
+}
+
+impl OutsideDifference {
+    /// Compares the pixels of a view outside the visual field with those of full tracing.
+    pub fn add(&mut self, view: &View, lod: &LevelOfDetail, found: &Picture, full: &Picture) {
+        for (x, y) in seen(view).filter(|&(x, y)| level(view, lod, x, y) == 0.0) {
+            let (Some(found), Some(full)) = (found.pixel(x, y), full.pixel(x, y)) else {
+                continue;
+            };
+            for channel in 0..3 {
+                let [a, b] = [found, full].map(|p| f64::from(srgb_from_linear(p[channel])));
+                self.squares += (a - b) * (a - b) / 3.0;
+            }
+            self.pixels += 1;
+        }
+    }
+
+    /// The number of pixels outside the visual field.
+    pub const fn pixels(&self) -> u64 {
+        self.pixels
+    }
+
+    /// The root mean square error in codes, 0 to 255; `None` where no pixel is outside.
+    pub fn root_mean_square(&self) -> Option<f64> {
+        (self.pixels > 0).then(|| libm::sqrt(self.squares / self.pixels as f64))
+    }
+
+    /// The peak signal-to-noise ratio, decibels; `None` where no pixel is outside or none
+    /// differs.
+    pub fn psnr(&self) -> Option<f64> {
+        let error = self.root_mean_square().filter(|&error| error > 0.0)?;
+        Some(20.0 * libm::log10(255.0 / error))
     }
 }
 

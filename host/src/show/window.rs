@@ -69,48 +69,41 @@ pub enum Event {
     Closed,
 }
 
-/// Why a window does not open, or has gone.
+/// Why a window does not open, or has gone, and what to do.
 #[derive(Debug, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum WindowError {
-    /// No X server accepts the connection.
-    #[error("there is no window: {}", connection_text(.0))]
-    #[diagnostic(help(
-        "set DISPLAY to that of an X server, such as :0 (Xvfb is one without a screen), or take \
-         --view png, which writes the frames to files"
-    ))]
-    NoServer(Box<ConnectError>),
-    /// A screen of this depth, whose pixels are not eight bits of red, green and blue.
-    #[error("there is no window: the X server's screen has {0} bits a pixel, not 24")]
-    #[diagnostic(help(
-        "start the server with 24 (Xvfb :99 -screen 0 1280x1024x24), or take --view png"
-    ))]
-    Depth(u8),
-    /// A server that accepts the connection and does not answer.
-    #[error("there is no window: the X server does not answer for {ANSWER_SECONDS} s")]
-    #[diagnostic(help(
-        "restart the server, set DISPLAY to that of another, or take --view png, which writes the \
-         frames to files"
-    ))]
-    Silent,
-    /// A server that has gone, with the protocol library's message.
-    #[error("the window system has gone: {0}")]
-    Gone(String),
+#[error("{message}")]
+pub struct WindowError {
+    message: String,
+    #[help]
+    help: Option<&'static str>,
 }
 
-fn connection_text(reason: &ConnectError) -> String {
-    match reason {
-        ConnectError::DisplayParsingError(_) => match std::env::var_os("DISPLAY") {
-            Some(name) => format!("DISPLAY is {}, which names no X server", name.display()),
-            None => "DISPLAY is not set".to_owned(),
-        },
-        other => format!("the X server cannot be reached ({other})"),
+impl WindowError {
+    fn no_window(reason: &str, help: &'static str) -> Self {
+        let (message, help) = (format!("there is no window: {reason}"), Some(help));
+        Self { message, help }
+    }
+
+    fn gone(reason: &str) -> Self {
+        let (message, help) = (format!("the window system has gone: {reason}"), None);
+        Self { message, help }
     }
 }
 
 impl From<ConnectError> for WindowError {
     fn from(reason: ConnectError) -> Self {
-        Self::NoServer(Box::new(reason))
+        let text = match reason {
+            ConnectError::DisplayParsingError(_) => match std::env::var_os("DISPLAY") {
+                Some(name) => format!("DISPLAY is {}, which names no X server", name.display()),
+                None => "DISPLAY is not set".to_owned(),
+            },
+            other => format!("the X server cannot be reached ({other})"),
+        };
+        Self::no_window(
+            &text,
+            "set DISPLAY to that of an X server, such as :0 (Xvfb is one without a screen), or take \
+             --view png, which writes the frames to files",
+        )
     }
 }
 
@@ -119,7 +112,7 @@ macro_rules! gone {
     ($($error:ty),*) => {
         $(impl From<$error> for WindowError {
             fn from(reason: $error) -> Self {
-                Self::Gone(reason.to_string())
+                Self::gone(&reason.to_string())
             }
         })*
     };
@@ -127,7 +120,6 @@ macro_rules! gone {
 
 gone!(ConnectionError, ReplyError, ReplyOrIdError);
 
-/// The longest wait for a server, seconds.
 const ANSWER_SECONDS: u64 = 5;
 
 /// The symbol of Escape; those of letters are their codes.
@@ -149,14 +141,17 @@ impl Window {
                 // Fails where the wait has ended.
                 let _ = send.send(Self::on_server(&title, size));
             })
-            .map_err(|error| WindowError::Gone(error.to_string()))?;
+            .map_err(|error| WindowError::gone(&error.to_string()))?;
         match receive.recv_timeout(Duration::from_secs(ANSWER_SECONDS)) {
             Ok(window) => window,
-            Err(_) => Err(WindowError::Silent),
+            Err(_) => Err(WindowError::no_window(
+                &format!("the X server does not answer for {ANSWER_SECONDS} s"),
+                "restart the server, set DISPLAY to that of another, or take --view png, which \
+                 writes the frames to files",
+            )),
         }
     }
 
-    /// As [`open`](Self::open), without a limit of time.
     fn on_server(title: &str, [width, height]: [u32; 2]) -> Result<Self, WindowError> {
         let (connection, number) = x11rb::connect(None)?;
         let setup = connection.setup();
@@ -307,7 +302,7 @@ impl Window {
 
 /// Returns the root window and the depth of a screen whose pixels are 0xRRGGBB in four bytes.
 fn screen(setup: &Setup, number: usize) -> Result<(u32, u8), WindowError> {
-    let gone = || WindowError::Gone(format!("it has no screen {number}"));
+    let gone = || WindowError::gone(&format!("it has no screen {number}"));
     let screen = setup.roots.get(number).ok_or_else(gone)?;
     let depth = screen.root_depth;
     let visuals = screen.allowed_depths.iter().flat_map(|one| &one.visuals);
@@ -321,7 +316,10 @@ fn screen(setup: &Setup, number: usize) -> Result<(u32, u8), WindowError> {
     if ours && words {
         Ok((screen.root, depth))
     } else {
-        Err(WindowError::Depth(depth))
+        Err(WindowError::no_window(
+            &format!("the X server's screen has {depth} bits a pixel, not 24"),
+            "start the server with 24 (Xvfb :99 -screen 0 1280x1024x24), or take --view png",
+        ))
     }
 }
 

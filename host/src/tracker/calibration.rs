@@ -23,7 +23,7 @@
 //! ```
 //!
 //! The calibration is fitted to the targets whenever the file is read. The numbers of left,
-//! right and combined are those of [`Measured`].
+//! right and combined are those of [`Measured`](shisen_tracker::estimate::Measured).
 
 mod estimation;
 mod gather;
@@ -34,19 +34,19 @@ pub use gather::{Gatherer, SETTLE};
 
 use super::hid::usb_id;
 use super::protocol::ProtocolSpec;
-use super::spec::{HidName, Spec};
+use super::spec::{HidName, Spec, TrackerKind};
 use crate::files::Fault;
-use crate::files::description::{Located, Source};
+use crate::files::description::{FileError, Located, Source, read_description};
 use glam::{Quat, Vec2, Vec3};
 use miette::Diagnostic;
 use serde::Deserialize;
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::estimate::{
-    Calibration, CalibrationError, EstimatorConfig, EstimatorConfigError, Measured, Model,
-    RoomFromTracker, Screen, Target,
+    Calibration, CalibrationError, EstimatorConfig, EstimatorConfigError, Model, RoomFromTracker,
+    Screen, Target,
 };
 use std::fmt::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use thiserror::Error;
 use toml::Spanned;
 
@@ -55,43 +55,14 @@ const SYNTAX: &str = "a calibration file has device, model, head, [room_from_tra
                       [[target]] (direction, and of left, right and combined what the tracker \
                       says); all of them are optional";
 
-/// An impossible screen or place of the tracker.
 fn misplaced(reason: EstimatorConfigError) -> Fault {
     let help = "lengths are metres, in the room: +X right, +Y up, −Z ahead";
     Fault::new(reason.to_string(), help)
 }
 
-/// A place of a target that is not finite.
 fn nowhere() -> Fault {
     let help = "give three numbers, or leave it out: it is for people";
     Fault::new("a target's place is not finite", help)
-}
-
-/// Why a calibration cannot be used.
-#[derive(Debug, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum CalibrationFileError {
-    /// The file could not be read.
-    #[error("cannot read the calibration in {}: {}", .0.display(), .1)]
-    #[diagnostic(help("give the path of a file that `shisen tracker calibrate` wrote"))]
-    Read(PathBuf, std::io::Error),
-    /// A fault in the file.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Fault(#[from] Located<Fault>),
-    /// A calibration of another device.
-    #[error("{} is the calibration of {calibrated}, and this is {found}", path.display())]
-    #[diagnostic(help(
-        "give the file that `shisen tracker calibrate` wrote for this device, or calibrate it"
-    ))]
-    Device {
-        /// The file.
-        path: PathBuf,
-        /// The file's device.
-        calibrated: String,
-        /// The device that is there.
-        found: String,
-    },
 }
 
 /// Targets that make no calibration of an eye.
@@ -124,7 +95,6 @@ pub struct SeenTarget {
 }
 
 impl SeenTarget {
-    /// What an eye's calibration is fitted to.
     fn target(&self, eye: usize) -> Option<Target> {
         self.measured[eye].map(|measured| Target {
             measured,
@@ -132,7 +102,6 @@ impl SeenTarget {
         })
     }
 
-    /// Whether the place is not finite.
     fn is_nowhere(&self) -> bool {
         self.place.is_some_and(|place| !place.is_finite())
     }
@@ -156,7 +125,6 @@ pub struct CalibrationFile {
 }
 
 impl Default for CalibrationFile {
-    /// A file that says nothing.
     fn default() -> Self {
         Self {
             device: None,
@@ -180,7 +148,6 @@ pub const fn model_name(model: Model) -> &'static str {
     }
 }
 
-/// The text of a file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Entry {
@@ -236,9 +203,9 @@ impl CalibrationFile {
     ///
     /// # Errors
     /// A file that cannot be read, or as [`from_toml`](Self::from_toml).
-    pub fn load(path: &Path) -> Result<Self, CalibrationFileError> {
-        let text = crate::files::read_text(path);
-        let text = text.map_err(|reason| CalibrationFileError::Read(path.into(), reason))?;
+    pub fn load(path: &Path) -> Result<Self, FileError<Fault>> {
+        let help = "give the path of a file that `shisen tracker calibrate` wrote";
+        let text = read_description(path, "the calibration", help)?;
         Ok(Self::from_toml(&text, &path.to_string_lossy())?)
     }
 
@@ -386,14 +353,9 @@ impl CalibrationFile {
         writeln!(to, "model = {:?}", model_name(self.model))?;
         writeln!(to, "head = {:?}", self.head.to_array())?;
         for (eye, fit) in EYES.into_iter().zip(fits) {
-            if let Some(fit) = fit {
-                let residual = fit.residual();
-                writeln!(
-                    to,
-                    "# {eye}: {:.3}° rms, {:.3}° at most",
-                    residual.rms.to_degrees(),
-                    residual.largest.to_degrees()
-                )?;
+            if let Some(residual) = fit.as_ref().map(Calibration::residual) {
+                let [rms, largest] = [residual.rms, residual.largest].map(f32::to_degrees);
+                writeln!(to, "# {eye}: {rms:.3}° rms, {largest:.3}° at most")?;
             }
         }
         if let Some(room) = self.room_from_tracker {
@@ -418,8 +380,7 @@ impl CalibrationFile {
                 writeln!(to, "samples = {samples}")?;
             }
             let residuals = self.residuals(fits, seen);
-            for (eye, (measured, off)) in EYES.into_iter().zip(seen.measured.iter().zip(residuals))
-            {
+            for (eye, (measured, off)) in EYES.iter().zip(seen.measured.iter().zip(residuals)) {
                 if let Some((measured, off)) = measured.zip(off) {
                     let off = off.to_degrees();
                     writeln!(to, "{eye} = {:?} # {off:.3}° off", measured.to_array())?;
@@ -432,17 +393,13 @@ impl CalibrationFile {
 
 /// A device's name in calibration files: protocol or USB id; `None` for a recording.
 pub fn device_name(spec: &Spec) -> Option<String> {
-    match spec {
-        Spec::Mock(mock) => {
-            let protocol = mock.protocol.as_ref();
-            Some(protocol.map_or("mock", ProtocolSpec::name).into())
-        }
-        Spec::Serial(serial) => Some(serial.protocol.name().into()),
-        Spec::Hid(hid) => {
+    match &spec.kind {
+        TrackerKind::Hid(hid) => {
             let on_usb = usb_id(&hid.name).map(|(vendor, product)| HidName::Id(vendor, product));
             Some(format!("hid:{}", on_usb.as_ref().unwrap_or(&hid.name)))
         }
-        Spec::Replay(_) => None,
+        TrackerKind::Replay(_) => None,
+        _ => Some(spec.protocol().map_or("mock", ProtocolSpec::name).into()),
     }
 }
 
@@ -466,16 +423,17 @@ impl Calibrated {
     ///
     /// # Errors
     /// As [`CalibrationFile::load`], and a calibration of another device.
-    pub fn load(path: &Path, spec: &Spec) -> Result<Self, CalibrationFileError> {
+    pub fn load(path: &Path, spec: &Spec) -> Result<Self, FileError<Fault>> {
         let file = CalibrationFile::load(path)?;
         if let (Some(calibrated), Some(found)) = (&file.device, device_name(spec))
             && *calibrated != found
         {
-            return Err(CalibrationFileError::Device {
-                path: path.to_owned(),
-                calibrated: calibrated.clone(),
-                found,
-            });
+            let message = format!("it is the calibration of {calibrated}, and this is {found}");
+            let help = "give the file that `shisen tracker calibrate` wrote for this device, or \
+                        calibrate it";
+            let (name, text) = (&path.to_string_lossy(), "");
+            let fault = Fault::new(message, help);
+            return Err(Located::new(fault, &Source { name, text }, None).into());
         }
         Ok(file.into())
     }
@@ -487,14 +445,4 @@ impl Calibrated {
             ..HeadPose::IDENTITY
         }
     }
-}
-
-/// The measurements of left, right and combined in a sample.
-fn measured(
-    config: &EstimatorConfig,
-    sample: &shisen_tracker::sample::Sample,
-    head: &HeadPose,
-) -> [Option<Vec2>; 3] {
-    let measured = Measured::of(config, sample, head);
-    [measured.left, measured.right, measured.combined]
 }

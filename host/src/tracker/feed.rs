@@ -1,14 +1,15 @@
 //! The events of a tracker of any kind.
 
-use super::live::{DeviceSpec, Live};
+use super::live::Live;
 use super::notice::Notice;
 use super::protocol::ProtocolSpec;
 use super::recording::Recording;
 use super::script::{read_script, scripted};
-use super::spec::{MockSpec, Spec};
+use super::spec::{MockSpec, Spec, TrackerKind};
 use crate::files::Fault;
 use shisen_tracker::decoder::{Counts, Decoder, Event};
 use shisen_tracker::mock::{Line, Source, Tracker, TrackerConfig, Viewer, ViewerConfig};
+use shisen_tracker::protocol::Protocol;
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::collections::VecDeque;
@@ -45,14 +46,11 @@ enum Kind {
     Live(Box<Live>),
 }
 
-/// A recording that is played.
 struct Replay {
-    /// Events, each with the counts when it came.
     events: VecDeque<(Event, Counts)>,
     counts: Counts,
     /// When the last sample came, or the first will.
     last: Micros,
-    /// Whether the pause before the next sample was reported.
     pause_reported: bool,
 }
 
@@ -100,7 +98,7 @@ impl Replay {
 pub fn simulated(spec: &MockSpec) -> Result<Tracker<'static>, Fault> {
     let config = TrackerConfig {
         rate: spec.rate,
-        latency: spec.delay(),
+        latency: spec.delay,
         ..TrackerConfig::default()
     };
     let mut moves = ViewerConfig::default();
@@ -131,12 +129,8 @@ impl Feed {
     /// # Errors
     /// A device that cannot be opened, and a file that is no recording.
     pub fn open(spec: &Spec) -> Result<Self, Fault> {
-        let live = |spec| match Live::open(spec) {
-            Ok(live) => Ok(Kind::Live(Box::new(live))),
-            Err(error) => Err(Fault::of(&error)),
-        };
-        let kind = match spec {
-            Spec::Mock(spec) => {
+        let kind = match &spec.kind {
+            TrackerKind::Mock(spec) => {
                 let tracker = simulated(spec)?;
                 match spec.protocol.as_ref().and_then(|p| Some((p, p.decoder()?))) {
                     Some((protocol, decoder)) => {
@@ -146,9 +140,11 @@ impl Feed {
                     None => Kind::Samples(Box::new(tracker), Counts::new()),
                 }
             }
-            Spec::Replay(spec) => Kind::Replay(Replay::new(Recording::read(&spec.path)?)),
-            Spec::Serial(spec) => live(DeviceSpec::Serial(Box::new(spec.clone())))?,
-            Spec::Hid(spec) => live(DeviceSpec::Hid(Box::new(spec.clone())))?,
+            TrackerKind::Replay(path) => Kind::Replay(Replay::new(Recording::read(path)?)),
+            device => {
+                let live = Live::open(device.clone()).map_err(|error| Fault::of(&error))?;
+                Kind::Live(Box::new(live))
+            }
         };
         let begin = match &kind {
             Kind::Replay(replay) => replay.last,
@@ -230,15 +226,8 @@ impl Feed {
 
     /// What the tracker measures, by its protocol or by what was recorded.
     pub fn senses(&self, spec: &Spec) -> Senses {
-        let of = |spec: Option<&ProtocolSpec>| Senses {
-            head: spec.is_none_or(|spec| spec.protocol().has_head()),
-            eyes: spec.is_none_or(|spec| spec.protocol().has_eyes()),
-        };
-        match (spec, &self.kind) {
-            (Spec::Mock(spec), _) => of(spec.protocol.as_ref()),
-            (Spec::Serial(spec), _) => of(Some(&spec.protocol)),
-            (_, Kind::Live(live)) => of(live.protocol()),
-            (_, Kind::Replay(replay)) => {
+        match &self.kind {
+            Kind::Replay(replay) => {
                 let any = |has: fn(&Sample) -> bool| {
                     let mut events = replay.events.iter();
                     events.any(|(event, _)| matches!(event, Event::Sample(sample) if has(sample)))
@@ -251,7 +240,13 @@ impl Feed {
                     }),
                 }
             }
-            _ => of(None),
+            _ => {
+                let protocol = spec.protocol().map(ProtocolSpec::protocol);
+                Senses {
+                    head: protocol.is_none_or(Protocol::has_head),
+                    eyes: protocol.is_none_or(Protocol::has_eyes),
+                }
+            }
         }
     }
 }

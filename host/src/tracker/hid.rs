@@ -1,14 +1,13 @@
 //! Human interface devices: which one a name means, and what an eye tracker says of itself.
 
+use super::live::{Plugged, Port};
 use super::notice::{Features, LiveError};
-use super::port::{Plugged, Port};
 use super::spec::{HidName, HidSpec};
 use shisen_tracker::head::osvr_hdk;
 use shisen_tracker::hid::device::{Device, Found, devices};
 use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, Mode, ReportError};
 use std::io;
 
-/// Asks an eye tracker for its feature reports.
 fn read_features(device: &mut Device, tracker: &EyeTracker) -> Features {
     let mut unread = Vec::new();
     let [capabilities, configuration, status, _] = tracker.feature_reports();

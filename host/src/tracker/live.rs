@@ -2,11 +2,11 @@
 
 use super::hid;
 use super::notice::{Features, LiveError, Notice, Trouble};
-use super::port::{Plugged, Port, open_serial};
-use super::protocol::ProtocolSpec;
-use super::spec::{HidSpec, SerialSpec};
+use super::spec::{SerialSpec, TrackerKind};
 use shisen_tracker::command::{Action, Failure, Script, Session, SettingUp, Watch};
 use shisen_tracker::decoder::{Counts, Decoder, Event};
+use shisen_tracker::hid::device::Device;
+use shisen_tracker::serial::Serial;
 use shisen_tracker::time::Micros;
 use std::io;
 use std::time::Instant;
@@ -29,29 +29,6 @@ const LEAST_RESTART: Micros = Micros::from_millis(1_000);
 /// How long a device that is plugged in again may refuse to open before that is reported.
 const REFUSAL_GRACE: Micros = Micros::from_millis(300);
 
-/// Which device to open.
-#[derive(Clone)]
-pub(super) enum DeviceSpec {
-    Serial(Box<SerialSpec>),
-    Hid(Box<HidSpec>),
-}
-
-impl DeviceSpec {
-    fn serial(&self) -> Option<&SerialSpec> {
-        match self {
-            Self::Serial(spec) => Some(spec),
-            Self::Hid(_) => None,
-        }
-    }
-
-    fn plug(&self) -> Result<Plugged, LiveError> {
-        match self {
-            Self::Serial(spec) => open_serial(spec),
-            Self::Hid(spec) => hid::plug(spec),
-        }
-    }
-}
-
 /// Why a device does not open again, and since when.
 struct Refusal {
     reason: String,
@@ -59,15 +36,12 @@ struct Refusal {
     reported: bool,
 }
 
-/// A device, or the search for it.
 pub(super) struct Live {
-    spec: DeviceSpec,
+    spec: TrackerKind,
     port: Option<Port>,
-    /// The device's path, or its last one.
     path: String,
     /// A new one each time that the device is plugged in: its description may change.
     decoder: Box<dyn Decoder + Send>,
-    /// The counts of the decoders before.
     before: Counts,
     /// What an eye tracker said of itself, until that is reported.
     features: Option<Features>,
@@ -82,25 +56,22 @@ pub(super) struct Live {
     refusal: Option<Refusal>,
     /// Samples are held back until this is over.
     setting_up: SettingUp,
-    /// When a silent device is set up again.
     repeat_at: Micros,
     /// When the device was told to restart, while it is waited for.
     resets_since: Option<Micros>,
     /// The device was set up again: a further failure was reported before.
     again: bool,
-    /// Samples that came before the device was set up.
     held_back: u64,
 }
 
 impl Live {
-    pub(super) fn open(spec: DeviceSpec) -> Result<Self, LiveError> {
-        let plugged = spec.plug()?;
+    pub(super) fn open(spec: TrackerKind) -> Result<Self, LiveError> {
+        let plugged = plug(&spec)?;
         Ok(Self::new(spec, plugged, Micros(0)))
     }
 
-    /// A device that was plugged in `now`.
-    fn new(spec: DeviceSpec, plugged: Plugged, now: Micros) -> Self {
-        let serial = spec.serial();
+    fn new(spec: TrackerKind, plugged: Plugged, now: Micros) -> Self {
+        let serial = serial(&spec);
         let watch = serial.map_or_else(Watch::of_reports, |_| Watch::new());
         let resets_since = serial.filter(|spec| spec.reset).map(|_| now);
         let longer = reset_time(serial).after(speed_time(serial));
@@ -135,11 +106,6 @@ impl Live {
         self.held_back
     }
 
-    pub(super) fn protocol(&self) -> Option<&ProtocolSpec> {
-        self.spec.serial().map(|spec| &spec.protocol)
-    }
-
-    /// Whether the device is silent because it restarts.
     pub(super) fn is_resetting(&self) -> bool {
         self.resets_since.is_some() && self.session.is_some()
     }
@@ -153,7 +119,7 @@ impl Live {
                 sink(Notice::Described(Box::new(features)));
             }
             if self.is_resetting() {
-                sink(Notice::Restarting(reset_time(self.spec.serial())));
+                sink(Notice::Restarting(reset_time(serial(&self.spec))));
             }
         }
         if self.port.is_none() {
@@ -227,7 +193,7 @@ impl Live {
                 *held_back += 1;
             }
         });
-        if is_back && let Some(spec) = self.spec.serial() {
+        if is_back && let Some(spec) = serial(&self.spec) {
             self.session = Some(Session::new(spec.protocol.start(false)));
             self.resets_since = None;
             self.setting_up = SettingUp::since(now, Micros(0));
@@ -274,8 +240,7 @@ impl Live {
 
     /// Sets a silent device up again, at its first speed and without a reset.
     fn repeat_setup(&mut self, now: Micros) -> io::Result<()> {
-        let (DeviceSpec::Serial(spec), Some(Port::Serial(port))) = (&self.spec, &mut self.port)
-        else {
+        let (Some(spec), Some(Port::Serial(port))) = (serial(&self.spec), &mut self.port) else {
             return Ok(());
         };
         if self.session.is_some() || now < self.repeat_at {
@@ -297,7 +262,7 @@ impl Live {
             std::thread::sleep(std::time::Duration::from_millis(2));
             return;
         }
-        match self.spec.plug() {
+        match plug(&self.spec) {
             Ok(plugged) => {
                 let mut next = Self::new(self.spec.clone(), plugged, now);
                 next.before = self.counts();
@@ -340,7 +305,7 @@ impl Live {
 impl Drop for Live {
     /// Stops a device that is to be left silent, as far as its line still takes a word.
     fn drop(&mut self) {
-        if let (DeviceSpec::Serial(spec), Some(Port::Serial(port))) = (&self.spec, &mut self.port)
+        if let (Some(spec), Some(Port::Serial(port))) = (serial(&self.spec), &mut self.port)
             && spec.stop
         {
             let mut session = Session::new(spec.protocol.protocol().stop());
@@ -353,6 +318,74 @@ impl Drop for Live {
     }
 }
 
+pub(super) enum Port {
+    Serial(Serial),
+    Hid(Device),
+}
+
+impl Port {
+    /// Reads what comes within 2 ms; returns how many bytes.
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self {
+            Self::Serial(port) => port.read(buffer),
+            Self::Hid(device) => device.read(buffer),
+        }
+    }
+}
+
+pub(super) struct Plugged {
+    pub(super) port: Port,
+    pub(super) path: String,
+    pub(super) decoder: Box<dyn Decoder + Send>,
+    /// What an eye tracker said of itself when it was opened.
+    pub(super) features: Option<Features>,
+}
+
+fn open_serial(spec: &SerialSpec) -> Result<Plugged, LiveError> {
+    let refused = |reason| LiveError::Open(spec.path.clone(), reason);
+    let mut port = Serial::open(&spec.path, spec.baud).map_err(refused)?;
+    set_rts(spec, |high| port.set_rts(high)).map_err(refused)?;
+    let decoder = spec.protocol.decoder();
+    Ok(Plugged {
+        port: Port::Serial(port),
+        path: spec.path.clone(),
+        decoder: decoder.ok_or_else(|| refused(io::ErrorKind::Unsupported.into()))?,
+        features: None,
+    })
+}
+
+/// Sets a line's RTS; a port without RTS is an error only where the specification asks for it.
+fn set_rts(spec: &SerialSpec, mut set: impl FnMut(bool) -> io::Result<()>) -> io::Result<()> {
+    if let Some(high) = spec.rts {
+        return set(high).map_err(|reason| {
+            let text = format!("its RTS cannot be set ({reason}); leave rts out");
+            io::Error::new(reason.kind(), text)
+        });
+    }
+    if let Some(high) = spec.protocol.protocol().rts() {
+        let _ = set(high);
+    }
+    Ok(())
+}
+
+fn plug(spec: &TrackerKind) -> Result<Plugged, LiveError> {
+    match spec {
+        TrackerKind::Serial(spec) => open_serial(spec),
+        TrackerKind::Hid(spec) => hid::plug(spec),
+        _ => Err(LiveError::Open(
+            String::new(),
+            io::ErrorKind::Unsupported.into(),
+        )),
+    }
+}
+
+const fn serial(spec: &TrackerKind) -> Option<&SerialSpec> {
+    match spec {
+        TrackerKind::Serial(spec) => Some(spec),
+        _ => None,
+    }
+}
+
 /// The first script of a session: a change of the line's speed, or else the set-up.
 fn first_script(spec: &SerialSpec, reset: bool) -> Script {
     let protocol = spec.protocol.protocol();
@@ -360,7 +393,6 @@ fn first_script(spec: &SerialSpec, reset: bool) -> Script {
     change.unwrap_or_else(|| spec.protocol.start(reset))
 }
 
-/// The set-up after a change of the line's speed.
 fn script_after(spec: &SerialSpec) -> Option<Script> {
     spec.speed.map(|_| spec.protocol.start(false))
 }
@@ -371,7 +403,6 @@ fn speed_time(spec: Option<&SerialSpec>) -> Micros {
     change.map_or(Micros(0), |_| CHANGING_SPEED)
 }
 
-/// How long a device is silent because it restarts.
 fn reset_time(spec: Option<&SerialSpec>) -> Micros {
     spec.map_or(Micros(0), |spec| {
         spec.protocol.start(spec.reset).once_only_time()

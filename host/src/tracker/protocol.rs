@@ -54,7 +54,6 @@ impl ProtocolSpec {
         })
     }
 
-    /// Takes its settings out of the options.
     pub(super) fn set(&mut self, options: &mut Options<'_>) -> Result<(), Fault> {
         settings::set(&mut self.protocol, &mut self.asked, options)
     }

@@ -101,7 +101,6 @@ enum Output {
 }
 
 impl Output {
-    /// Empties the file and starts to write it.
     fn begin(file: File, is_table: bool) -> io::Result<Self> {
         file.set_len(0)?;
         if !is_table {

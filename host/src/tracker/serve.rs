@@ -6,26 +6,8 @@ use shisen_tracker::mock::{Device, Line, Source};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::cell::Cell;
-use std::fmt;
 use std::io;
 use std::time::{Duration, Instant};
-
-/// When the device starts to send.
-pub enum Begin<'a> {
-    /// At once, whether or not anybody reads.
-    AtOnce,
-    /// When a reader has opened the line and is done with set-up: it has told the device what
-    /// to send, has asked for [`POLLED`] records one by one, or has been silent for
-    /// [`SILENT`] ([`SETTLED`] for a device that takes no commands). The function is called
-    /// with every state that the line reaches.
-    WithReader(&'a mut dyn FnMut(LineState)),
-}
-
-impl fmt::Debug for Begin<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Begin").finish_non_exhaustive()
-    }
-}
 
 /// The state of a line that waits for a reader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,37 +42,36 @@ pub struct Progress {
 
 /// Serves a line from a source of samples in real time, as long as `keep_going` returns true.
 ///
+/// The device sends at once, or with `reached` when a reader has opened the line and is done with
+/// set-up: it has told the device what to send, has asked for [`POLLED`] records one by one, or has
+/// been silent for [`SILENT`] ([`SETTLED`] for a device that takes no commands). `reached` is called
+/// with every state that the line reaches.
+///
 /// # Errors
 /// Errors of the line.
 pub fn serve(
     pty: &mut Pty,
     source: impl Source<Item = Sample>,
     protocol: &ProtocolSpec,
-    begin: Begin<'_>,
+    reached: Option<&mut dyn FnMut(LineState)>,
     keep_going: &mut dyn FnMut(Progress) -> bool,
 ) -> io::Result<()> {
-    let begun = Cell::new(None);
+    let begun = Cell::new(reached.is_none().then_some(Micros(0)));
     let source = DelayedSource {
         source,
         begun: &begun,
     };
     let mut line = Line::of(source, protocol.device());
-    let mut reader = match begin {
-        Begin::AtOnce => {
-            begun.set(Some(Micros(0)));
-            None
+    let mut reader = reached.map(|reached| {
+        pty.release();
+        reached(LineState::NoReader);
+        Reader {
+            is_told: protocol.is_told(),
+            reached,
+            since: None,
+            heard: None,
         }
-        Begin::WithReader(reached) => {
-            pty.release();
-            reached(LineState::NoReader);
-            Some(Reader {
-                is_told: protocol.is_told(),
-                reached,
-                since: None,
-                heard: None,
-            })
-        }
-    };
+    });
     let start = Instant::now();
     let mut sent = 0;
     loop {
@@ -140,12 +121,10 @@ impl<S: Source<Item = Sample>> Source for DelayedSource<'_, S> {
 
 /// The reader of a line whose device does not send yet.
 struct Reader<'a> {
-    /// Whether the device takes commands.
     is_told: bool,
     reached: &'a mut dyn FnMut(LineState),
     /// When the reader came, or the device last restarted.
     since: Option<Micros>,
-    /// When the reader last sent something.
     heard: Option<Micros>,
 }
 

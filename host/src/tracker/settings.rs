@@ -19,7 +19,6 @@ use std::str::FromStr;
 pub(super) struct Options<'a>(Vec<(&'a str, &'a str)>);
 
 impl<'a> Options<'a> {
-    /// Reads options; a key that is given twice is an error.
     pub(super) fn read(text: &'a str) -> Result<Self, Fault> {
         let mut options: Vec<(&str, &str)> = Vec::new();
         for part in text.split('&').filter(|part| !part.is_empty()) {
@@ -33,49 +32,55 @@ impl<'a> Options<'a> {
         Ok(Self(options))
     }
 
-    /// Takes the value of a key out.
     pub(super) fn take(&mut self, key: &str) -> Option<&'a str> {
         let at = self.0.iter().position(|&(other, _)| other == key)?;
         Some(self.0.remove(at).1)
     }
 
-    /// Takes what `read` makes of a value; a value of which it makes `None` is an error.
-    pub(super) fn one_of<T>(
+    /// Sets `to` to what `read` makes of a key's value; a value of which it makes `None` is an
+    /// error.
+    pub(super) fn set<T, To: From<T>>(
         &mut self,
+        to: &mut To,
         key: &str,
         allowed: &str,
         read: impl Fn(&str) -> Option<T>,
-    ) -> Result<Option<T>, Fault> {
-        let Some(value) = self.take(key) else {
-            return Ok(None);
-        };
-        read(value)
-            .map(Some)
-            .ok_or_else(|| wrong(key, value, allowed))
+    ) -> Result<(), Fault> {
+        if let Some(value) = self.take(key) {
+            let read = read(value).ok_or_else(|| wrong(key, value, allowed))?;
+            *to = read.into();
+        }
+        Ok(())
     }
 
-    /// Takes a number within a range.
-    pub(super) fn number<T: FromStr + PartialOrd>(
+    pub(super) fn number<T: FromStr + PartialOrd, To: From<T>>(
         &mut self,
+        to: &mut To,
         key: &str,
         (least, most): (T, T),
         allowed: &str,
-    ) -> Result<Option<T>, Fault> {
-        self.one_of(key, allowed, |value| {
+    ) -> Result<(), Fault> {
+        self.set(to, key, allowed, |value| {
             let number = value.parse().ok();
             number.filter(|number| *number >= least && *number <= most)
         })
     }
 
-    pub(super) fn flag(&mut self, key: &str) -> Result<Option<bool>, Fault> {
-        self.word(key, &[("0", false), ("1", true)])
+    pub(super) fn flag<To: From<bool>>(&mut self, to: &mut To, key: &str) -> Result<(), Fault> {
+        self.word(to, key, &[("0", false), ("1", true)])
     }
 
-    /// Takes one of some words, as what it stands for.
-    fn word<T: Copy>(&mut self, key: &str, words: &[(&str, T)]) -> Result<Option<T>, Fault> {
+    /// Sets what one of some words stands for.
+    fn word<T: Copy, To: From<T>>(
+        &mut self,
+        to: &mut To,
+        key: &str,
+        words: &[(&str, T)],
+    ) -> Result<(), Fault> {
         let names: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
         let (last, others) = names.split_last().unwrap_or((&"", &[]));
-        self.one_of(key, &format!("{} or {last}", others.join(", ")), |value| {
+        let allowed = format!("{} or {last}", others.join(", "));
+        self.set(to, key, &allowed, |value| {
             let known = words.iter().find(|(word, _)| *word == value);
             known.map(|&(_, meaning)| meaning)
         })
@@ -103,17 +108,9 @@ impl<'a> Options<'a> {
     }
 }
 
-/// A value that an option cannot have.
 pub(super) fn wrong(key: &str, found: &str, allowed: &str) -> Fault {
     let message = format!("{key}={found:?} is not possible");
     Fault::new(message, format!("give {allowed}"))
-}
-
-/// Sets a setting, if its option was given.
-pub(super) fn assign<T>(setting: &mut T, value: Option<T>) {
-    if let Some(value) = value {
-        *setting = value;
-    }
 }
 
 const FRAME: &str = "where +X, +Y and +Z point, such as forward,right,down: forward, back, left, \
@@ -128,7 +125,6 @@ pub fn settings() -> impl Iterator<Item = (&'static str, &'static str)> {
     all.filter(|(_, settings)| !settings.is_empty())
 }
 
-/// The settings of a protocol, for people.
 const fn allowed_for(protocol: &Protocol) -> &'static str {
     match protocol {
         Protocol::Link | Protocol::AdHawk => "rate=HZ",
@@ -162,38 +158,29 @@ const fn allowed_for(protocol: &Protocol) -> &'static str {
     }
 }
 
-/// Takes the settings of a protocol out of the options.
 pub(super) fn set(
     protocol: &mut Protocol,
     asked: &mut Asked,
     options: &mut Options<'_>,
 ) -> Result<(), Fault> {
     match protocol {
-        Protocol::Link => {
-            let rate = options.number("rate", (1, u16::MAX), "1 to 65535 Hz")?;
-            asked.rate = rate.or(asked.rate);
-        }
-        Protocol::Fastrak(config) => set_fastrak(config, options)?,
-        Protocol::Liberty(config) => set_liberty(config, options)?,
-        Protocol::Flock(config) => set_flock(config, asked, options)?,
-        Protocol::Hatire(config) => set_hatire(config, options)?,
-        Protocol::Iscan(config) => set_iscan(config, options)?,
+        Protocol::Link => options.number(&mut asked.rate, "rate", (1, u16::MAX), "1 to 65535 Hz"),
+        Protocol::Fastrak(config) => set_fastrak(config, options),
+        Protocol::Liberty(config) => set_liberty(config, options),
+        Protocol::Flock(config) => set_flock(config, asked, options),
+        Protocol::Hatire(config) => set_hatire(config, options),
+        Protocol::Iscan(config) => set_iscan(config, options),
         Protocol::Asl(config) => {
             let layouts = [("numbered", Layout::Numbered), ("base", Layout::Base)];
-            assign(&mut config.layout, options.word("layout", &layouts)?);
-            assign(&mut config.zero_is_lost, options.word("zero", &ZEROS)?);
+            options.word(&mut config.layout, "layout", &layouts)?;
+            options.word(&mut config.zero_is_lost, "zero", &ZEROS)
         }
-        Protocol::AdHawk => {
-            let rate = options.number("rate", (1, 1_000), "1 to 1000 Hz")?;
-            asked.rate = rate.or(asked.rate);
-        }
-        Protocol::EyeTracker(_, axes) => set_axes(axes, options)?,
-        _ => {}
+        Protocol::AdHawk => options.number(&mut asked.rate, "rate", (1_u16, 1_000), "1 to 1000 Hz"),
+        Protocol::EyeTracker(_, axes) => set_axes(axes, options),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
-/// Whether zeros mean a lost eye.
 const ZEROS: [(&str, bool); 2] = [("lost", true), ("point", false)];
 
 const UNITS: [(&str, Units); 2] = [("inches", Units::Inches), ("cm", Units::Centimetres)];
@@ -203,64 +190,74 @@ pub(super) fn set_axes(
     axes: &mut eye_tracker::Axes,
     options: &mut Options<'_>,
 ) -> Result<(), Fault> {
-    let rotation = options.one_of("axes", FRAME, directions)?;
-    assign(&mut axes.rotation, rotation);
+    options.set(&mut axes.rotation, "axes", FRAME, directions)?;
     let metres = "three numbers of metres within ±10, such as 0,0.3,-0.5";
-    let origin = options.one_of("origin", metres, |value| {
+    options.set(&mut axes.origin, "origin", metres, |value| {
         let parts: Result<Vec<f32>, _> = value.split(',').map(str::parse).collect();
         let place = Vec3::from_array(parts.ok()?.try_into().ok()?);
         // NaN fails the comparison.
         (place.is_finite() && place.abs().max_element() <= 10.0).then_some(place)
-    })?;
-    assign(&mut axes.origin, origin);
-    Ok(())
+    })
 }
 
 fn set_fastrak(config: &mut fastrak::Config, options: &mut Options<'_>) -> Result<(), Fault> {
+    let mut format = config.items.format();
     let formats = [("binary", Format::Binary), ("ascii", Format::Ascii)];
-    let format = options.word("format", &formats)?;
+    options.word(&mut format, "format", &formats)?;
     set_items(&mut config.items, Family::Fastrak, format, options)?;
-    assign(&mut config.units, options.word("units", &UNITS)?);
-    let stations = options.number("stations", (1, fastrak::MOST_STATIONS), "1 to 12")?;
-    assign(&mut config.stations, stations);
-    let reset = options.number("reset_s", (0_u64, 60), "0 to 60 s")?;
-    let reset = reset.map(|seconds| Micros::from_millis(1_000 * seconds));
-    assign(&mut config.reset_time, reset);
-    let allowed = "the metres that are 1 in item 18, 0.1 to 100";
-    let metres = options.number("word_metres", (0.1, 100.0), allowed)?;
-    assign(&mut config.word_metres, metres);
-    let allowed = "the degrees that are 1 in item 19, 1 to 360";
-    let degrees = options.number("word_degrees", (1.0, 360.0), allowed)?;
-    assign(&mut config.word_degrees, degrees);
+    options.word(&mut config.units, "units", &UNITS)?;
+    let range = (1, fastrak::MOST_STATIONS);
+    options.number(&mut config.stations, "stations", range, "1 to 12")?;
+    options.set(&mut config.reset_time, "reset_s", "0 to 60 s", |value| {
+        let seconds: u64 = value.parse().ok()?;
+        (seconds <= 60).then(|| Micros::from_millis(1_000 * seconds))
+    })?;
+    let (metres, allowed) = (
+        (0.1_f32, 100.0),
+        "the metres that are 1 in item 18, 0.1 to 100",
+    );
+    options.number(&mut config.word_metres, "word_metres", metres, allowed)?;
+    let (degrees, allowed) = (
+        (1.0_f32, 360.0),
+        "the degrees that are 1 in item 19, 1 to 360",
+    );
+    options.number(&mut config.word_degrees, "word_degrees", degrees, allowed)?;
     set_frames(&mut config.axes, options)
 }
 
 fn set_liberty(config: &mut liberty::Config, options: &mut Options<'_>) -> Result<(), Fault> {
-    set_items(&mut config.items, Family::Liberty, None, options)?;
-    assign(&mut config.units, options.word("units", &UNITS)?);
-    let stations = options.number("stations", (1, liberty::MOST_STATIONS), "1 to 16")?;
-    assign(&mut config.stations, stations);
+    let format = config.items.format();
+    set_items(&mut config.items, Family::Liberty, format, options)?;
+    options.word(&mut config.units, "units", &UNITS)?;
+    let range = (1, liberty::MOST_STATIONS);
+    options.number(&mut config.stations, "stations", range, "1 to 16")?;
     let models = [
         ("liberty", Model::Liberty),
         ("patriot", Model::Patriot),
         ("latus", Model::Latus),
     ];
-    assign(&mut config.model, options.word("model", &models)?);
+    options.word(&mut config.model, "model", &models)?;
     let letters = "any, or the one or two printable characters that byte 3 of a record's header \
                    can be, such as CP";
-    let records = options.one_of("records", letters, |value| match value.as_bytes() {
-        b"any" => Some(None),
-        &[one] if one.is_ascii_graphic() => Some(Some([one; 2])),
-        &[one, two] if one.is_ascii_graphic() && two.is_ascii_graphic() => Some(Some([one, two])),
-        _ => None,
-    })?;
-    assign(&mut config.records, records);
+    options.set(
+        &mut config.records,
+        "records",
+        letters,
+        |value| match value.as_bytes() {
+            b"any" => Some(None),
+            &[one] if one.is_ascii_graphic() => Some(Some([one; 2])),
+            &[one, two] if one.is_ascii_graphic() && two.is_ascii_graphic() => {
+                Some(Some([one, two]))
+            }
+            _ => None,
+        },
+    )?;
     let sizes = [
         ("little", liberty::Size::LittleEndian),
         ("big", liberty::Size::BigEndian),
         ("any", liberty::Size::Unused),
     ];
-    assign(&mut config.size, options.word("size", &sizes)?);
+    options.word(&mut config.size, "size", &sizes)?;
     set_frames(&mut config.axes, options)
 }
 
@@ -278,37 +275,37 @@ fn set_flock(
         ("matrix", Mode::Matrix),
         ("position", Mode::Position),
     ];
-    assign(&mut config.mode, options.word("format", &modes)?);
+    options.word(&mut config.mode, "format", &modes)?;
     let ranges = [
         ("36", Range::Inches36),
         ("72", Range::Inches72),
         ("144", Range::Inches144),
     ];
-    assign(&mut config.range, options.word("range", &ranges)?);
-    assign(&mut config.group, options.flag("group")?);
+    options.word(&mut config.range, "range", &ranges)?;
+    options.flag(&mut config.group, "group")?;
     let (most, allowed) = if config.group {
         (flock::MOST_BIRDS, "1 to 14")
     } else {
         (1, "1, or up to 14 with group=1")
     };
-    let birds = options.number("birds", (1, most), allowed)?;
-    assign(&mut asked.birds, birds);
-    let first = options.number("first", (1, most), allowed)?;
-    assign(&mut asked.first_bird, first);
-    assign(&mut config.reversed, options.flag("inverse")?);
+    options.number(&mut asked.birds, "birds", (1, most), allowed)?;
+    options.number(&mut asked.first_bird, "first", (1, most), allowed)?;
+    options.flag(&mut config.reversed, "inverse")?;
     let allowed = "the one character that chooses the format";
-    let letter = options.one_of("letter", allowed, character)?;
-    config.letter = letter.or(config.letter);
+    options.set(&mut config.letter, "letter", allowed, character)?;
     let allowed = "the one character that wakes the birds";
-    assign(&mut config.run, options.one_of("run", allowed, character)?);
-    let (degrees, range) = (&mut config.half_turn, (1.0, 360.0));
+    options.set(&mut config.run, "run", allowed, character)?;
     let allowed = "the degrees that an angle's 32768 stands for, 1 to 360";
-    assign(degrees, options.number("half_turn", range, allowed)?);
-    assign(&mut config.confirm, options.flag("confirm")?);
+    options.number(
+        &mut config.half_turn,
+        "half_turn",
+        (1.0_f32, 360.0),
+        allowed,
+    )?;
+    options.flag(&mut config.confirm, "confirm")?;
     set_frames(&mut config.axes, options)
 }
 
-/// Reads a command of one character.
 fn character(value: &str) -> Option<u8> {
     match *value.as_bytes() {
         [one] if one.is_ascii_graphic() => Some(one),
@@ -317,19 +314,21 @@ fn character(value: &str) -> Option<u8> {
 }
 
 fn set_hatire(config: &mut hatire::Config, options: &mut Options<'_>) -> Result<(), Fault> {
-    let orders = [("little", false), ("big", true)];
-    assign(&mut config.big_endian, options.word("bytes", &orders)?);
+    options.word(
+        &mut config.big_endian,
+        "bytes",
+        &[("little", false), ("big", true)],
+    )?;
     let allowed = "yaw, pitch and roll in the order of the frame, with - before those that grow \
                    the other way, such as pitch,-yaw,roll";
-    if let Some((order, reversed)) = options.one_of("order", allowed, angles)? {
-        (config.order, config.reversed) = (order, reversed);
-    }
+    let mut both = (config.order, config.reversed);
+    options.set(&mut both, "order", allowed, angles)?;
+    (config.order, config.reversed) = both;
     let translations = [
         ("none", Translation::None),
         ("cm", Translation::Centimetres),
     ];
-    let translation = options.word("position", &translations)?;
-    assign(&mut config.translation, translation);
+    options.word(&mut config.translation, "position", &translations)?;
     set_frames(&mut config.axes, options)
 }
 
@@ -348,17 +347,16 @@ fn angles(value: &str) -> Option<([u8; 3], [bool; 3])> {
 fn set_iscan(config: &mut iscan::Config, options: &mut Options<'_>) -> Result<(), Fault> {
     let allowed = "1 to 6 of pupil-x, pupil-y, pupil-diameter, gaze-x, gaze-y and other, in the \
                    order of the record";
-    let outputs = options.one_of("outputs", allowed, |value| {
+    options.set(&mut config.outputs, "outputs", allowed, |value| {
         let outputs: Option<Vec<Output>> = value.split(',').map(output).collect();
         Outputs::new(&outputs?).ok()
     })?;
-    assign(&mut config.outputs, outputs);
-    let largest = options.number("largest", (1_u16, 1_740), "1 to 1740")?;
-    let largest = largest.map(|largest| 10 * largest);
-    assign(&mut config.largest_word, largest);
-    assign(&mut config.zero_is_lost, options.word("zero", &ZEROS)?);
-    assign(&mut config.confirm, options.flag("confirm")?);
-    Ok(())
+    options.set(&mut config.largest_word, "largest", "1 to 1740", |value| {
+        let largest: u16 = value.parse().ok()?;
+        (1..=1_740).contains(&largest).then_some(10 * largest)
+    })?;
+    options.word(&mut config.zero_is_lost, "zero", &ZEROS)?;
+    options.flag(&mut config.confirm, "confirm")
 }
 
 fn output(name: &str) -> Option<Output> {
@@ -376,15 +374,19 @@ fn output(name: &str) -> Option<Output> {
 fn set_items(
     items: &mut ItemList,
     family: Family,
-    format: Option<Format>,
+    format: Format,
     options: &mut Options<'_>,
 ) -> Result<(), Fault> {
-    let numbers = options.one_of("items", "numbers of items, such as 2,4,1", |value| {
-        let numbers: Result<Vec<u8>, _> = value.split(',').map(str::parse).collect();
-        numbers.ok()
-    })?;
-    let numbers = numbers.unwrap_or_else(|| items.numbers().collect());
-    let format = format.unwrap_or(items.format());
+    let mut numbers: Vec<u8> = items.numbers().collect();
+    options.set(
+        &mut numbers,
+        "items",
+        "numbers of items, such as 2,4,1",
+        |value| {
+            let numbers: Result<Vec<u8>, _> = value.split(',').map(str::parse).collect();
+            numbers.ok()
+        },
+    )?;
     *items = ItemList::new(family, format, &numbers).map_err(|reason| {
         let help = "the items are those of the device's manual, in the order that it is to send";
         Fault::new(format!("items: {reason}"), help)
@@ -392,15 +394,15 @@ fn set_items(
     Ok(())
 }
 
-/// Sets where the axes of the device and of its sensor point.
 fn set_frames(axes: &mut Axes, options: &mut Options<'_>) -> Result<(), Fault> {
-    let frame = options.one_of("frame", FRAME, directions)?;
-    let sensor = options.one_of("sensor", FRAME, directions)?;
+    let [mut frame, mut sensor] = [None, None];
+    options.set(&mut frame, "frame", FRAME, directions)?;
+    options.set(&mut sensor, "sensor", FRAME, directions)?;
     if frame.is_some() || sensor.is_some() {
         let usual = || directions("forward,right,down").unwrap_or_default();
-        let [frame, sensor] = [frame, sensor].map(|turn| turn.unwrap_or_else(usual));
+        let [frame, sensor] = [frame, sensor].map(|turn: Option<Quat>| turn.unwrap_or_else(usual));
         // Both are rotations.
-        assign(axes, Axes::new(frame, sensor).ok());
+        *axes = Axes::new(frame, sensor).unwrap_or(*axes);
     }
     Ok(())
 }

@@ -3,16 +3,16 @@
 
 use super::settings::Options;
 use crate::files::Fault;
-use shisen_tracker::clock::ClockConfig;
 use shisen_tracker::estimate::{EstimatorConfig, FallbackConfig};
 use shisen_tracker::time::Micros;
 
-/// Times of an [`EstimatorConfig`], and the least delay of a [`ClockConfig`].
+/// Times of an [`EstimatorConfig`], and the least delay of samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Times {
     /// By key; `None` where it was not given.
     given: [Option<Micros>; KEYS.len()],
-    delay: Option<Micros>,
+    /// The least delay of samples.
+    pub(super) delay: Option<Micros>,
 }
 
 /// The options of every tracker that are times, in seconds (`S`).
@@ -43,7 +43,6 @@ const KEYS: [(&str, Field); 10] = [
     ("longest_blink", Fallback(|c| &mut c.longest_blink)),
 ];
 
-/// The time that stands for `never`.
 const NEVER: Micros = Micros(u64::MAX);
 
 /// Reads seconds from 0 to `most`.
@@ -55,7 +54,6 @@ fn seconds(value: &str, most: f64) -> Option<Micros> {
 }
 
 impl Times {
-    /// Takes the times out of the options.
     pub(super) fn take(options: &mut Options<'_>) -> Result<Self, Fault> {
         let mut times = Self::default();
         for ((key, field), time) in KEYS.into_iter().zip(&mut times.given) {
@@ -63,13 +61,15 @@ impl Times {
                 Stuck(_) => (true, "seconds from 0.05 to 60, such as 0.25, or never"),
                 Fallback(_) => (false, "seconds from 0 to 60, such as 0.25"),
             };
-            *time = options.one_of(key, allowed, |value| {
+            options.set(time, key, allowed, |value| {
                 let never = (can_never && value == "never").then_some(NEVER);
                 never.or_else(|| seconds(value, 60.0))
             })?;
         }
         let allowed = "seconds from 0 to 1, such as 0.008";
-        times.delay = options.one_of("delay", allowed, |value| seconds(value, 1.0))?;
+        options.set(&mut times.delay, "delay", allowed, |value| {
+            seconds(value, 1.0)
+        })?;
         let mut config = EstimatorConfig::default();
         times.set(&mut config);
         config.check().map_err(|reason| {
@@ -79,27 +79,6 @@ impl Times {
             )
         })?;
         Ok(times)
-    }
-
-    /// A least delay and no other time.
-    pub fn late(delay: Micros) -> Self {
-        Self {
-            delay: Some(delay),
-            ..Self::default()
-        }
-    }
-
-    /// The least delay of samples; `None` where it was not given.
-    pub const fn delay(&self) -> Option<Micros> {
-        self.delay
-    }
-
-    /// How to read the clock of a tracker with this delay, or else the `usual` one.
-    pub fn clock(&self, usual: Micros) -> ClockConfig {
-        ClockConfig {
-            least_delay: self.delay.unwrap_or(usual),
-            ..ClockConfig::default()
-        }
     }
 
     /// Puts the times into a configuration.
@@ -146,7 +125,7 @@ mod tests {
         for tracker in ["mock:", serial, "hid:1532:0b00?", "replay:a?"] {
             let spec: Spec = format!("{tracker}{times}").parse().unwrap();
             let mut config = EstimatorConfig::default();
-            spec.times().set(&mut config);
+            spec.times.set(&mut config);
             assert_eq!(config, expected, "{tracker}");
             assert_eq!(spec.clock().least_delay, Micros(100_000));
         }

@@ -80,7 +80,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     bench::print(arguments.json, &report, &described(&cases, failed))?;
     if failed > 0 {
-        return Err(Fault::HardCases { failed, total }.into());
+        return Err(Fault::new(
+            format!("{failed} of {total} hard cases exceed their error bounds"),
+            "this build computes other results than the one that was tested: build it again with \
+             the compiler's default settings; if the cases still fail, report the table above",
+        )
+        .into());
     }
     Ok(())
 }

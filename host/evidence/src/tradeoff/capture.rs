@@ -254,8 +254,13 @@ fn mirror_sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
     for ((part, one), time) in pictures.iter().zip(measured) {
         let near = NearField::new(one.mirror.mirror(), one.mapping);
         let errors = size_errors(&near, *part, 1.0)?;
-        let sum = errors.near_field.map(|near| near + errors.rounding);
-        let errors = [sum, errors.near_field, Some(errors.rounding), errors.world];
+        let sum = errors.near_field_px.map(|near| near + errors.rounding_px);
+        let errors = [
+            sum,
+            errors.near_field_px,
+            Some(errors.rounding_px),
+            errors.world_px,
+        ];
         let name = format!("{} of {part:e}", one.mapping.name());
         points.push(one.measured(errors.into(), name, &time));
     }
@@ -315,7 +320,7 @@ fn precision(bench: &Bench<'_>) -> Result<Comparison, Cause> {
         let off = if double {
             0.0
         } else {
-            size_errors(&near, 1e-6, 0.0)?.rounding
+            size_errors(&near, 1e-6, 0.0)?.rounding_px
         };
         Ok((seconds, off))
     })?;

@@ -1,7 +1,6 @@
 //! Arguments of commands whose pictures may have wavelengths.
 
-use crate::bake::BakedScene;
-use crate::cli::arguments::{Without, choices};
+use crate::cli::arguments::{choices, without};
 use crate::cli::prelude::*;
 use crate::render::Options;
 use crate::render::spectrum::{Dispersion, Method};
@@ -42,7 +41,7 @@ choices! {
 /// `--dispersion` for commands that render one frame: without the methods that render a picture
 /// for each wavelength.
 pub fn in_one_frame(dispersion: Arg) -> Arg {
-    dispersion.value_parser(Without::<MethodChoice>::new(&["paper", "fixed"]))
+    dispersion.value_parser(without::<MethodChoice>(&["paper", "fixed"]))
 }
 
 /// `--range` for the same commands.

@@ -18,15 +18,9 @@ pub enum Fill {
     Capture,
 }
 
-impl Fill {
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Background => "background",
-            Self::Capture => "capture",
-            Self::Previous => "previous",
-        }
-    }
+named!(Fill { Background => "background", Previous => "previous", Capture => "capture" });
 
+impl Fill {
     /// Checks that rays are skipped, and that nothing was `given` for a capture that is not made.
     pub fn check(self, lod_is_on: bool, given: Option<&str>) -> Result<(), Failure> {
         if self != Self::Background && !lod_is_on {

@@ -1,8 +1,6 @@
 //! The polygon levels that a baked scene has, for reports.
 
-use crate::bake::BakedScene;
 use crate::cli::prelude::*;
-use crate::with_scene;
 use shisen_core::scene::Scene;
 use shisen_core::scene::format::{IdLeaf, LeafBlock, Mesh, Node};
 

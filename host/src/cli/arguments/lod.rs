@@ -1,11 +1,11 @@
 //! Arguments of commands in which detail may follow the gaze.
 
-use crate::bake::{BakedScene, Layout};
+use crate::bake::Layout;
 use crate::cave::Eye;
 use crate::cave::look::Point;
 use crate::cli::arguments::levels::Level;
 use crate::cli::arguments::source::{Loaded, bake};
-use crate::cli::arguments::{LevelArguments, Without};
+use crate::cli::arguments::{LevelArguments, without};
 use crate::cli::prelude::*;
 use crate::render::Observer;
 use clap::Arg;
@@ -34,7 +34,7 @@ pub struct LodArguments {
 
 /// `--lod`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Choice {
+pub enum Choice {
     /// Nothing: everything is traced in full
     Off,
     /// The paper's levels, with the border of the field as printed
@@ -46,9 +46,16 @@ enum Choice {
     Foveated,
 }
 
+named!(Choice {
+    Off => "off",
+    Paper => "paper",
+    PaperEllipse => "paper-ellipse",
+    Foveated => "foveated",
+});
+
 /// `--lod` for commands that count the rays of every pixel.
 pub fn of_every_pixel(lod: Arg) -> Arg {
-    lod.value_parser(Without::<Choice>::new(&["foveated"]))
+    lod.value_parser(without::<Choice>(&["foveated"]))
 }
 
 impl LodArguments {
@@ -56,7 +63,21 @@ impl LodArguments {
     pub fn baked(&self, scene: Loaded, name: &str) -> Result<BakedScene, Failure> {
         match scene {
             Loaded::Baked(baked) => {
-                self.accept(&baked, name)?;
+                if let Some(argument) = self.levels.given() {
+                    return Err(misuse!(
+                        "{argument} is for scenes that are not baked yet, and {name} is: its \
+                         polygon levels are chosen when baking, with `shisen bake --faces MIN..MAX \
+                         --levels N`"
+                    ));
+                }
+                let levels = Level::of(&baked);
+                let has_ladder = Level::by_mesh(&levels).any(|levels| levels.len() > 1);
+                if self.is_on() && !has_ladder && !levels.is_empty() {
+                    warn(&format!(
+                        "all rays see the same polygons: {name} was baked without polygon levels. \
+                         Bake it again with `shisen bake --levels N`"
+                    ));
+                }
                 Ok(baked)
             }
             Loaded::Described(scene) => {
@@ -70,29 +91,9 @@ impl LodArguments {
                     }
                     None => None,
                 };
-                Ok(bake(&scene, name, Layout::Fast, levels.as_ref())?)
+                bake(&scene, name, Layout::Fast, levels.as_ref())
             }
         }
-    }
-
-    /// Checks that no levels are given for the baked scene in the file `name`. Warns if the
-    /// scene has none.
-    fn accept(&self, baked: &BakedScene, name: &str) -> Result<(), Failure> {
-        if let Some(argument) = self.levels.given() {
-            return Err(misuse!(
-                "{argument} is for scenes that are not baked yet, and {name} is: its polygon \
-                 levels are chosen when baking, with `shisen bake --faces MIN..MAX --levels N`"
-            ));
-        }
-        let levels = Level::of(baked);
-        let has_ladder = Level::by_mesh(&levels).any(|levels| levels.len() > 1);
-        if self.is_on() && !has_ladder && !levels.is_empty() {
-            warn(&format!(
-                "all rays see the same polygons: {name} was baked without polygon levels. Bake it \
-                 again with `shisen bake --levels N`"
-            ));
-        }
-        Ok(())
     }
 
     /// Returns the eyes with their lines of sight and levels of detail. `directions` are forward
@@ -157,7 +158,7 @@ impl LodArguments {
     /// Returns these arguments with the next value of `--lod`.
     #[must_use]
     pub fn next(&self) -> Self {
-        let all = Choice::value_variants();
+        let all = Choice::ALL;
         let at = all.iter().position(|one| *one == self.lod).unwrap_or(0);
         Self {
             lod: all[(at + 1) % all.len()],
@@ -169,28 +170,12 @@ impl LodArguments {
         self.lod != Choice::Off
     }
 
-    /// Refuses a level of detail that leaves out rays of pixels.
-    pub fn check_that_every_pixel_has_rays(&self) -> Result<(), Failure> {
-        if self.is_foveated() {
-            return Err(misuse!(
-                "explain counts the rays of every pixel, of which --lod foveated leaves some out: \
-                 take --lod paper, paper-ellipse or off"
-            ));
-        }
-        Ok(())
-    }
-
     /// Whether some pixels have no ray of their own.
     pub fn is_foveated(&self) -> bool {
         self.lod == Choice::Foveated
     }
 
     pub const fn name(&self) -> &'static str {
-        match self.lod {
-            Choice::Off => "off",
-            Choice::Paper => "paper",
-            Choice::PaperEllipse => "paper-ellipse",
-            Choice::Foveated => "foveated",
-        }
+        self.lod.name()
     }
 }

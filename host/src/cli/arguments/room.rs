@@ -1,11 +1,11 @@
 //! Arguments of commands that show a scene to a viewer in a room.
 
 use crate::cave::look::{Point, ViewDirection};
-use crate::cave::{Cave, DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer, Wall};
-use crate::cli::arguments::{HeadReport, WallsName};
+use crate::cave::{DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer, Wall};
+use crate::cli::arguments::{WallsName, head_report};
 use crate::cli::prelude::*;
 use crate::show::stereo::Stereo;
-use glam::DVec3;
+use glam::{DVec3, Quat};
 use shisen_core::gaze::HeadPose;
 
 #[derive(Debug, Clone, Args)]
@@ -31,8 +31,8 @@ pub struct RoomArguments {
     )]
     head: Point,
     /// Orientation of the head: an OSVR HDK report of 16 or 32 bytes in hexadecimal
-    #[arg(long, value_name = "HEX", allow_hyphen_values = true)]
-    head_report: Option<HeadReport>,
+    #[arg(long, value_name = "HEX", allow_hyphen_values = true, value_parser = head_report)]
+    head_report: Option<Quat>,
     /// Where the viewer looks: front, floor, right, left, back, ceiling, YAW,PITCH in degrees
     /// (positive to the right and up), or a direction X,Y,Z [default: as --head-report says, or
     /// else front]
@@ -50,13 +50,9 @@ impl RoomArguments {
     }
 
     pub fn head(&self) -> HeadPose {
-        let position = self.head.0.as_vec3();
-        match self.head_report {
-            Some(report) => report.pose_at(position),
-            None => HeadPose {
-                position,
-                ..HeadPose::IDENTITY
-            },
+        HeadPose {
+            position: self.head.0.as_vec3(),
+            orientation: self.head_report.unwrap_or(Quat::IDENTITY),
         }
     }
 

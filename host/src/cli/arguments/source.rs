@@ -1,7 +1,7 @@
 //! Loads the scene that an argument names.
 
 use crate::bake::simplify::{PolygonLevels, Topology};
-use crate::bake::{BakeError, BakedScene, Layout};
+use crate::bake::{BakeError, Layout};
 use crate::cli::arguments::{Model, Normals, SceneName};
 use crate::cli::prelude::*;
 use crate::scene::builtin::{grid, paper_scene, prism, spheres};
@@ -12,6 +12,7 @@ use crate::scene::mesh::TriangleMesh;
 use crate::scene::quadruped::quadruped;
 use crate::scene::{Background, Light, Object, Scene, Shape};
 use glam::{DAffine3, DVec3};
+use shisen_core::scene::SceneError;
 use shisen_core::scene::format::MAGIC;
 
 pub const BUILT_IN_MESH: &str = "quadruped";
@@ -46,8 +47,14 @@ impl Source {
                     Some(path) => (load_mesh(path)?, path.display().to_string()),
                     None => (quadruped(), BUILT_IN_MESH.to_owned()),
                 };
-                let mut scene = paper_scene(*which, mesh).map_err(|_| Fault::Flat {
-                    mesh: mesh_name.clone(),
+                let mut scene = paper_scene(*which, mesh).map_err(|_| {
+                    Fault::new(
+                        format!(
+                            "{mesh_name}: the mesh is flat along x, so it cannot be scaled to the \
+                             scene"
+                        ),
+                        "turn the mesh so that its longest side is along x",
+                    )
                 })?;
                 for object in &mut scene.objects {
                     object.smooth = model.normals != Some(Normals::Flat);
@@ -76,18 +83,32 @@ impl Source {
     }
 }
 
+/// Why a scene cannot be used.
+#[derive(Debug, Error, Diagnostic)]
+enum Unusable {
+    #[error("{} cannot be used", path.display())]
+    #[diagnostic(help("bake the scene, or bake it again, with `shisen bake`"))]
+    Blob { path: PathBuf, source: SceneError },
+    #[error("{name} cannot be baked")]
+    #[diagnostic(help("change the part of the scene or mesh that is named above"))]
+    Scene { name: String, source: BakeError },
+    #[error("{name} cannot have these polygon levels")]
+    #[diagnostic(help("give a larger MIN with --faces MIN..MAX"))]
+    Levels { name: String, source: BakeError },
+}
+
 /// Bakes a scene that reports call `name`. Warns of meshes whose polygon levels may show gaps.
 pub fn bake(
     scene: &Scene,
     name: &str,
     layout: Layout,
     levels: Option<&PolygonLevels>,
-) -> Result<BakedScene, Fault> {
+) -> Result<BakedScene, Failure> {
     let baked = BakedScene::new(scene, levels, layout).map_err(|source| {
         let name = name.to_owned();
         match source {
-            BakeError::Ladder { .. } => Fault::Levels { name, source },
-            _ => Fault::Bake { name, source },
+            BakeError::Ladder { .. } => Unusable::Levels { name, source },
+            _ => Unusable::Scene { name, source },
         }
     })?;
     if let Some(levels) = levels {
@@ -125,9 +146,10 @@ pub fn load_mesh(path: &Path) -> Result<TriangleMesh, Failure> {
 }
 
 pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
-    let bytes = crate::files::read(path).map_err(|reason| Fault::ReadBaked {
-        path: path.to_owned(),
-        reason,
+    let bytes = crate::files::read(path).map_err(|reason| {
+        let path = path.display();
+        let message = format!("cannot read the baked scene in {path}: {reason}");
+        Fault::new(message, "give the path of a scene that `shisen bake` wrote")
     })?;
     baked(path, &bytes)
 }
@@ -167,31 +189,32 @@ pub fn scene_of_meshes(meshes: Vec<TriangleMesh>) -> Scene {
     }
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, Fault> {
-    crate::files::read(path).map_err(|reason| Fault::ReadScene {
-        path: path.to_owned(),
-        reason,
-    })
-}
-
 fn baked(path: &Path, bytes: &[u8]) -> Result<BakedScene, Failure> {
     BakedScene::from_bytes(bytes).map_err(|source| {
         let path = path.to_owned();
-        Fault::Blob { path, source }.into()
+        Unusable::Blob { path, source }.into()
     })
 }
 
 fn load_scene(path: &Path) -> Result<Loaded, Failure> {
+    let shown = path.display();
     if is_mesh(path) {
-        let path = path.to_owned();
-        return Err(Fault::MeshAsScene { path }.into());
+        let help = "place it in a built-in scene with --scene A --mesh FILE, or bake it first";
+        return Err(Fault::new(format!("{shown} is a mesh, not a scene"), help).into());
     }
-    let bytes = read(path)?;
+    let bytes = crate::files::read(path).map_err(|reason| {
+        let message = format!("cannot read the scene in {shown}: {reason}");
+        let help = "give A, B, C, D, grid, prism or spheres, the path of a TOML description, or \
+                    the path of a scene that `shisen bake` wrote";
+        Fault::new(message, help)
+    })?;
     if bytes.starts_with(&MAGIC) {
         return baked(path, &bytes).map(Loaded::Baked);
     }
-    let text = String::from_utf8(bytes).map_err(|_| Fault::NotAScene {
-        path: path.to_owned(),
+    let text = String::from_utf8(bytes).map_err(|_| {
+        let message = format!("{shown} is neither a TOML description nor a baked scene");
+        let help = "if `shisen bake` wrote it, it has been damaged since: bake it again";
+        Fault::new(message, help)
     })?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let load = |source: &MeshSource| -> Result<TriangleMesh, ImportError> {

@@ -1,6 +1,5 @@
 //! Arguments of commands that trace a scene.
 
-use crate::bake::BakedScene;
 use crate::cli::arguments::dispersion::{DispersionArguments, DispersionReport};
 use crate::cli::arguments::{EffectArguments, threads};
 use crate::cli::prelude::*;
@@ -29,11 +28,8 @@ pub struct TracingArguments {
 }
 
 impl TracingArguments {
-    /// The options to render a scene with, and its dispersion if that is rendered.
-    pub fn options(
-        &self,
-        baked: &BakedScene,
-    ) -> Result<(Options, Option<DispersionReport>), Failure> {
+    /// The options to render a scene with, and a report of them.
+    pub fn options(&self, baked: &BakedScene) -> Result<(Options, TracingReport), Failure> {
         let mut options = Options {
             effects: self.effects.effects,
             ..Options::default()
@@ -44,6 +40,35 @@ impl TracingArguments {
             options.threads = threads.get();
         }
         let dispersion = self.dispersion.set(baked, &mut options)?;
-        Ok((options, dispersion))
+        let asked = baked.effects();
+        let report = TracingReport {
+            threads: options.threads,
+            simd: baked.layout().simd(options.simd).name(),
+            depth: self.depth,
+            samples: self.samples,
+            effects: options.effects.of(asked).names().collect(),
+            effects_asked: asked.names().collect(),
+            dispersion,
+        };
+        Ok((options, report))
     }
+}
+
+/// How a scene was traced, for reports.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct TracingReport {
+    /// Threads that traced.
+    pub threads: usize,
+    /// The code path taken: avx2 or portable.
+    pub simd: &'static str,
+    /// Reflections and refractions followed.
+    depth: u8,
+    /// Rays a pixel.
+    samples: u16,
+    /// Effects that were rendered.
+    effects: Vec<&'static str>,
+    /// Effects that the scene asks for.
+    effects_asked: Vec<&'static str>,
+    /// Dispersion, or null if it is not rendered.
+    pub dispersion: Option<DispersionReport>,
 }

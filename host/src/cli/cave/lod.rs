@@ -2,7 +2,7 @@
 
 use super::report::{Captured, Field, Fill, Lod};
 use super::{Arguments, Frames};
-use crate::cave::{Cave, Screen};
+use crate::cave::Screen;
 use crate::cli::arguments::levels::Level;
 use crate::cli::prelude::*;
 use crate::picture::Picture;
@@ -10,18 +10,18 @@ use crate::render::{self, Frame, Observer, Options};
 use crate::show::lod;
 use crate::show::lod::{Coverage, OutsideDifference};
 use crate::show::overview::net;
-use crate::with_scene;
 use shisen_core::frame::{LevelOfDetail, Spectrum};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 
-/// Reports what the level of detail did; `full` is the same frame without it.
+/// Reports what the level of detail did in a frame, by the same frame without it. `images` are the
+/// files of its capture.
 pub(super) fn report(
     arguments: &Arguments,
     frames: &Frames<'_>,
     observers: &[Observer],
-    frame: &Frame,
-    full: &Frame,
+    [frame, full]: [&Frame; 2],
+    images: Vec<String>,
 ) -> Result<Lod, Failure> {
     let mut field = Vec::new();
     let mut error = OutsideDifference::default();
@@ -34,15 +34,10 @@ pub(super) fn report(
             if let Some((found, full)) = both {
                 error.add(&view, lod, &found.picture, &full.picture);
             }
-            let coverage = Coverage::new(&view, lod, arguments.tracing.depth);
             field.push(Field {
                 wall: screen.name().to_owned(),
                 eye: observer.eye.name(),
-                central: coverage.central,
-                peripheral: coverage.peripheral,
-                outside: coverage.outside,
-                mean_level: coverage.mean_level,
-                mean_bounces: coverage.mean_bounces,
+                coverage: Coverage::new(&view, lod, arguments.tracing.depth),
             });
         }
     }
@@ -62,7 +57,7 @@ pub(super) fn report(
                 seconds: capture.seconds,
                 rays: capture.statistics.into(),
                 steps: capture.statistics.steps,
-                images: Vec::new(),
+                images,
             }),
         },
         full_seconds: full.seconds,
@@ -93,9 +88,13 @@ impl LodPictures {
         let Some(first) = first.and_then(|one| Some((one, one.lod.as_ref()?))) else {
             return Ok(None);
         };
-        let (cave, options, both) = (frames.cave, frames.options, (frame, full));
+        let (cave, options) = (frames.cave, frames.options);
         let pictures = with_scene!(frames.baked, |scene| Self::new(
-            &scene, cave, first, options, both
+            &scene,
+            cave,
+            first,
+            options,
+            [frame, full]
         ));
         pictures.map(Some)
     }
@@ -106,7 +105,7 @@ impl LodPictures {
         cave: &Cave,
         (observer, lod): (&Observer, &LevelOfDetail),
         options: &Options,
-        (frame, full): (&Frame, &Frame),
+        [frame, full]: [&Frame; 2],
     ) -> Result<Self, Failure>
     where
         Simd: Runs<W>,

@@ -2,8 +2,7 @@
 
 use super::lod::LodPictures;
 use super::report::{Image, StereoReport, Written};
-use crate::cave::{Cave, Eye, Screen};
-use crate::cli::output::picture_files::{hexadecimal, metadata};
+use crate::cave::{Eye, Screen};
 use crate::cli::prelude::*;
 use crate::picture::Picture;
 use crate::render::{Capture, Frame, Observer};
@@ -34,96 +33,77 @@ impl Writer<'_> {
         lod: Option<&LodPictures>,
     ) -> Result<Written, Failure> {
         let eye = observers.first().map_or(Eye::Centre, |one| one.eye);
-        let mut images = Vec::new();
-        let mut exr = Vec::new();
-        let mut seen: Vec<(Screen<'_>, &Picture)> = Vec::new();
+        let mut written = Written::default();
         for one in &frame.pictures {
             let Some(screen) = cave.screens().nth(one.wall) else {
                 continue;
             };
-            if one.eye == eye {
-                seen.push((screen, &one.picture));
-            }
             let name = format!("{}-{}", screen.name(), one.eye);
-            let kind = match screen {
-                Screen::Wall(_) => "wall",
-                Screen::Dome(_) => "dome",
-            };
-            let note = format!("{}, {kind} {}, {} eye", self.title, screen.name(), one.eye);
-            let path = match screen {
-                Screen::Wall(_) => self.write_png(&name, &one.picture, note.clone())?,
-                Screen::Dome(_) => self.write_with_alpha(&name, &one.picture, note.clone())?,
-            };
+            let is_dome = matches!(screen, Screen::Dome(_));
+            let kind = if is_dome { "dome" } else { "wall" };
+            let note = format!("{kind} {}, {} eye", screen.name(), one.eye);
+            let path = self.write_png(&name, &one.picture, &note, is_dome)?;
             if self.exr {
                 let path = self.folder.join(format!("{name}.exr"));
-                one.picture.write_exr(&path, &metadata(note)).or_fail()?;
-                exr.push(path.display().to_string());
+                one.picture.write_exr(&path, &self.notes(&note)).or_fail()?;
+                written.exr.push(path.display().to_string());
             }
-            images.push(Image {
+            written.images.push(Image {
                 wall: screen.name().to_owned(),
                 eye: one.eye.name(),
                 path,
                 hash: hexadecimal(one.picture.hash()),
             });
         }
+        let seen = seen_by(eye, frame, cave);
         let net = net::unfold(&seen).or_fail()?;
-        let note = format!("{}, all walls, {eye} eye", self.title);
-        let stereo = self.write_stereo(frame, cave, cameras)?;
-        let cave = self.write_png("cave", &net, note)?;
-        let camera = cameras.first();
-        let viewer = camera.map(|camera| {
-            let seen = viewer::render(camera, &seen).or_fail()?;
-            let note = format!("{}, as the {eye} eye sees the walls", self.title);
-            self.write_png("viewer", &seen, note)
-        });
-        let viewer = viewer.transpose()?.unwrap_or_default();
-        let (mut levels, mut polygons, mut difference) = (None, None, None);
-        if let Some(lod) = lod {
-            let note = |what: &str| format!("{}, {what}, {eye} eye", self.title);
-            let write = |name, picture, what| self.write_png(name, picture, note(what)).map(Some);
-            levels = write("levels", &lod.levels, "level of each pixel")?;
-            polygons = write("polygons", &lod.polygons, "faces that each pixel sees")?;
-            difference = write("difference", &lod.difference, "against full tracing")?;
+        written.stereo = self.write_stereo(frame, cave, cameras)?;
+        written.cave = self.write_png("cave", &net, &format!("all walls, {eye} eye"), false)?;
+        if let Some(camera) = cameras.first() {
+            let picture = viewer::render(camera, &seen).or_fail()?;
+            let note = format!("as the {eye} eye sees the walls");
+            written.viewer = self.write_png("viewer", &picture, &note, false)?;
         }
-        Ok(Written {
-            images,
-            exr,
-            cave,
-            viewer,
-            stereo,
-            levels,
-            polygons,
-            difference,
-        })
+        if let Some(lod) = lod {
+            let write = |name, picture, what| {
+                let note = format!("{what}, {eye} eye");
+                self.write_png(name, picture, &note, false).map(Some)
+            };
+            written.levels = write("levels", &lod.levels, "level of each pixel")?;
+            written.polygons = write("polygons", &lod.polygons, "faces that each pixel sees")?;
+            written.difference = write("difference", &lod.difference, "against full tracing")?;
+        }
+        Ok(written)
     }
 
     /// Writes the captured surroundings, if any, and returns the paths.
     pub(super) fn write_capture(&self, capture: Option<&Capture>) -> Result<Vec<String>, Failure> {
-        let Some(capture) = capture else {
-            return Ok(Vec::new());
-        };
         let names = ["capture-ahead", "capture-behind"].into_iter();
-        let note = format!("{}, surroundings", self.title);
-        let write = |(name, picture)| self.write_with_alpha(name, picture, note.clone());
-        names.zip(&capture.hemispheres).map(write).collect()
+        let pictures = capture.iter().flat_map(|capture| &capture.hemispheres);
+        let write = |(name, picture)| self.write_png(name, picture, "surroundings", true);
+        names.zip(pictures).map(write).collect()
     }
 
-    fn write_with_alpha(
-        &self,
-        name: &str,
-        picture: &Picture,
-        note: String,
-    ) -> Result<String, Failure> {
-        let path = self.folder.join(format!("{name}.png"));
-        let notes = metadata(note);
-        picture.write_png_with_alpha(&path, &notes).or_fail()?;
-        Ok(path.display().to_string())
+    fn notes(&self, note: &str) -> [(&'static str, String); 2] {
+        metadata(format!("{}, {note}", self.title))
     }
 
     /// Writes a PNG and returns its path.
-    fn write_png(&self, name: &str, picture: &Picture, note: String) -> Result<String, Failure> {
+    fn write_png(
+        &self,
+        name: &str,
+        picture: &Picture,
+        note: &str,
+        with_alpha: bool,
+    ) -> Result<String, Failure> {
         let path = self.folder.join(format!("{name}.png"));
-        picture.write_png(&path, &metadata(note)).or_fail()?;
+        let notes = self.notes(note);
+        let written = if with_alpha {
+            picture.write_png_with_alpha(&path, &notes)
+        } else {
+            picture.write_png(&path, &notes)
+        };
+        written.or_fail()?;
         Ok(path.display().to_string())
     }
 
@@ -142,35 +122,28 @@ impl Writer<'_> {
             return Ok(None);
         }
         let mut images = Vec::new();
-        let [of_left, of_right] = Eye::STEREO.map(|eye| seen_by(eye, frame, cave));
-        let unfold = |seen: &[_]| net::unfold(seen).or_fail();
-        let nets = [unfold(&of_left)?, unfold(&of_right)?];
-        self.write_pair("stereo-cave", &nets, &mut images)?;
-        let look = |camera, seen: &[_]| viewer::render(camera, seen).or_fail();
-        let views = [look(left, &of_left)?, look(right, &of_right)?];
-        self.write_pair("stereo-viewer", &views, &mut images)?;
+        let [of_left, of_right] = &Eye::STEREO.map(|eye| seen_by(eye, frame, cave));
+        let nets = [net::unfold(of_left), net::unfold(of_right)];
+        let views = [
+            viewer::render(left, of_left),
+            viewer::render(right, of_right),
+        ];
+        for (name, [left, right]) in [("stereo-cave", nets), ("stereo-viewer", views)] {
+            let composed = self.stereo.compose(&left.or_fail()?, &right.or_fail()?);
+            for one in composed.or_fail()? {
+                let suffix = one.eye.map_or(String::new(), |eye| format!("-{eye}"));
+                let path = self.folder.join(format!("{name}{suffix}.png"));
+                let mut notes = self.notes("both eyes").to_vec();
+                notes.extend(self.stereo.metadata(one.eye));
+                one.picture.write_png(&path, &notes).or_fail()?;
+                images.push(path.display().to_string());
+            }
+        }
         Ok(Some(StereoReport {
             format: self.stereo.name(),
             eye_order: Eye::STEREO.map(Eye::name),
             images,
         }))
-    }
-
-    fn write_pair(
-        &self,
-        name: &str,
-        [left, right]: &[Picture; 2],
-        paths: &mut Vec<String>,
-    ) -> Result<(), Failure> {
-        for one in self.stereo.compose(left, right).or_fail()? {
-            let suffix = one.eye.map_or(String::new(), |eye| format!("-{eye}"));
-            let path = self.folder.join(format!("{name}{suffix}.png"));
-            let mut notes = metadata(format!("{}, both eyes", self.title)).to_vec();
-            notes.extend(self.stereo.metadata(one.eye));
-            one.picture.write_png(&path, &notes).or_fail()?;
-            paths.push(path.display().to_string());
-        }
-        Ok(())
     }
 }
 

@@ -1,10 +1,10 @@
 //! The report of `shisen cave`.
 
-use crate::cli::arguments::dispersion::DispersionReport;
-use crate::cli::arguments::{EffectReport, filling};
+use crate::cli::arguments::filling;
+use crate::cli::arguments::tracing::TracingReport;
 use crate::cli::output::ray_counts::RayCounts;
 use crate::cli::prelude::*;
-use shisen_tracker::estimate::Estimate;
+use crate::show::lod::Coverage;
 
 /// The report of one frame, or with --tracker of several.
 #[derive(JsonSchema)]
@@ -30,24 +30,14 @@ pub(in crate::cli) struct Report {
     pub(super) frame_hash: String,
     #[serde(flatten)]
     pub(super) written: Written,
-    /// Threads that traced.
-    pub(super) threads: usize,
+    #[serde(flatten)]
+    pub(super) traced: TracingReport,
     /// Pixels along each side of a wall whose file does not say.
     pub(super) size: u32,
     /// The scene's letter or name, or the path as given.
     pub(super) scene: String,
     /// The mesh of a built-in scene, or null.
     pub(super) mesh: Option<String>,
-    /// The code path taken: avx2 or portable.
-    pub(super) simd: &'static str,
-    /// Reflections and refractions followed.
-    pub(super) depth: u8,
-    /// Rays a pixel.
-    pub(super) samples: u16,
-    #[serde(flatten)]
-    pub(super) effects: EffectReport,
-    /// Dispersion, or null if it is not rendered.
-    pub(super) dispersion: Option<DispersionReport>,
     /// What follows the gaze; null without --lod.
     pub(super) lod: Option<Lod>,
     #[serde(skip)]
@@ -61,7 +51,7 @@ pub(in crate::cli) struct Report {
 }
 
 /// The files of a frame.
-#[derive(Debug, Serialize, JsonSchema)]
+#[derive(Debug, Default, Serialize, JsonSchema)]
 pub(super) struct Written {
     /// Pictures of walls and domes, one for each eye.
     pub(super) images: Vec<Image>,
@@ -147,16 +137,8 @@ pub(super) struct Field {
     pub(super) wall: String,
     /// left, right or centre.
     pub(super) eye: &'static str,
-    /// Share of pixels in the central field.
-    pub(super) central: f64,
-    /// Share of pixels in the peripheral field.
-    pub(super) peripheral: f64,
-    /// Share of pixels outside the field.
-    pub(super) outside: f64,
-    /// Mean level of detail.
-    pub(super) mean_level: f64,
-    /// Mean limit of bounces.
-    pub(super) mean_bounces: f64,
+    #[serde(flatten)]
+    pub(super) coverage: Coverage,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -193,58 +175,33 @@ pub(in crate::cli) struct TrackedFrames {
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct TrackedFrame {
     /// Number of the frame, from 0.
-    frame: u64,
+    pub(super) frame: u64,
     /// When the frame is shown, microseconds since the start.
-    shown_us: u64,
+    pub(super) shown_us: u64,
     /// The head in the room.
-    head: Head,
+    pub(super) head: Head,
     /// Direction of the gaze.
-    gaze: [f32; 3],
+    pub(super) gaze: [f32; 3],
     /// How far the gaze is known: fresh, hold, widened, head direction or full quality.
-    state: &'static str,
+    pub(super) state: &'static str,
     /// Angle by which the visual field is wider, radians.
-    widen: f32,
+    pub(super) widen: f32,
     /// Whether the eyes are closed.
-    blink: bool,
+    pub(super) blink: bool,
     /// Age of the gaze, microseconds, or null.
-    gaze_age_us: Option<u64>,
+    pub(super) gaze_age_us: Option<u64>,
     /// Hash of all pixels, 16 hexadecimal digits.
-    frame_hash: String,
+    pub(super) frame_hash: String,
     /// Files of the pictures.
-    images: Vec<String>,
+    pub(super) images: Vec<String>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
-struct Head {
+pub(super) struct Head {
     /// Position, metres.
-    position: [f32; 3],
+    pub(super) position: [f32; 3],
     /// Orientation x, y, z, w.
-    orientation: [f32; 4],
-}
-
-impl TrackedFrame {
-    pub(super) fn new(
-        frame: u64,
-        estimate: &Estimate,
-        frame_hash: String,
-        images: Vec<String>,
-    ) -> Self {
-        Self {
-            frame,
-            shown_us: estimate.for_time.0,
-            head: Head {
-                position: estimate.head.position.to_array(),
-                orientation: estimate.head.orientation.to_array(),
-            },
-            gaze: estimate.line_of_sight.forward().to_array(),
-            state: estimate.state.name(),
-            widen: estimate.widen,
-            blink: estimate.blink,
-            gaze_age_us: estimate.gaze_age.map(|age| age.0),
-            frame_hash,
-            images,
-        }
-    }
+    pub(super) orientation: [f32; 4],
 }
 
 impl fmt::Display for TrackedFrames {
@@ -277,8 +234,8 @@ impl fmt::Display for Report {
             }
         }
         let eyes = counted(self.eyes as u64, "eye");
-        let threads = counted(self.threads as u64, "thread");
-        let (seconds, simd) = (self.seconds, self.simd);
+        let threads = counted(self.traced.threads as u64, "thread");
+        let (seconds, simd) = (self.seconds, self.traced.simd);
         writeln!(f, " {eyes}, traced in {seconds:.3} s on {threads} ({simd})")?;
         writeln!(f, "rays: {}", self.rays)?;
         if let Some(lod) = &self.lod {

@@ -32,13 +32,6 @@ pub(super) struct TrackerArguments {
     pub(super) hz: u64,
 }
 
-#[derive(Debug, Error, Diagnostic)]
-#[error("no sample came from {spec} in {} s", PATIENCE.0 / 1_000_000)]
-#[diagnostic(help("see what comes with `shisen tracker monitor '{spec}'`"))]
-struct Nothing {
-    spec: String,
-}
-
 /// Longest wait for the first sample, after a reset if there is one.
 const PATIENCE: Micros = Micros::from_millis(5_000);
 
@@ -77,8 +70,9 @@ impl Follower {
                 since = given.feed.now();
             }
             if given.feed.now().since(since) > PATIENCE {
-                let spec = name.to_string();
-                return Err(Nothing { spec }.into());
+                let message = format!("no sample came from {name} in {} s", PATIENCE.seconds());
+                let help = format!("see what comes with `shisen tracker monitor '{name}'`");
+                return Err(Fault::new(message, help).into());
             }
         }
         let start = given.feed.now();
@@ -150,7 +144,7 @@ impl Opened {
 mod tests {
     use super::*;
     use crate::tracker::pty::Pty;
-    use crate::tracker::serve::{Begin, serve};
+    use crate::tracker::serve::serve;
     use crate::tracker::{MockSpec, simulated};
     use shisen_tracker::estimate::State;
     use shisen_tracker::head::hatire::{Config, FRAME_BYTES};
@@ -195,7 +189,7 @@ mod tests {
             };
             let (source, protocol) = (simulated(&spec).unwrap(), "link".parse().unwrap());
             let goes_on = &mut |_| !until.load(Ordering::Relaxed);
-            serve(&mut pty, source, &protocol, Begin::AtOnce, goes_on)
+            serve(&mut pty, source, &protocol, None, goes_on)
         });
         let mut follower = follower(&path, "link");
         let count = |follower: &Follower| {

@@ -32,14 +32,6 @@ enum ProjectionChoice {
     Perspective,
 }
 
-/// The name of a projection in reports.
-pub(super) const fn projection_name(design: &Design) -> &'static str {
-    match design.p {
-        None => "parallel",
-        Some(_) => "perspective",
-    }
-}
-
 #[derive(Debug, Args)]
 pub(super) struct MirrorArguments {
     /// Mirror of the paper's Table 1, or the best one
@@ -62,9 +54,16 @@ pub(super) struct MirrorArguments {
     #[arg(long, value_name = "RADIANS", requires = "a", allow_hyphen_values = true,
           value_parser = number::<f64>)]
     beta1: Option<f64>,
+    /// How pixels become directions
+    #[arg(long, value_enum, default_value = "mirror")]
+    mapping: MappingChoice,
 }
 
 impl MirrorArguments {
+    pub(super) fn mapping(&self) -> Mapping {
+        self.mapping.0
+    }
+
     /// The mirror that is asked for, if any.
     pub(super) fn design(&self) -> Result<Option<Design>, Failure> {
         if let Some(ConfigChoice(named)) = self.config {

@@ -1,7 +1,6 @@
 //! The camera of a dome master.
 
 use super::arguments::{ConfigChoice, MappingChoice};
-use crate::bake::BakedScene;
 use crate::cli::output::progress::Progress;
 use crate::cli::prelude::*;
 use crate::dome::{Named, NearField, effective_viewpoint};
@@ -9,7 +8,6 @@ use crate::render::{self, DomePicture, Options};
 use crate::scene::Scene;
 use crate::scene::builtin::grid;
 use crate::scene::camera::DomeCamera;
-use crate::with_scene;
 use shisen_core::frame::{DomeProjection, MirrorCamera, View};
 use shisen_core::shape::Spheroid;
 use std::str::FromStr;

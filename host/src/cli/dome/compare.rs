@@ -5,7 +5,6 @@ use super::camera::{MirrorChoice, trace, view};
 use crate::bake::Layout;
 use crate::cli::arguments::source::bake;
 use crate::cli::arguments::threads;
-use crate::cli::output::picture_files::{hexadecimal, is_png, make_writable, metadata};
 use crate::cli::prelude::*;
 use crate::dome::Named;
 use crate::picture::Picture;

@@ -2,7 +2,6 @@
 
 use super::arguments::{ConfigChoice, MappingChoice};
 use super::figure::{Figure, chart, logarithmic};
-use crate::cli::output::picture_files::make_writable;
 use crate::cli::prelude::*;
 use crate::dome::{self, Design, Mapping, MirrorError, Projection};
 use crate::picture::chart::{Axis, Chart, Corner, Line};

@@ -1,20 +1,23 @@
 //! `shisen dome design`: the mirror that takes the truest dome master.
 
-use super::arguments::{MappingChoice, MirrorArguments, projection_name};
+use super::arguments::MirrorArguments;
 use crate::cli::prelude::*;
-use crate::dome::{Design, Mapping};
+use crate::dome::Design;
+use clap::Arg;
 
 /// Designs the mirror that takes the truest dome master
 #[derive(Debug, Args)]
+#[command(mut_arg("mapping", with_errors))]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     mirror: MirrorArguments,
-    /// How pixels become directions. Only mirror has errors
-    #[arg(long, value_enum, default_value = "mirror")]
-    mapping: MappingChoice,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+}
+
+fn with_errors(mapping: Arg) -> Arg {
+    mapping.help("How pixels become directions. Only mirror has errors")
 }
 
 /// A mirror and its viewpoint. Lengths are in equatorial radii of the mirror.
@@ -26,53 +29,16 @@ pub(in crate::cli) struct Report {
     mapping: &'static str,
     /// parallel or perspective.
     projection: &'static str,
-    /// Polar by equatorial radius.
-    a: f64,
-    /// Viewpoint from the mirror's centre; null in parallel projection.
-    p: Option<f64>,
-    /// Screen from the mirror's centre.
-    c1: f64,
-    /// Half the width of the screen.
-    b1: f64,
-    /// Distance from the viewpoint to the screen; null in parallel projection.
-    d1: Option<f64>,
-    /// Parametric angle of the mirror at the dome's rim, radians.
-    beta1: f64,
+    #[serde(flatten)]
+    design: Design,
     /// The camera's full field of view, degrees; only by perspective.
     #[serde(skip_serializing_if = "Option::is_none")]
     fov: Option<f64>,
     /// Width of the whole screen; only in parallel projection.
     #[serde(skip_serializing_if = "Option::is_none")]
     width: Option<f64>,
-    /// Largest difference between angle and place, percent of the picture's radius.
-    error_percent: f64,
-    /// The same, pixels of a picture of 4096 columns.
-    error_px_4096: f64,
     /// Places of the largest differences to either side, degrees from the zenith.
     extrema: Vec<f64>,
-}
-
-impl Report {
-    fn of(design: &Design, config: Option<&'static str>, mapping: Mapping) -> Self {
-        let parallel = design.p.is_none();
-        let degrees = |e: &crate::dome::Extremum| e.r_d.to_degrees();
-        Self {
-            config,
-            mapping: mapping.name(),
-            projection: projection_name(design),
-            a: design.a,
-            p: design.p,
-            c1: design.c1,
-            b1: design.b1,
-            d1: design.d1,
-            beta1: design.beta1,
-            fov: (!parallel).then(|| design.field_of_view.to_degrees()),
-            width: parallel.then_some(2.0 * design.b1),
-            error_percent: design.error_percent,
-            error_px_4096: design.error_px_4096,
-            extrema: design.extrema.iter().map(degrees).collect(),
-        }
-    }
 }
 
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -82,9 +48,18 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
              with --config"
         ));
     };
-    let config = arguments.mirror.name();
-    let MappingChoice(mapping) = arguments.mapping;
-    let report = Report::of(&design.mapped(mapping), config, mapping);
+    let mapping = arguments.mirror.mapping();
+    let design = design.mapped(mapping);
+    let (parallel, extrema) = (design.p.is_none(), design.extrema.iter());
+    let report = Report {
+        config: arguments.mirror.name(),
+        mapping: mapping.name(),
+        projection: if parallel { "parallel" } else { "perspective" },
+        fov: (!parallel).then(|| design.field_of_view.to_degrees()),
+        width: parallel.then_some(2.0 * design.b1),
+        extrema: extrema.map(|one| one.r_d.to_degrees()).collect(),
+        design,
+    };
     print(&report, arguments.json)
 }
 
@@ -94,13 +69,14 @@ impl fmt::Display for Report {
             write!(f, "{config}: ")?;
         }
         writeln!(f, "{} projection", self.projection)?;
+        let one = &self.design;
         for (name, value, meaning) in [
-            ("a", Some(self.a), "polar by equatorial radius"),
-            ("p", self.p, "viewpoint, from the mirror's centre"),
-            ("c1", Some(self.c1), "screen, from the mirror's centre"),
-            ("b1", Some(self.b1), "half the screen's width"),
-            ("d1", self.d1, "from the viewpoint to the screen"),
-            ("beta1", Some(self.beta1), "radians, the edge on the mirror"),
+            ("a", Some(one.a), "polar by equatorial radius"),
+            ("p", one.p, "viewpoint, from the mirror's centre"),
+            ("c1", Some(one.c1), "screen, from the mirror's centre"),
+            ("b1", Some(one.b1), "half the screen's width"),
+            ("d1", one.d1, "from the viewpoint to the screen"),
+            ("beta1", Some(one.beta1), "radians, the edge on the mirror"),
             ("fov", self.fov, "degrees, the camera's field of view"),
             ("width", self.width, "the camera's width of view"),
         ] {
@@ -111,8 +87,8 @@ impl fmt::Display for Report {
         write!(
             f,
             "error {:>16.9}  % of the picture's radius: {:.6} pixels at 4096, {}",
-            self.error_percent,
-            self.error_px_4096,
+            one.error_percent,
+            one.error_px_4096,
             match self.extrema.len() {
                 0 => "by its mapping",
                 1 => "extremum at",

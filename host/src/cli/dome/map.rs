@@ -1,6 +1,6 @@
 //! `shisen dome map`: angles and their places in a dome master.
 
-use super::arguments::{MappingChoice, MirrorArguments};
+use super::arguments::MirrorArguments;
 use crate::cli::prelude::*;
 use crate::dome::{Design, Mapping, px_4096};
 use shisen_core::capture::SpheroidMirror;
@@ -10,9 +10,6 @@ use shisen_core::capture::SpheroidMirror;
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     mirror: MirrorArguments,
-    /// How pixels become directions
-    #[arg(long, value_enum, default_value = "mirror")]
-    mapping: MappingChoice,
     /// Distance from one row to the next, degrees from 0.001 to 90
     #[arg(long, value_name = "DEGREES", default_value_t = 10.0,
           value_parser = within(0.001..=90.0, "degrees from 0.001 to 90, such as 10"))]
@@ -75,7 +72,7 @@ impl Precision {
 
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let design = arguments.mirror.design_or_first()?;
-    let MappingChoice(mapping) = arguments.mapping;
+    let mapping = arguments.mirror.mapping();
     let precision = if arguments.f32 {
         Precision::Single(design.mirror.single().or_misuse()?)
     } else {

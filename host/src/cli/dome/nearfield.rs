@@ -1,10 +1,9 @@
 //! `shisen dome nearfield`: what surroundings near the mirror cost.
 
-use super::arguments::{MappingChoice, MirrorArguments};
+use super::arguments::MirrorArguments;
 use super::figure::{Figure, chart, logarithmic};
-use crate::cli::output::picture_files::make_writable;
 use crate::cli::prelude::*;
-use crate::dome::{self, Design, NearField, NearestError, SizeErrors, Viewpoint, px_4096};
+use crate::dome::{self, Design, NearField, SizeErrors, Viewpoint, px_4096};
 use crate::picture::chart::{Axis, Chart, Corner, Line};
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
@@ -14,9 +13,6 @@ use std::f64::consts::FRAC_PI_2;
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     mirror: MirrorArguments,
-    /// How pixels become directions
-    #[arg(long, value_enum, default_value = "mirror")]
-    mapping: MappingChoice,
     /// Distances of the surroundings, equatorial radii; infinity is always added
     #[arg(long, value_name = "D,...", default_value = "1,2,3,10,100", value_delimiter = ',',
           allow_hyphen_values = true, value_parser = number::<f64>)]
@@ -46,22 +42,6 @@ enum ViewpointChoice {
     Best,
 }
 
-impl ViewpointChoice {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Screen => "screen",
-            Self::Best => "best",
-        }
-    }
-
-    const fn words(self) -> &'static str {
-        match self {
-            Self::Screen => "the screen's centre",
-            Self::Best => "the best viewpoint",
-        }
-    }
-}
-
 /// The errors through surroundings near the mirror.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(in crate::cli) struct Report {
@@ -78,11 +58,13 @@ pub(in crate::cli) struct Report {
     /// Best viewpoints for surroundings from a distance to infinity.
     viewpoints: Vec<BestViewpoint>,
     /// Errors by the mirror's size, seen from the screen's centre.
-    sizes: Vec<Errors>,
+    sizes: Vec<SizeErrors>,
     /// Charts.
     figures: Vec<Figure>,
     #[serde(skip)]
     folder: String,
+    #[serde(skip)]
+    seen_from: &'static str,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -123,41 +105,23 @@ struct BestViewpoint {
     gain: f64,
 }
 
-#[derive(Debug, Serialize, JsonSchema)]
-struct Errors {
-    /// Mirror's distance from the world's origin, in distances to the nearest surface.
-    offset: f64,
-    /// Mirror's radius, in distances to the nearest surface.
-    size: f64,
-    /// Displacement, pixels; null if the mirror reaches through the surface.
-    near_field_px: Option<f64>,
-    /// Error of rounding with the mirror in its own frame, pixels.
-    rounding_px: f64,
-    /// Error with the mirror as an object of the world, pixels; null if no ray meets it.
-    world_px: Option<f64>,
-    /// Share of rays that do not meet such a mirror.
-    world_missed: f64,
-}
-
 /// Decades of the mirror's size, up to 1, and sizes in each.
 const DECADES: i32 = 7;
 const STEPS: i32 = 2;
 
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Design { mirror, .. } = arguments.mirror.design_or_first()?;
-    let mapping = arguments.mapping.0;
+    let mapping = arguments.mirror.mapping();
     let near = NearField::new(mirror, mapping);
     let mut distances = arguments.distance.clone();
     distances.retain(|&distance| distance != f64::INFINITY);
     distances.sort_by(f64::total_cmp);
     distances.dedup();
-    let best = |&distance: &f64| {
-        let found = dome::effective_viewpoint(&near, distance)?;
-        Ok((distance, found))
-    };
-    let viewpoints: Result<Vec<(f64, Viewpoint)>, NearestError> =
-        distances.iter().map(best).collect();
-    let viewpoints = viewpoints.or_misuse()?;
+    let mut viewpoints = Vec::new();
+    for distance in distances {
+        let best = dome::effective_viewpoint(&near, distance).or_misuse()?;
+        viewpoints.push((distance, best));
+    }
     let seen: Vec<(f64, NearField)> = viewpoints
         .iter()
         .map(|(distance, best)| match arguments.viewpoint {
@@ -169,12 +133,16 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         .collect();
     let sizes = sizes(&near, &arguments.world_offset)?;
     make_writable(&arguments.out)?;
-    let title = match arguments.mirror.name() {
-        Some(name) => format!("{name}, mapping {}", mapping.name()),
-        None => format!("mapping {}", mapping.name()),
+    let mut title = format!("mapping {}", mapping.name());
+    if let Some(name) = arguments.mirror.name() {
+        title = format!("{name}, {title}");
+    }
+    let (viewpoint, seen_from) = match arguments.viewpoint {
+        ViewpointChoice::Screen => ("screen", "the screen's centre"),
+        ViewpointChoice::Best => ("best", "the best viewpoint"),
     };
     let figures = [
-        ("rings", rings_chart(&title, arguments.viewpoint, &seen)),
+        ("rings", rings_chart(&title, seen_from, &seen)),
         ("viewpoint", viewpoint_chart(&title, &near)),
         ("size", size_chart(&title, &sizes)),
     ];
@@ -185,13 +153,23 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let report = Report {
         config: arguments.mirror.name(),
         mapping: mapping.name(),
-        viewpoint: arguments.viewpoint.name(),
+        viewpoint,
         reach: near.reach(),
         distances: seen.iter().map(|(d, near)| at_distance(near, *d)).collect(),
-        viewpoints: viewpoints.into_iter().map(best_viewpoint).collect(),
-        sizes: sizes.into_iter().map(Errors::from).collect(),
+        viewpoints: viewpoints
+            .into_iter()
+            .map(|(distance, found)| BestViewpoint {
+                distance,
+                offset: found.offset,
+                max_px: px_4096(found.largest),
+                screen_max_px: px_4096(found.from_screen),
+                gain: found.gain(),
+            })
+            .collect(),
+        sizes,
         figures: figures.collect::<Result<_, _>>()?,
         folder: arguments.out.display().to_string(),
+        seen_from,
     };
     print(&report, arguments.json)
 }
@@ -217,29 +195,6 @@ fn at_distance(near: &NearField, distance: f64) -> AtDistance {
     }
 }
 
-fn best_viewpoint((distance, found): (f64, Viewpoint)) -> BestViewpoint {
-    BestViewpoint {
-        distance,
-        offset: found.offset,
-        max_px: px_4096(found.largest),
-        screen_max_px: px_4096(found.from_screen),
-        gain: found.gain(),
-    }
-}
-
-impl From<SizeErrors> for Errors {
-    fn from(errors: SizeErrors) -> Self {
-        Self {
-            offset: errors.offset,
-            size: errors.size,
-            near_field_px: errors.near_field,
-            rounding_px: errors.rounding,
-            world_px: errors.world,
-            world_missed: errors.missed,
-        }
-    }
-}
-
 fn sizes(near: &NearField, offsets: &[f64]) -> Result<Vec<SizeErrors>, Failure> {
     let each: Vec<(f64, f64)> = offsets
         .iter()
@@ -253,7 +208,7 @@ fn sizes(near: &NearField, offsets: &[f64]) -> Result<Vec<SizeErrors>, Failure> 
     errors.collect::<Result<_, _>>().or_misuse()
 }
 
-fn rings_chart(title: &str, viewpoint: ViewpointChoice, seen: &[(f64, NearField)]) -> Chart {
+fn rings_chart(title: &str, seen_from: &str, seen: &[(f64, NearField)]) -> Chart {
     let rings = |(colour, (distance, near)): (usize, &(f64, NearField))| {
         let name = if distance.is_finite() {
             format!("D = {distance}")
@@ -275,7 +230,7 @@ fn rings_chart(title: &str, viewpoint: ViewpointChoice, seen: &[(f64, NearField)
     }
     // An axis needs a length even if nothing is displaced.
     let room = (0.05 * (high - low)).max(1.0e-3);
-    let title = format!("{title}: displacement, seen from {}", viewpoint.words());
+    let title = format!("{title}: displacement, seen from {seen_from}");
     let place = Axis::linear("r_d_deg", "from the zenith, degrees", 0.0..90.0);
     let range = low - room..high + room;
     let displacement = Axis::linear("displacement_px", "towards the rim, pixels at 4096", range);
@@ -306,17 +261,13 @@ fn viewpoint_chart(title: &str, near: &NearField) -> Chart {
     let values = lines.iter().flat_map(|line| &line.points);
     let least = values.filter_map(|(_, y)| *y).fold(1.0, f64::min);
     let least = libm::floor(libm::log10(least.max(1.0e-6)));
-    let nearest = Axis::linear(
-        "nearest",
-        "nearest surface, equatorial radii",
-        range.clone(),
-    );
-    let range = libm::pow(10.0, least)..1.0e3;
-    let largest = Axis::linear(
-        "displacement_px",
+    let label = "nearest surface, equatorial radii";
+    let nearest = Axis::linear("nearest", label, range.clone());
+    let (label, range) = (
         "largest displacement, pixels at 4096",
-        range,
+        libm::pow(10.0, least)..1.0e3,
     );
+    let largest = Axis::linear("displacement_px", label, range);
     let axes = [nearest, largest].map(logarithmic);
     let title = format!("{title}: largest displacement");
     chart(title, axes, lines, Corner::UpperRight)
@@ -326,35 +277,25 @@ fn size_chart(title: &str, sizes: &[SizeErrors]) -> Chart {
     let mut lines = Vec::new();
     for (number, of_offset) in sizes.chunk_by(|a, b| a.offset == b.offset).enumerate() {
         let errors = |name: String, colour, of: &dyn Fn(&SizeErrors) -> Option<f64>| {
-            Line::new(
-                name,
-                colour,
-                of_offset.iter().map(|one| (one.size, of(one))),
-            )
+            let points = of_offset.iter().map(|one| (one.size, of(one)));
+            Line::new(name, colour, points)
         };
         let at = of_offset.first().map_or(0.0, |one| one.offset);
         if number == 0 {
-            lines.push(errors("near field".to_owned(), 6, &|one| one.near_field));
+            lines.push(errors("near field".to_owned(), 6, &|one| one.near_field_px));
         }
         let own = format!("rounding, own frame, at {at}");
-        lines.push(errors(own, 2 * number, &|one| Some(one.rounding)));
+        lines.push(errors(own, 2 * number, &|one| Some(one.rounding_px)));
         let world = format!("rounding, as an object, at {at}");
-        lines.push(errors(world, 2 * number + 1, &|one| one.world));
+        lines.push(errors(world, 2 * number + 1, &|one| one.world_px));
     }
     let sizes = libm::pow(10.0, f64::from(-DECADES))..1.0;
-    let size = Axis::linear(
-        "size",
-        "equatorial radius by distance to the nearest surface",
-        sizes,
-    );
+    let label = "equatorial radius by distance to the nearest surface";
+    let size = Axis::linear("size", label, sizes);
     let error = Axis::linear("error_px", "largest error, pixels at 4096", 1.0e-6..1.0e6);
     let title = format!("{title}: errors in single precision");
-    chart(
-        title,
-        [size, error].map(logarithmic),
-        lines,
-        Corner::UpperRight,
-    )
+    let axes = [size, error].map(logarithmic);
+    chart(title, axes, lines, Corner::UpperRight)
 }
 
 fn pixels(px: Option<f64>, digits: usize) -> String {
@@ -368,10 +309,7 @@ impl fmt::Display for Report {
             "{}, mapping {}, seen from {}: displacement in pixels at 4096",
             self.config.unwrap_or("this mirror"),
             self.mapping,
-            match self.viewpoint {
-                "best" => ViewpointChoice::Best.words(),
-                _ => ViewpointChoice::Screen.words(),
-            }
+            self.seen_from
         )?;
         write!(f, "{:>10}", "distance")?;
         for degrees in 1..=8 {

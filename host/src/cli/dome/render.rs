@@ -3,11 +3,9 @@
 use super::camera::{DISTANCE, MirrorChoice, distance, trace, view};
 use crate::bake::Layout;
 use crate::cave::look::Point;
-use crate::cli::arguments::dispersion::DispersionReport;
 use crate::cli::arguments::source::{Loaded, Source, bake};
-use crate::cli::arguments::tracing::TracingArguments;
-use crate::cli::arguments::{EffectReport, Model, SceneName};
-use crate::cli::output::picture_files::{hexadecimal, is_png, make_writable, metadata};
+use crate::cli::arguments::tracing::{TracingArguments, TracingReport};
+use crate::cli::arguments::{Model, SceneName};
 use crate::cli::output::ray_counts::RayCounts;
 use crate::cli::prelude::*;
 use crate::dome::{Mapping, Named};
@@ -114,18 +112,8 @@ pub(in crate::cli) struct Report {
     scene: String,
     /// The mesh of a built-in scene, or null.
     mesh: Option<String>,
-    /// Threads that traced.
-    threads: usize,
-    /// The code path taken: avx2 or portable.
-    simd: &'static str,
-    /// Reflections and refractions followed.
-    depth: u8,
-    /// Rays a pixel.
-    samples: u16,
     #[serde(flatten)]
-    effects: EffectReport,
-    /// Dispersion, or null if it is not rendered.
-    dispersion: Option<DispersionReport>,
+    traced: TracingReport,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -194,7 +182,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         path
     };
     let names = Names::new(&arguments.out, &source.name);
-    let (mut options, dispersion) = arguments.tracing.options(&baked)?;
+    let (mut options, traced) = arguments.tracing.options(&baked)?;
     make_writable(&names.folder)?;
     // Tiles are bands of rows: small ones spread evenly over the threads.
     options.tile = 8;
@@ -243,12 +231,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         distance,
         scene: source.name,
         mesh: source.mesh,
-        threads: options.threads,
-        simd: baked.layout().simd(options.simd).name(),
-        depth: arguments.tracing.depth,
-        samples: arguments.tracing.samples,
-        effects: EffectReport::new(&options.effects, &baked),
-        dispersion,
+        traced,
     };
     print(&report, arguments.output.json)
 }
@@ -298,8 +281,8 @@ impl fmt::Display for Report {
             ", {0} × {0}, traced in {1:.3} s on {2} ({3})",
             self.size,
             self.seconds,
-            counted(self.threads as u64, "thread"),
-            self.simd
+            counted(self.traced.threads as u64, "thread"),
+            self.traced.simd
         )?;
         write!(f, "rays: {}", self.rays)?;
         for image in &self.images {

@@ -1,8 +1,8 @@
 //! `shisen dome warp`: the picture that a projector has to show on a dome.
 
+use crate::cave::DomeScreen;
 use crate::cave::warp::{Nodes, Projector, Warp, bourke, mpcdi};
-use crate::cave::{Cave, DomeScreen};
-use crate::cli::arguments::{PictureSize, WallsName};
+use crate::cli::arguments::{WallsName, picture_size};
 use crate::cli::prelude::*;
 use crate::files::write_atomically;
 
@@ -20,8 +20,8 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "FILE")]
     projector: PathBuf,
     /// Columns and rows of nodes [default: 80x60 for bourke, the projector's resolution for mpcdi]
-    #[arg(long, value_name = "COLUMNSxROWS")]
-    grid: Option<PictureSize>,
+    #[arg(long, value_name = "COLUMNSxROWS", value_parser = picture_size)]
+    grid: Option<[u32; 2]>,
     /// Format of the file
     #[arg(long, value_enum)]
     format: Format,
@@ -33,21 +33,13 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 enum Format {
     /// Bourke's mesh for image warping
     Bourke,
     /// MPCDI 1.0, profile a3
     Mpcdi,
-}
-
-impl Format {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Bourke => "bourke",
-            Self::Mpcdi => "mpcdi",
-        }
-    }
 }
 
 /// A warp.
@@ -56,7 +48,7 @@ pub(in crate::cli) struct Report {
     /// File of the warp.
     path: String,
     /// bourke or mpcdi.
-    format: &'static str,
+    format: Format,
     /// Profile of MPCDI; null for bourke.
     profile: Option<&'static str>,
     /// Name of the dome.
@@ -82,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Format::Bourke => (Nodes::Corners, [80, 60]),
         Format::Mpcdi => (Nodes::Centres, projector.resolution),
     };
-    let grid = arguments.grid.map_or(grid, |grid| grid.0);
+    let grid = arguments.grid.unwrap_or(grid);
     let warp = Warp::new(dome, &projector, grid, nodes).map_err(|error| match error.key {
         "grid" => Failure::usage(&error.to_string()),
         _ => error.into(),
@@ -97,7 +89,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let [columns, rows] = grid;
     let report = Report {
         path: path.display().to_string(),
-        format: arguments.format.name(),
+        format: arguments.format,
         profile: (arguments.format == Format::Mpcdi).then_some("a3"),
         dome: dome.name.clone(),
         projector: projector.name.clone(),

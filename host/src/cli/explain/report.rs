@@ -188,35 +188,20 @@ impl<'r> Met<'r> {
         }
     }
 
-    pub(super) fn cause(&self, effect: EffectSet) -> Cause {
-        Cause {
-            effect: effect.to_string(),
-            materials: self.materials(effect),
-            lights: self.lights(effect),
-        }
-    }
-
-    /// The materials that ask for an effect; for shadows and soft light all lit ones.
-    fn materials(&self, asked: EffectSet) -> Vec<String> {
-        let asks = |material: &Material| {
-            let by_lights = asked == EffectSet::SHADOWS || asked == EffectSet::SOFT_LIGHT;
-            let lit = by_lights && material.effects & effect::LIT != 0;
+    /// What asks for an effect; for shadows and soft light all lit materials.
+    pub(super) fn cause(&self, asked: EffectSet) -> Cause {
+        let (shadows, soft) = (asked == EffectSet::SHADOWS, asked == EffectSet::SOFT_LIGHT);
+        let materials = self.materials.iter().filter(|(_, material)| {
+            let lit = (shadows || soft) && material.effects & effect::LIT != 0;
             lit || EffectSet::of_material(material).contains(asked)
-        };
-        let materials = self.materials.iter();
-        materials
-            .filter(|(_, material)| asks(material))
-            .map(|(name, _)| name.clone())
-            .collect()
-    }
-
-    /// The lights that ask for an effect.
-    fn lights(&self, asked: EffectSet) -> Vec<String> {
-        let asks = |is_large: bool| {
-            asked == EffectSet::SHADOWS || (asked == EffectSet::SOFT_LIGHT && is_large)
-        };
-        let lights = self.lights.iter().filter(|(_, is_large)| asks(*is_large));
-        lights.map(|(name, _)| name.clone()).collect()
+        });
+        let lights = self.lights.iter();
+        let lights = lights.filter(|(_, is_large)| shadows || (soft && *is_large));
+        Cause {
+            effect: asked.to_string(),
+            materials: materials.map(|(name, _)| name.clone()).collect(),
+            lights: lights.map(|(name, _)| name.clone()).collect(),
+        }
     }
 }
 

@@ -1,15 +1,11 @@
 //! Why a command ends without having done what it was asked to.
 
-use crate::bake::BakeError;
-use crate::files::{explain, explain_folder};
+pub use crate::files::Fault;
 use clap::error::ErrorKind;
 use miette::Diagnostic;
-use shisen_core::scene::SceneError;
 use std::error::Error as StdError;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use thiserror::Error;
 
 /// Why a command ends early.
 #[derive(Debug)]
@@ -22,82 +18,12 @@ pub enum Failure {
     Failed(miette::Report),
 }
 
-/// What can go wrong in the command itself.
-#[derive(Debug, Error, Diagnostic)]
-pub enum Fault {
-    #[error("cannot read the scene in {}: {reason}", path.display())]
-    #[diagnostic(help(
-        "give A, B, C, D, grid, prism or spheres, the path of a TOML description, or the path of a scene that `shisen bake` wrote"
-    ))]
-    ReadScene { path: PathBuf, reason: io::Error },
-    #[error("{} is a mesh, not a scene", path.display())]
-    #[diagnostic(help(
-        "place it in a built-in scene with --scene A --mesh FILE, or bake it first"
-    ))]
-    MeshAsScene { path: PathBuf },
-    #[error("cannot read the baked scene in {}: {reason}", path.display())]
-    #[diagnostic(help("give the path of a scene that `shisen bake` wrote"))]
-    ReadBaked { path: PathBuf, reason: io::Error },
-    #[error("{} is neither a TOML description nor a baked scene", path.display())]
-    #[diagnostic(help("if `shisen bake` wrote it, it has been damaged since: bake it again"))]
-    NotAScene { path: PathBuf },
-    #[error("{} cannot be used", path.display())]
-    #[diagnostic(help("bake the scene, or bake it again, with `shisen bake`"))]
-    Blob { path: PathBuf, source: SceneError },
-    #[error("{name} is baked already")]
-    #[diagnostic(help("give what it was baked from"))]
-    AlreadyBaked { name: String },
-    #[error("{name} cannot be baked")]
-    #[diagnostic(help("change the part of the scene or mesh that is named above"))]
-    Bake { name: String, source: BakeError },
-    #[error("{name} cannot have these polygon levels")]
-    #[diagnostic(help("give a larger MIN with --faces MIN..MAX"))]
-    Levels { name: String, source: BakeError },
-    #[error("{mesh}: the mesh is flat along x, so it cannot be scaled to the scene")]
-    #[diagnostic(help("turn the mesh so that its longest side is along x"))]
-    Flat { mesh: String },
-    #[error("cannot read the rays in {}: {reason}", path.display())]
-    #[diagnostic(help("give the path of a file of rays, each six little-endian f32"))]
-    ReadRays { path: PathBuf, reason: io::Error },
-    #[error(
-        "{} has {bytes} bytes, which is not a whole number of rays, or none",
-        path.display()
-    )]
-    #[diagnostic(help(
-        "a ray takes 24 bytes: origin x, y, z and direction x, y, z as little-endian f32; there is no header"
-    ))]
-    RayBytes { path: PathBuf, bytes: usize },
-    #[error("the pictures cannot go to {}: {}", path.display(), explain_folder(reason))]
-    #[diagnostic(help("give a folder that you may write to with --out"))]
-    OutputFolder { path: PathBuf, reason: io::Error },
-    #[error("{}: cannot write: {}", path.display(), explain(reason))]
-    Write { path: PathBuf, reason: io::Error },
-    #[error("cannot start {threads} threads: {reason}")]
-    #[diagnostic(help("ask for fewer with --threads"))]
-    Threads {
-        threads: usize,
-        reason: rayon::ThreadPoolBuildError,
-    },
-    #[error("{failed} of {total} hard cases exceed their error bounds")]
-    #[diagnostic(help(
-        "this build computes other results than the one that was tested: build it again with the compiler's default settings; if the cases still fail, report the table above"
-    ))]
-    HardCases { failed: usize, total: usize },
-    #[error("cannot write to standard output: {reason}")]
-    #[diagnostic(help(
-        "free some space where the output goes, or send it elsewhere; all files are written"
-    ))]
-    Print { reason: io::Error },
-}
-
-impl Fault {
-    /// Makes the error for a failure to write `path`.
-    pub fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
-        move |reason| Self::Write {
-            path: path.to_owned(),
-            reason,
-        }
-    }
+/// Makes the error of a report that cannot be printed.
+pub(super) fn no_output(reason: &io::Error) -> Fault {
+    Fault::new(
+        format!("cannot write to standard output: {reason}"),
+        "free some space where the output goes, or send it elsewhere; all files are written",
+    )
 }
 
 /// Turns errors into failures.
@@ -179,7 +105,7 @@ impl Failure {
         match printed {
             // Help is a report, like any other.
             Err(reason) if !error.use_stderr() && reason.kind() != io::ErrorKind::BrokenPipe => {
-                Self::from(Fault::Print { reason }).print()
+                Self::from(no_output(&reason)).print()
             }
             // Where standard error is closed, nobody is left to tell.
             _ => u8::try_from(error.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from),

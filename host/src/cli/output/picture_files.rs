@@ -1,6 +1,6 @@
 //! Files of pictures.
 
-use crate::cli::output::failure::Fault;
+use crate::files::{Fault, explain_folder};
 use std::path::Path;
 
 /// Makes a folder and checks that files can be written to it, before pictures take time.
@@ -8,9 +8,10 @@ pub fn make_writable(folder: &Path) -> Result<(), Fault> {
     std::fs::create_dir_all(folder)
         .and_then(|()| tempfile::tempfile_in(folder))
         .map(drop)
-        .map_err(|reason| Fault::OutputFolder {
-            path: folder.to_owned(),
-            reason,
+        .map_err(|reason| {
+            let (folder, reason) = (folder.display(), explain_folder(&reason));
+            let message = format!("the pictures cannot go to {folder}: {reason}");
+            Fault::new(message, "give a folder that you may write to with --out")
         })
 }
 

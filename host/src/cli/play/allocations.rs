@@ -3,14 +3,13 @@
 //! The allocator of this program's tests counts what all threads take, with a simulated tracker, a
 //! decoder and a serial port. Other tests run at the same time, so a process of its own renders.
 
-use super::{Audience, Change, LiveArguments, Newest, TimeArguments, paper_lod};
-use crate::live::{Alone, FrameRecord, SessionSettings};
-use crate::render::{CaptureOptions, Observer};
+use super::{Change, LiveArguments, TimeArguments, paper_lod};
+use crate::live::{Alone, Display, FrameRecord, SessionSettings};
+use crate::render::CaptureOptions;
 use crate::tracker::pty::Pty;
-use crate::tracker::serve::{Begin, serve};
+use crate::tracker::serve::serve;
 use crate::tracker::{Feed, MockSpec, Notice, Spec, simulated};
 use clap::Parser;
-use shisen_core::gaze::HeadPose;
 use shisen_tracker::decoder::Event;
 use shisen_tracker::serial::Serial;
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -62,10 +61,8 @@ struct Auditor {
     taken: u64,
 }
 
-impl Audience for Auditor {
-    fn see(&mut self, _: &dyn Newest, _: HeadPose, _: &[Observer]) {}
-
-    fn hear(&mut self, _: &FrameRecord) -> bool {
+impl Display for Auditor {
+    fn after(&mut self, _: &FrameRecord) -> bool {
         self.frames += 1;
         let taken = TAKEN.load(Ordering::SeqCst);
         if self.frames == WARM_UP {
@@ -140,7 +137,7 @@ fn serial_ports_take_no_memory() {
             let tracker = simulated(&MockSpec::default()).unwrap();
             let protocol = "hatire".parse().unwrap();
             let goes_on = &mut |_| !over.load(Ordering::SeqCst);
-            serve(&mut pty, tracker, &protocol, Begin::AtOnce, goes_on).unwrap();
+            serve(&mut pty, tracker, &protocol, None, goes_on).unwrap();
         });
         let mut feed = Feed::open(&spec).unwrap();
         let mut samples = 0;

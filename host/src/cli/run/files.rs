@@ -1,7 +1,6 @@
 //! The pictures of `--view png`, and the file of `--record`.
 
-use crate::cave::{Cave, Eye};
-use crate::cli::output::picture_files::{make_writable, metadata};
+use crate::cave::Eye;
 use crate::cli::prelude::*;
 use crate::live::{FrameRecord, Share, eyes_of};
 use crate::picture::Picture;

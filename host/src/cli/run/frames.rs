@@ -2,41 +2,17 @@
 
 use super::files::{Files, Log};
 use super::shortfall::Shortfall;
-use super::watch::Watch;
+use super::watch::{Command, Watch, Watched};
 use super::{Arguments, View};
 use crate::cli::arguments::filling::Fill;
-use crate::cli::play::{Audience, Change, Newest, Prepared};
+use crate::cli::play::{Change, Prepared};
 use crate::cli::prelude::*;
 use crate::cli::tracker::Interrupt;
-use crate::live::{FrameRecord, Share};
+use crate::live::{Display, Engine, FrameRecord, Look, Share};
 use crate::picture::Picture;
 use crate::render::Observer;
 use crate::show::dashboard::About;
 use glam::Vec3;
-use shisen_core::gaze::HeadPose;
-
-/// What a key of the window asks for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    not(all(unix, feature = "window")),
-    allow(dead_code, reason = "without a window there are no keys")
-)]
-pub(super) enum Command {
-    Change(Change),
-    /// The next way to fill in where the gaze skips rays.
-    Fill,
-    End,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
-pub(super) struct Watched {
-    /// Frames shown.
-    pub(super) shown: u64,
-    /// Frames not shown, for lack of time or after the window's end.
-    pub(super) dropped: u64,
-    /// Whether the window was open at the end.
-    pub(super) is_open: bool,
-}
 
 pub(super) enum Output {
     None,
@@ -72,11 +48,12 @@ pub(super) struct Frames<'s> {
     end: Option<Instant>,
     log: Option<Log>,
     output: Output,
-    fill: Fill,
+    pub(super) fill: Fill,
     /// The newest frame, for files or for the next frame.
     pictures: Vec<Picture>,
     shown: u64,
-    change: Option<Change>,
+    /// What a key asked for.
+    pub(super) change: Option<Change>,
     failure: Option<Failure>,
     shortfall: Shortfall,
 }
@@ -117,15 +94,6 @@ impl<'s> Frames<'s> {
         }
     }
 
-    pub(super) const fn fill(&self) -> Fill {
-        self.fill
-    }
-
-    /// Takes the change that a key asked for.
-    pub(super) fn change(&mut self) -> Option<Change> {
-        self.change.take()
-    }
-
     /// Ends the window, and returns its report and the first error of a file.
     pub(super) fn finish(self) -> (Option<Watched>, Result<(), Failure>) {
         let files = match (self.failure, self.log) {
@@ -140,12 +108,7 @@ impl<'s> Frames<'s> {
         (window, files)
     }
 
-    fn show(
-        &mut self,
-        newest: &dyn Newest,
-        head: HeadPose,
-        eyes: &[Observer],
-    ) -> Result<(), Failure> {
+    fn show(&mut self, newest: &dyn Engine, look: &Look, eyes: &[Observer]) -> Result<(), Failure> {
         let filled = self.fill == Fill::Previous;
         match &mut self.output {
             Output::None => {}
@@ -166,7 +129,7 @@ impl<'s> Frames<'s> {
                         newest.pictures(&mut frame.pictures, false)?;
                     }
                     newest.tiles(&mut frame.tiles);
-                    frame.head = head;
+                    frame.head = look.head;
                     frame.eyes.clear();
                     frame.eyes.extend_from_slice(eyes);
                 }
@@ -209,7 +172,7 @@ impl<'s> Frames<'s> {
     }
 }
 
-impl Audience for Frames<'_> {
+impl Display for Frames<'_> {
     fn gaze(&mut self) -> Option<Vec3> {
         match &self.output {
             Output::Window(watch) => watch.gaze(),
@@ -221,14 +184,14 @@ impl Audience for Frames<'_> {
         self.interrupt.came()
     }
 
-    fn see(&mut self, newest: &dyn Newest, head: HeadPose, eyes: &[Observer]) {
-        if let Err(failure) = self.show(newest, head, eyes) {
+    fn present(&mut self, newest: &dyn Engine, look: &Look, eyes: &[Observer]) {
+        if let Err(failure) = self.show(newest, look, eyes) {
             self.failure.get_or_insert(failure);
         }
         self.shown += 1;
     }
 
-    fn hear(&mut self, record: &FrameRecord) -> bool {
+    fn after(&mut self, record: &FrameRecord) -> bool {
         if let Some(log) = &mut self.log
             && let Err(failure) = log.write(record)
         {

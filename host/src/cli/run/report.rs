@@ -1,9 +1,8 @@
 //! The report of `shisen run`.
 
-use super::frames::Watched;
-use super::{Arguments, LatchName};
+use super::Arguments;
+use super::watch::Watched;
 use crate::cli::arguments::filling::Fill;
-use crate::cli::output::picture_files::hexadecimal;
 use crate::cli::play::{Interference, Played, Prepared};
 use crate::cli::prelude::*;
 use crate::live::{
@@ -50,52 +49,18 @@ pub(in crate::cli) struct Report {
     budget_steps: Option<u64>,
     /// Time of a frame in full, milliseconds; null unless the budget is a part of it.
     plain_ms: Option<f64>,
-    /// Least and greatest part of that time that was a budget, or null.
-    plain_parts: Option<[f64; 2]>,
     /// When a frame takes the gaze.
-    latch: LatchName,
+    latch: &'static str,
     /// How two eyes are shown.
     stereo: Eyes,
-    /// Time from the first frame to the last.
-    seconds: f64,
-    /// Frames shown.
-    frames: u64,
-    /// Refreshes until the last frame.
-    refreshes: u64,
+    #[serde(flatten)]
+    session: SessionReport,
     /// Refreshes without a new frame.
     repeated_refreshes: u64,
-    /// Frames that missed their refresh, or the end of a longer budget.
-    late_frames: u64,
-    /// Frames that took more steps than their budget of steps.
-    over_budget_frames: u64,
-    /// Frames that took longer than their budget of time, from taking the gaze to the last pixel.
-    over_time_frames: u64,
-    /// Frames with an unfinished tile within 5° of the line of sight, or of the head's direction
-    /// if the gaze is lost.
-    frames_with_unfinished_fovea: u64,
-    /// Frames with an unfinished tile.
-    frames_with_unfinished_tiles: u64,
     /// Share of frames of lowered quality.
     lowered_share: f64,
-    /// Median share of the budget that frames took; null without a budget.
-    spent_share: Option<f64>,
-    /// Median share of the budget's steps that frames of full quality would take, as far as known.
-    needed_share: Option<f64>,
-    /// Changes of quality.
-    quality_changes: u64,
     /// Qualities, the best first.
     rungs: Vec<Rung>,
-    /// Frames whose head was where a screen is not seen.
-    blind_frames: u64,
-    /// Frames without a tracker sample: before the first one, after the tracker was silent for
-    /// longer than a gaze is held, or with eyes that it did not see. They have no latency.
-    frames_without_gaze: u64,
-    /// Median of the steps that frames took.
-    median_steps: u64,
-    /// Samples of the tracker.
-    samples: u64,
-    /// Samples not used, because a sensor sent 2,000 a second or more.
-    passed_over_samples: u64,
     /// Time from the sample to the wall, milliseconds; null without samples.
     motion_to_wall_ms: Option<Summary>,
     /// Time of each stage from the sample to the wall, milliseconds.
@@ -164,18 +129,8 @@ struct Eyes {
 
 #[derive(Debug, Serialize, JsonSchema)]
 struct Rung {
-    /// Reflections and refractions followed.
-    depth: u8,
-    /// Level of the faces, 0 to 1.
-    faces: f32,
-    /// Part of the visual field.
-    field: f32,
-    /// Part of the central field.
-    centre: f32,
-    /// How many times as coarse rays are.
-    sampling: f32,
-    /// Part of the capture that is captured anew in a frame.
-    capture: f32,
+    #[serde(flatten)]
+    quality: Quality,
     /// Frames of this quality.
     frames: u64,
 }
@@ -199,8 +154,8 @@ impl Together {
             ranks: share.ranks(),
             frame_hash: hexadecimal(frame_hash(report.hashes.iter().copied())),
             frame_hash_alone: played.alone.map(hexadecimal),
-            waited_us: report.waited.as_ref().map(Spans::new),
-            spread_us: report.spread.as_ref().map(Spans::new),
+            waited_us: report.waits.as_ref().map(|waits| Spans::new(&waits.waited)),
+            spread_us: report.waits.as_ref().map(|waits| Spans::new(&waits.spread)),
         })
     }
 }
@@ -235,7 +190,7 @@ impl Report {
         arguments: &Arguments,
         prepared: &Prepared,
         settings: &SessionSettings,
-        session: &SessionReport,
+        session: SessionReport,
     ) -> Self {
         let part = |count: u64| count as f64 / (session.frames.max(1)) as f64;
         let depth = arguments.live.tracing.depth;
@@ -261,43 +216,26 @@ impl Report {
                 _ => None,
             },
             plain_ms: session.plain_seconds.map(|seconds| 1.0e3 * seconds),
-            plain_parts: session.plain_parts,
-            latch: arguments.latch,
+            latch: arguments.latch.0.name(),
             stereo: Eyes {
                 format: arguments.stereo.name(),
                 eye_order: eyes.iter().map(|eye| eye.name()).collect(),
             },
-            seconds: session.seconds,
-            frames: session.frames,
-            refreshes: session.refreshes,
             repeated_refreshes: session.refreshes - session.frames,
-            late_frames: session.late_frames,
-            over_budget_frames: session.over_budget_frames,
-            over_time_frames: session.over_time_frames,
-            frames_with_unfinished_fovea: session.frames_with_unfinished_fovea,
-            frames_with_unfinished_tiles: session.frames_with_unfinished_tiles,
             lowered_share: part(session.lowered_frames),
-            spent_share: session.spent_share,
-            needed_share: session.needed_share,
-            quality_changes: session.quality_changes,
             rungs: Quality::LADDER
                 .iter()
                 .zip(session.rungs)
-                .map(|(quality, frames)| Rung {
-                    depth: quality.depth.min(depth),
-                    faces: quality.faces,
-                    field: quality.field,
-                    centre: quality.centre,
-                    sampling: if foveated { quality.sampling } else { 1.0 },
-                    capture: if captures { quality.capture } else { 1.0 },
-                    frames,
+                .map(|(quality, frames)| {
+                    let quality = Quality {
+                        depth: quality.depth.min(depth),
+                        sampling: if foveated { quality.sampling } else { 1.0 },
+                        capture: if captures { quality.capture } else { 1.0 },
+                        ..*quality
+                    };
+                    Rung { quality, frames }
                 })
                 .collect(),
-            blind_frames: session.blind_frames,
-            frames_without_gaze: session.frames_without_gaze,
-            median_steps: session.median_steps,
-            samples: session.samples,
-            passed_over_samples: session.passed_over,
             motion_to_wall_ms: session.latencies.summary(Leg::MotionToWall),
             stages: Leg::ALL
                 .into_iter()
@@ -307,6 +245,7 @@ impl Report {
                 .into_iter()
                 .map(|leg| (leg.name(), session.latencies.few_classes(leg).collect()))
                 .collect(),
+            session,
         }
     }
 }
@@ -316,7 +255,7 @@ impl Report {
         write!(f, "budget {}", self.budget)?;
         if let Some(plain) = self.plain_ms {
             write!(f, " (a frame in full takes {plain:.2} ms")?;
-            if let Some([least, most]) = self.plain_parts {
+            if let Some([least, most]) = self.session.plain_parts {
                 write!(f, ", a budget {least:.2} to {most:.2} times that")?;
             }
             f.write_str(")")?;
@@ -324,23 +263,28 @@ impl Report {
         if let Some(time) = self.budget_ms {
             write!(f, ", {time:.2} ms in the last frame")?;
         }
-        writeln!(f, "; the median frame took {} steps", self.median_steps)
+        writeln!(
+            f,
+            "; the median frame took {} steps",
+            self.session.median_steps
+        )
     }
 
     fn fmt_rungs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for rung in self.rungs.iter().filter(|rung| rung.frames > 0) {
-            let (frames, depth, faces) = (rung.frames, rung.depth, rung.faces);
-            let (field, centre) = (100.0 * rung.field, 100.0 * rung.centre);
+            let Rung { frames, quality } = rung;
+            let (depth, faces) = (quality.depth, quality.faces);
+            let (field, centre) = (100.0 * quality.field, 100.0 * quality.centre);
             write!(
                 f,
                 "  {frames:6} frames: {depth} bounces, faces of level {faces}, "
             )?;
             write!(f, "{field:.0}% of the field, {centre:.0}% of its centre")?;
-            if rung.sampling > 1.0 {
-                write!(f, ", {} times as coarse", rung.sampling)?;
+            if quality.sampling > 1.0 {
+                write!(f, ", {} times as coarse", quality.sampling)?;
             }
-            if rung.capture < 1.0 {
-                write!(f, ", {:.0}% of the capture anew", 100.0 * rung.capture)?;
+            if quality.capture < 1.0 {
+                write!(f, ", {:.0}% of the capture anew", 100.0 * quality.capture)?;
             }
             writeln!(f)?;
         }
@@ -348,17 +292,18 @@ impl Report {
     }
 
     fn fmt_samples(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the tracker sent {} samples", self.samples)?;
+        let session = &self.session;
+        write!(f, "the tracker sent {} samples", session.samples)?;
         for (count, what) in [
-            (self.passed_over_samples, "were not used: too many came"),
+            (session.passed_over_samples, "were not used: too many came"),
             (self.surroundings.lost_samples, "were lost before they came"),
         ] {
             if count > 0 {
                 write!(f, ", {count} {what}")?;
             }
         }
-        if self.frames_without_gaze > 0 {
-            let frames = self.frames_without_gaze;
+        let frames = session.frames_without_gaze;
+        if frames > 0 {
             write!(
                 f,
                 "; {frames} frames had no tracker sample, so they have no latency"
@@ -382,27 +327,28 @@ impl fmt::Display for Report {
             self.lod
         )?;
         self.fmt_budget(f)?;
-        let frames = counted(self.frames, "frame");
-        let (seconds, refreshes, late) = (self.seconds, self.refreshes, self.late_frames);
-        let (time, steps) = (self.over_time_frames, self.over_budget_frames);
+        let one = &self.session;
+        let frames = counted(one.frames, "frame");
+        let (seconds, refreshes, late) = (one.seconds, one.refreshes, one.late_frames);
+        let (time, steps) = (one.over_time_frames, one.over_budget_frames);
         write!(
             f,
             "{frames} in {seconds:.1} s at {refreshes} refreshes: {late} late, "
         )?;
         writeln!(f, "{time} over their time, {steps} over their steps")?;
-        let unfinished = self.frames_with_unfinished_tiles;
+        let unfinished = one.frames_with_unfinished_tiles;
         if unfinished > 0 {
-            let near = self.frames_with_unfinished_fovea;
+            let near = one.frames_with_unfinished_fovea;
             write!(f, "{unfinished} frames lack a part of the picture, ")?;
             writeln!(f, "{near} of them where the viewer looks")?;
         }
-        let (lowered, changes) = (100.0 * self.lowered_share, self.quality_changes);
+        let (lowered, changes) = (100.0 * self.lowered_share, one.quality_changes);
         write!(f, "quality lowered in {lowered:.1}% of the frames, ")?;
         writeln!(f, "changed {changes} times")?;
-        if let Some(spent) = self.spent_share.map(|share| 100.0 * share) {
+        if let Some(spent) = one.spent_share.map(|share| 100.0 * share) {
             writeln!(f, "the median frame spent {spent:.0}% of its budget")?;
         }
-        if let Some(share) = self.needed_share {
+        if let Some(share) = one.needed_share {
             let needed = 100.0 * share;
             writeln!(
                 f,

@@ -4,17 +4,15 @@
 //! the loop copies its next frame into the buffer that comes with the request. It only counts
 //! frames without a request.
 
+#[cfg_attr(not(all(unix, feature = "window")), path = "watch/no_presenter.rs")]
 mod presenter;
 
-use super::frames::{Command, Watched};
-use crate::cave::Cave;
+use crate::cli::play::Change;
 use crate::cli::prelude::*;
 use crate::live::FrameRecord;
-use crate::show::dashboard::{About, Dashboard, Frame, Latency};
+use crate::show::dashboard::{About, Frame, Latency};
 use crate::show::stereo::Stereo;
-use crate::show::window::Window;
 use glam::Vec3;
-use presenter::{Ending, Presenter};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
@@ -29,6 +27,42 @@ const COMMANDS: usize = 16;
 
 /// Longest wait for the end of the window, whose server may hang.
 const PATIENCE: Duration = Duration::from_secs(1);
+
+/// What a key of the window asks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Command {
+    Change(Change),
+    /// The next way to fill in where the gaze skips rays.
+    Fill,
+    End,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+pub(super) struct Watched {
+    /// Frames shown.
+    pub(super) shown: u64,
+    /// Frames not shown, for lack of time or after the window's end.
+    pub(super) dropped: u64,
+    /// Whether the window was open at the end.
+    pub(super) is_open: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Ending {
+    /// There were no more frames.
+    Over,
+    /// Somebody closed it.
+    Closed,
+    /// Its server went away, or memory ran out.
+    Gone,
+}
+
+/// The window's ends of the channels.
+struct Ends {
+    ask: SyncSender<Option<Box<Frame>>>,
+    frames: Receiver<Box<Frame>>,
+    commands: SyncSender<Command>,
+}
 
 /// What both threads share.
 #[derive(Debug, Default)]
@@ -58,22 +92,16 @@ pub(super) struct Watch {
 impl Watch {
     /// Opens a window for the screens of a room. Its screenshots go to a folder.
     pub(super) fn open(cave: &Cave, stereo: Stereo, folder: &Path) -> Result<Self, Failure> {
-        let window = Window::open("Shisen", Dashboard::SIZE)?;
         let shared = Arc::new(Shared::default());
         let (ask, wanted) = sync_channel(1);
         let (frames, taken) = sync_channel(1);
         let (command, commands) = sync_channel(COMMANDS);
-        let mut presenter = Presenter::new(
-            window,
-            Arc::clone(&shared),
-            (ask, taken, command),
-            folder.to_owned(),
-        );
-        let cave = cave.clone();
-        let thread = std::thread::Builder::new()
-            .name("window".to_owned())
-            .spawn(move || presenter.run(&cave, stereo))
-            .or_fail()?;
+        let ends = Ends {
+            ask,
+            frames: taken,
+            commands: command,
+        };
+        let thread = presenter::start(cave, stereo, folder, Arc::clone(&shared), ends)?;
         Ok(Self {
             shared,
             wanted,
@@ -82,13 +110,7 @@ impl Watch {
             thread: Some(thread),
             ending: None,
             next: None,
-            about: Arc::new(About {
-                scene: String::new(),
-                lod: String::new(),
-                fill: String::new(),
-                hz: 1,
-                budget: String::new(),
-            }),
+            about: Arc::default(),
             latencies: VecDeque::with_capacity(REMEMBERED),
         })
     }

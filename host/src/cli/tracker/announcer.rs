@@ -1,6 +1,6 @@
 //! Announces what happens to a tracker, to its clock and to the gaze.
 
-use super::follow::with_drops;
+use super::drops::with_drops;
 use super::warn_of_sensors;
 use crate::cli::output::warn;
 use crate::live::TrackerEvent;
@@ -59,29 +59,29 @@ impl Announcer {
 
     /// Words what a device said: faults, states, texts, refused commands, and eyes that it lost or
     /// found. The samples tell the rest.
-    pub(super) fn of_device(&mut self, message: &Message, now: Micros) -> Option<String> {
-        let (kind, what) = match message {
-            Message::Fault { code, meaning } => (
-                ("fault", *code),
-                format!("the device reports fault {code}{}", meant(meaning)),
-            ),
-            Message::State { code, meaning } => (
-                ("state", *code),
-                format!("the device is in state {code}{}", meant(meaning)),
-            ),
-            Message::Text(text) => (
-                ("text", 0),
-                format!("the device says \"{}\"", text.as_str()),
-            ),
-            Message::Reply(reply) if reply.result != 0 => (
-                ("reply", reply.to),
-                Failure::Refused {
+    fn of_device(&mut self, message: &Message, now: Micros) -> Option<String> {
+        let mut say = |kind, what: &str| self.say(kind, now, what);
+        match message {
+            Message::Fault { code, meaning } => {
+                let what = format!("the device reports fault {code}{}", meant(meaning));
+                say(("fault", *code), &what)
+            }
+            Message::State { code, meaning } => {
+                let what = format!("the device is in state {code}{}", meant(meaning));
+                say(("state", *code), &what)
+            }
+            Message::Text(text) => {
+                let what = format!("the device says \"{}\"", text.as_str());
+                say(("text", 0), &what)
+            }
+            Message::Reply(reply) if reply.result != 0 => {
+                let refused = Failure::Refused {
                     command: reply.to,
                     result: reply.result,
                     meaning: reply.meaning,
-                }
-                .to_string(),
-            ),
+                };
+                say(("reply", reply.to), &refused.to_string())
+            }
             Message::Eyes(event) => {
                 let eye = match event.eye {
                     None => "the eyes",
@@ -89,18 +89,19 @@ impl Announcer {
                     Some(Side::Right) => "the right eye",
                 };
                 match event.kind {
-                    EyeEventKind::Lost => (("lost", 0), format!("the device has lost {eye}")),
-                    EyeEventKind::Found => (("found", 0), format!("the device sees {eye} again")),
-                    _ => return None,
+                    EyeEventKind::Lost => say(("lost", 0), &format!("the device has lost {eye}")),
+                    EyeEventKind::Found => {
+                        say(("found", 0), &format!("the device sees {eye} again"))
+                    }
+                    _ => None,
                 }
             }
-            _ => return None,
-        };
-        self.say(kind, now, &what)
+            _ => None,
+        }
     }
 
     /// Words what a feed says of its device, but not that it was plugged in.
-    pub(super) fn of_feed(notice: &Notice) -> Option<String> {
+    fn of_feed(notice: &Notice) -> Option<String> {
         Some(match notice {
             Notice::Decoded(_) | Notice::Plugged(_) | Notice::Described(_) => return None,
             Notice::Unplugged { path, reason } => {
@@ -120,40 +121,36 @@ impl Announcer {
     }
 
     /// Words what a device's clock did.
-    pub(super) fn of_clock(&mut self, event: &ClockEvent, now: Micros) -> Option<String> {
-        let (kind, what) = match event {
+    fn of_clock(&mut self, event: &ClockEvent, now: Micros) -> Option<String> {
+        let mut say = |kind, what: &str| self.say((kind, 0), now, what);
+        match event {
             ClockEvent::Restarted { jump } => {
                 let ms = jump / 1_000;
-                let text = format!("the device's clock jumped by {ms} ms and goes on from there");
-                ("restarted", text)
+                let what = format!("the device's clock jumped by {ms} ms and goes on from there");
+                say("restarted", &what)
             }
             ClockEvent::Outlier { jump } => {
                 let ms = jump / 1_000;
-                let text = format!("a time of the device is off by {ms} ms: it is not used");
-                ("outlier", text)
+                let what = format!("a time of the device is off by {ms} ms: it is not used");
+                say("outlier", &what)
             }
             ClockEvent::Frozen { since } => {
                 let ms = since.0 / 1_000;
-                (
-                    "frozen",
-                    format!("the device's clock has stood still for {ms} ms"),
-                )
+                let what = format!("the device's clock has stood still for {ms} ms");
+                say("frozen", &what)
             }
             ClockEvent::Thawed { after } => {
                 let ms = after.0 / 1_000;
-                (
-                    "thawed",
-                    format!("the device's clock runs again, after {ms} ms"),
-                )
+                let what = format!("the device's clock runs again, after {ms} ms");
+                say("thawed", &what)
             }
-            _ => return None,
-        };
-        self.say((kind, 0), now, &what)
+            _ => None,
+        }
     }
 
     /// Words that a gaze or a head was not used, or never changes. The samples tell states, blinks
     /// and saccades.
-    pub(super) fn of_gaze(&mut self, event: &Event, now: Micros) -> Option<String> {
+    fn of_gaze(&mut self, event: &Event, now: Micros) -> Option<String> {
         let reason = match event {
             Event::Rejected { reason, .. } => reason,
             Event::HeadStill { since, .. } => {
@@ -166,38 +163,40 @@ impl Announcer {
             }
             _ => return None,
         };
-        let (kind, what) = match reason {
-            Rejection::NotNewer => ("not newer", "it is older than the newest one".to_owned()),
-            Rejection::Eccentric { angle } => (
-                "eccentric",
-                format!(
-                    "the gaze is {:.0}° from straight ahead, farther than eyes turn",
-                    angle.to_degrees()
-                ),
-            ),
-            Rejection::Uncalibrated => (
-                "uncalibrated",
-                "the gaze is a point, and no screen or calibration says where it is".to_owned(),
-            ),
-            Rejection::NotFinite => ("not finite", "a number is not finite".to_owned()),
-            Rejection::Stuck { since } => (
-                "stuck",
-                format!("the gaze has not changed for {} ms", since.0 / 1_000),
-            ),
+        let mut say = |kind, what: &str| {
+            let what = format!("a sample is not used: {what}");
+            self.say((kind, 0), now, &what)
+        };
+        match reason {
+            Rejection::NotNewer => say("not newer", "it is older than the newest one"),
+            Rejection::Eccentric { angle } => {
+                let angle = angle.to_degrees();
+                let what =
+                    format!("the gaze is {angle:.0}° from straight ahead, farther than eyes turn");
+                say("eccentric", &what)
+            }
+            Rejection::Uncalibrated => {
+                let what = "the gaze is a point, and no screen or calibration says where it is";
+                say("uncalibrated", what)
+            }
+            Rejection::NotFinite => say("not finite", "a number is not finite"),
+            Rejection::Stuck { since } => {
+                let ms = since.0 / 1_000;
+                say("stuck", &format!("the gaze has not changed for {ms} ms"))
+            }
             Rejection::HeadStuck { part, since } => {
                 let (kind, part) = match part {
                     HeadPart::Position => ("position stuck", "position"),
                     HeadPart::Orientation => ("orientation stuck", "orientation"),
                 };
                 let ms = since.0 / 1_000;
-                (
+                say(
                     kind,
-                    format!("the head's {part} has not changed for {ms} ms"),
+                    &format!("the head's {part} has not changed for {ms} ms"),
                 )
             }
-            _ => return None,
-        };
-        self.say((kind, 0), now, &format!("a sample is not used: {what}"))
+            _ => None,
+        }
     }
 
     /// Adds the time; `None` if the kind was announced within the last second.
@@ -226,11 +225,8 @@ impl Announcer {
 
 /// The meaning that the manual gives, if any.
 fn meant(meaning: &str) -> String {
-    if meaning.is_empty() {
-        String::new()
-    } else {
-        format!(": {meaning}")
-    }
+    let mark = if meaning.is_empty() { "" } else { ": " };
+    format!("{mark}{meaning}")
 }
 
 #[cfg(test)]

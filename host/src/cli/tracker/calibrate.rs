@@ -54,21 +54,6 @@ enum FittedModel {
     SecondOrder,
 }
 
-#[derive(Debug, Error, Diagnostic)]
-enum NoTargets {
-    #[error("nobody can look at targets now: {spec} is no device")]
-    #[diagnostic(help("say with --targets CSV what the viewer looked at"))]
-    NotLive { spec: String },
-    #[error("nothing says where this terminal is in the room")]
-    #[diagnostic(help(
-        "give --setup TOML with a [screen] (corner = [x, y, z] and size = [w, h], metres) that this terminal fills, or --targets CSV"
-    ))]
-    NoScreen,
-    #[error("targets cannot be shown: standard error is no terminal")]
-    #[diagnostic(help("give --targets CSV"))]
-    NoTerminal,
-}
-
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut file = match &arguments.setup {
         Some(path) => CalibrationFile::load(path)?,
@@ -95,12 +80,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (targets, shown) = match timed {
         Some(targets) => (targets, None),
         None if !feed.is_live() => {
-            let spec = arguments.spec.to_string();
-            return Err(NoTargets::NotLive { spec }.into());
+            let spec = &arguments.spec;
+            let message = format!("nobody can look at targets now: {spec} is no device");
+            let help = "say with --targets CSV what the viewer looked at";
+            return Err(Fault::new(message, help).into());
         }
         None => {
-            let screen = file.screen.ok_or(NoTargets::NoScreen)?;
-            let shown = Shown::new(&screen, feed.now()).ok_or(NoTargets::NoTerminal)?;
+            let screen = file.screen.ok_or_else(|| {
+                Fault::new(
+                    "nothing says where this terminal is in the room",
+                    "give --setup TOML with a [screen] (corner = [x, y, z] and size = [w, h], \
+                     metres) that this terminal fills, or --targets CSV",
+                )
+            })?;
+            let shown = Shown::new(&screen, feed.now()).ok_or_else(|| {
+                let message = "targets cannot be shown: standard error is no terminal";
+                Fault::new(message, "give --targets CSV")
+            })?;
             (shown.targets(), Some(shown))
         }
     };
@@ -238,31 +234,27 @@ impl Report {
                 worst: residual.worst,
             })
         });
-        let target = |seen: &SeenTarget| TargetReport::new(file, fits, seen);
+        let target = |seen: &SeenTarget| {
+            let residuals = file.residuals(fits, seen);
+            let eyes = std::array::from_fn(|eye| {
+                let (measured, off) = seen.measured[eye].zip(residuals[eye])?;
+                Some(MeasuredReport {
+                    measured: measured.to_array(),
+                    residual_deg: off.to_degrees(),
+                })
+            });
+            TargetReport {
+                place: seen.place.map(|place| place.to_array()),
+                direction: seen.direction.to_array(),
+                samples: seen.samples,
+                eyes: Eyes::new(eyes),
+            }
+        };
         Self {
             file: name,
             device: file.device.clone(),
             model: crate::tracker::calibration::model_name(file.model),
             targets: file.targets.iter().map(target).collect(),
-            eyes: Eyes::new(eyes),
-        }
-    }
-}
-
-impl TargetReport {
-    fn new(file: &CalibrationFile, fits: &Fits, seen: &SeenTarget) -> Self {
-        let residuals = file.residuals(fits, seen);
-        let eyes = std::array::from_fn(|eye| {
-            let (measured, off) = seen.measured[eye].zip(residuals[eye])?;
-            Some(MeasuredReport {
-                measured: measured.to_array(),
-                residual_deg: off.to_degrees(),
-            })
-        });
-        Self {
-            place: seen.place.map(|place| place.to_array()),
-            direction: seen.direction.to_array(),
-            samples: seen.samples,
             eyes: Eyes::new(eyes),
         }
     }

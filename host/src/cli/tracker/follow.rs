@@ -3,11 +3,11 @@
 use super::Interrupt;
 use super::announcer::Announcer;
 use super::features::FeatureReport;
-use super::sample::{ByReason, by_reason};
 use crate::cli::arguments::span;
 use crate::cli::prelude::*;
-use crate::tracker::{Feed, Notice, Trouble};
-use shisen_tracker::decoder::{Counts, Event};
+use crate::live::TrackerEvent;
+use crate::tracker::{Feed, Notice};
+use shisen_tracker::decoder::Event;
 use shisen_tracker::time::Micros;
 
 #[derive(Debug, Default, Args)]
@@ -25,19 +25,6 @@ impl EndArguments {
     pub(super) fn span(&self) -> Option<Micros> {
         self.seconds.map(|span| Micros(span.as_micros() as u64))
     }
-}
-
-#[derive(Debug, Error, Diagnostic)]
-enum NoSample {
-    #[error("no sample came in {0} s")]
-    #[diagnostic(help("check the device, its protocol and its speed"))]
-    Silent(f64),
-    #[error("no sample came in {0} s: the device is still restarting")]
-    #[diagnostic(help("give --seconds more time, or leave reset=1 out"))]
-    Restarting(f64),
-    #[error("no sample came in {0} s: the recording holds none in that time")]
-    #[diagnostic(help("give --seconds more time"))]
-    Pause(f64),
 }
 
 /// Takes events; returns whether it wants more.
@@ -59,6 +46,7 @@ pub(super) fn follow(
 ) -> Result<(), Failure> {
     let interrupt = Interrupt::watched();
     let last = end.span().map(|span| feed.begin().after(span));
+    let mut announcer = Announcer::default();
     let mut samples = 0;
     let mut heard = Heard::default();
     let mut troubles = Vec::new();
@@ -81,14 +69,10 @@ pub(super) fn follow(
                 heard.features = Some(features);
             }
             Notice::Trouble(trouble) => troubles.push(trouble),
-            other => {
-                if let Some(text) = Announcer::of_feed(&other) {
-                    warn(&text);
-                }
-            }
+            other => announcer.announce(TrackerEvent::Feed(other)),
         });
         for trouble in troubles.drain(..) {
-            warn(&with_drops(&trouble, &feed.counts()));
+            announcer.announce(TrackerEvent::Trouble(trouble, feed.counts()));
         }
         let more = take(feed, &heard)?;
         if !more || full(samples) || feed.is_over() || interrupt.came() {
@@ -97,27 +81,23 @@ pub(super) fn follow(
         if let (Some(last), Some(span)) = (last, end.seconds)
             && now >= last
         {
-            let seconds = span.as_secs_f64();
-            let error = match samples {
-                0 if feed.is_resetting() => NoSample::Restarting(seconds),
-                0 if feed.is_live() => NoSample::Silent(seconds),
-                0 => NoSample::Pause(seconds),
+            let (why, help) = match samples {
+                0 if feed.is_resetting() => (
+                    ": the device is still restarting",
+                    "give --seconds more time, or leave reset=1 out",
+                ),
+                0 if feed.is_live() => ("", "check the device, its protocol and its speed"),
+                0 => (
+                    ": the recording holds none in that time",
+                    "give --seconds more time",
+                ),
                 _ => return Ok(()),
             };
-            return Err(error.into());
+            let message = format!("no sample came in {} s{why}", span.as_secs_f64());
+            return Err(Fault::new(message, help).into());
         }
         if !feed.is_live() {
             std::thread::sleep(Duration::from_millis(1));
         }
     }
-}
-
-/// Words what is wrong, and why bytes were dropped so far: a wrong speed and damaged records differ
-/// in the reasons.
-pub(super) fn with_drops(trouble: &Trouble, counts: &Counts) -> String {
-    let reasons = by_reason(counts);
-    if reasons.is_empty() {
-        return trouble.to_string();
-    }
-    format!("{trouble}; dropped so far:{}", ByReason(&reasons))
 }

@@ -52,9 +52,9 @@ pub(super) fn show(
     let mut screen = Screen::new(json);
     let shown = follow(feed, end, &mut |feed, heard| {
         let counts = feed.counts();
-        records.hold_back(feed.held_back());
-        if let Some(features) = &heard.features {
-            records.describe(features);
+        records.held_back = feed.held_back();
+        if heard.features.is_some() {
+            records.described.clone_from(&heard.features);
         }
         for event in &heard.events {
             match event {

@@ -1,8 +1,8 @@
 //! `shisen tracker record`: what a tracker sends, into a file.
 
 use super::TrackerName;
+use super::drops::{ByReason, by_reason};
 use super::follow::{EndArguments, follow};
-use super::sample::{ByReason, by_reason};
 use crate::cli::prelude::*;
 use crate::tracker::{Feed, Recorder};
 use shisen_tracker::decoder::Event;
@@ -43,13 +43,6 @@ pub(in crate::cli) struct Report {
     dropped_by: BTreeMap<&'static str, u32>,
 }
 
-#[derive(Debug, Error, Diagnostic)]
-#[error("no sample came: {} is unchanged", file.display())]
-#[diagnostic(help("record for longer; `shisen tracker monitor` shows what comes"))]
-struct Nothing {
-    file: PathBuf,
-}
-
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut feed = Feed::open(&arguments.spec.spec)?;
     let mut recorder = Recorder::create(&arguments.file)?;
@@ -67,8 +60,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     recorder.finish()?;
     followed?;
     if samples + messages == 0 {
-        let file = arguments.file.clone();
-        return Err(Nothing { file }.into());
+        let message = format!("no sample came: {} is unchanged", arguments.file.display());
+        let help = "record for longer; `shisen tracker monitor` shows what comes";
+        return Err(Fault::new(message, help).into());
     }
     let counts = feed.counts();
     let report = Report {

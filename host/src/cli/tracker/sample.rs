@@ -1,12 +1,13 @@
 //! What a tracker sends, for reports.
 
 use super::announcer::Announcer;
+use super::drops::{ByReason, by_reason};
 use super::features::FeatureReport;
 use crate::cli::prelude::*;
-use glam::Vec2;
+use crate::live::TrackerEvent;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator, StampSource};
-use shisen_tracker::decoder::{Counts, DropReason, EyeEventKind, Message, Side};
-use shisen_tracker::estimate::{Estimate, GazeEstimator};
+use shisen_tracker::decoder::{Counts, EyeEventKind, Message, Side};
+use shisen_tracker::estimate::GazeEstimator;
 use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Pupil, Reading, Sample};
 use shisen_tracker::time::{DeviceTime, Micros};
 use std::collections::{BTreeMap, VecDeque};
@@ -102,10 +103,8 @@ struct EyeReport {
 struct Point {
     /// Unit: plane, normalized or raw.
     kind: &'static str,
-    /// The point.
-    value: [f32; 2],
-    /// Whether the tracker sees it now.
-    tracked: bool,
+    #[serde(flatten)]
+    place: Value<[f32; 2]>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -194,17 +193,6 @@ impl Said {
     }
 }
 
-impl Sight {
-    fn of(estimate: &Estimate) -> Self {
-        let sight = &estimate.line_of_sight;
-        Self {
-            position: sight.position().to_array(),
-            direction: sight.forward().to_array(),
-            state: estimate.state.name(),
-        }
-    }
-}
-
 fn value<V: Into<[f32; N]>, const N: usize>(reading: Reading<V>) -> Value<[f32; N]> {
     Value {
         value: reading.value.into(),
@@ -213,52 +201,31 @@ fn value<V: Into<[f32; N]>, const N: usize>(reading: Reading<V>) -> Value<[f32; 
 }
 
 fn eye(eye: &Eye) -> Option<EyeReport> {
+    let (pupil_m, pupil_raw) = match eye.pupil {
+        Some(Pupil::Diameter(metres)) => (Some(metres), None),
+        Some(Pupil::Raw(raw)) => (None, Some(raw)),
+        _ => (None, None),
+    };
     (!eye.is_empty()).then(|| EyeReport {
         origin: eye.origin.map(value),
         direction: eye.direction.map(value),
-        pupil_m: match eye.pupil {
-            Some(Pupil::Diameter(metres)) => Some(metres),
-            _ => None,
-        },
-        pupil_raw: match eye.pupil {
-            Some(Pupil::Raw(raw)) => Some(raw),
-            _ => None,
-        },
+        pupil_m,
+        pupil_raw,
         openness: eye.openness,
     })
 }
 
 fn point(point: Reading<GazePoint>) -> Point {
-    let (kind, place): (_, Vec2) = match point.value {
+    let (kind, place) = match point.value {
         GazePoint::Plane(place) => ("plane", place),
         GazePoint::Normalized(place) => ("normalized", place),
         GazePoint::Raw(place) => ("raw", place),
     };
-    Point {
-        kind,
+    let place = Value {
         value: place.to_array(),
         tracked: point.tracked,
-    }
-}
-
-/// Drops of bytes by reason, without reasons that did not occur.
-pub(super) fn by_reason(counts: &Counts) -> BTreeMap<&'static str, u32> {
-    let all = DropReason::ALL.into_iter();
-    let all = all.map(|reason| (reason.name(), counts.dropped_for(reason)));
-    all.filter(|&(_, count)| count > 0).collect()
-}
-
-/// Words such as ` (3 truncated, 1 out of step)`; nothing without drops.
-pub(super) struct ByReason<'a>(pub(super) &'a BTreeMap<&'static str, u32>);
-
-impl fmt::Display for ByReason<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, (reason, count)) in self.0.iter().enumerate() {
-            let before = if i == 0 { " (" } else { ", " };
-            write!(f, "{before}{count} {reason}")?;
-        }
-        f.write_str(if self.0.is_empty() { "" } else { ")" })
-    }
+    };
+    Point { kind, place }
 }
 
 /// Makes the record of each sample.
@@ -267,13 +234,14 @@ pub(super) struct Records {
     sight: Option<GazeEstimator>,
     announcer: Announcer,
     count: u64,
-    held_back: u64,
+    /// Samples that came before the device was set up.
+    pub(super) held_back: u64,
     /// Arrivals within the last second.
     recent: VecDeque<Micros>,
     /// The device's time of the last sample.
     shown: Option<DeviceTime>,
-    /// Parts of the next record.
-    described: Option<FeatureReport>,
+    /// What the next record says of the device.
+    pub(super) described: Option<FeatureReport>,
     said: Vec<Said>,
 }
 
@@ -293,40 +261,23 @@ impl Records {
         }
     }
 
-    /// Puts what the device says of itself into the next record.
-    pub(super) fn describe(&mut self, features: &FeatureReport) {
-        self.described = Some(features.clone());
-    }
-
     /// Announces what the device said, and puts it into the next record.
     pub(super) fn hear(&mut self, message: &Message, now: Micros) {
         if let Some(sight) = &mut self.sight {
             sight.on_message(message, &mut |_| {});
         }
-        if let Some(what) = self.announcer.of_device(message, now) {
-            warn(&what);
-        }
+        self.announcer.announce(TrackerEvent::Device(*message, now));
         if self.said.len() < MOST_SAID {
             self.said.extend(Said::of(message));
         }
     }
 
-    /// Sets the number of samples that came before the device was set up.
-    pub(super) const fn hold_back(&mut self, samples: u64) {
-        self.held_back = samples;
-    }
-
     pub(super) fn next(&mut self, sample: &Sample, counts: &Counts) -> Record {
         let arrival = sample.arrival;
         let announcer = &mut self.announcer;
-        let say = |what: Option<String>| {
-            if let Some(what) = what {
-                warn(&what);
-            }
-        };
         let stamp = self.clock.as_mut().map(|clock| {
             clock.stamp(sample, &mut |event| {
-                say(announcer.of_clock(&event, arrival));
+                announcer.announce(TrackerEvent::Clock(event, arrival));
             })
         });
         let moved = self.shown != sample.device_time;
@@ -335,10 +286,14 @@ impl Records {
         let measured = stamp.map_or(arrival, |stamp| stamp.time);
         let line_of_sight = self.sight.as_mut().map(|sight| {
             sight.push(sample, measured, &mut |event| {
-                super::warn_of_sensors(&event);
-                say(announcer.of_gaze(&event, arrival));
+                announcer.announce(TrackerEvent::Gaze(event, arrival));
             });
-            Sight::of(&sight.estimate(arrival, &mut |_| {}))
+            let estimate = sight.estimate(arrival, &mut |_| {});
+            Sight {
+                position: estimate.line_of_sight.position().to_array(),
+                direction: estimate.line_of_sight.forward().to_array(),
+                state: estimate.state.name(),
+            }
         });
         self.recent.push_back(arrival);
         let second = Micros::from_millis(1_000);
@@ -395,20 +350,20 @@ impl Records {
 }
 
 /// Writes measured numbers, or that they are not tracked.
-fn write_value(
+fn write_value<const N: usize>(
     f: &mut fmt::Formatter<'_>,
     name: &str,
-    value: Option<(&[f32], bool)>,
+    value: Option<&Value<[f32; N]>>,
     unit: &str,
 ) -> fmt::Result {
-    let Some((numbers, tracked)) = value else {
+    let Some(Value { value, tracked }) = value else {
         return Ok(());
     };
     write!(f, "  {name}")?;
     if !tracked {
         return f.write_str(" not tracked");
     }
-    for number in numbers {
+    for number in value {
         write!(f, " {number:.3}")?;
     }
     f.write_str(unit)
@@ -441,27 +396,21 @@ impl fmt::Display for Said {
 impl fmt::Display for Record {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:10.3} s", self.arrival_us as f64 * 1.0e-6)?;
-        let turn = self.head.orientation.as_ref();
-        let place = self.head.position.as_ref();
-        write_value(f, "head", place.map(|v| (&v.value[..], v.tracked)), " m")?;
-        write_value(f, "turn", turn.map(|v| (&v.value[..], v.tracked)), "")?;
+        write_value(f, "head", self.head.position.as_ref(), " m")?;
+        write_value(f, "turn", self.head.orientation.as_ref(), "")?;
         for (name, eye) in [
             ("left", &self.left),
             ("right", &self.right),
             ("gaze", &self.combined),
         ] {
             let direction = eye.as_ref().and_then(|eye| eye.direction.as_ref());
-            write_value(f, name, direction.map(|v| (&v.value[..], v.tracked)), "")?;
+            write_value(f, name, direction, "")?;
         }
-        let point = self.gaze_point.as_ref();
-        let kind = point.map_or("", |point| point.kind);
-        write_value(f, kind, point.map(|p| (&p.value[..], p.tracked)), "")?;
-        if let Some(Sight {
-            direction: [x, y, z],
-            state,
-            ..
-        }) = self.line_of_sight
-        {
+        if let Some(Point { kind, place }) = &self.gaze_point {
+            write_value(f, kind, Some(place), "")?;
+        }
+        if let Some(sight) = &self.line_of_sight {
+            let ([x, y, z], state) = (sight.direction, sight.state);
             write!(f, "  looks {x:.3} {y:.3} {z:.3} ({state})")?;
         }
         write!(
@@ -485,6 +434,7 @@ impl fmt::Display for Record {
 mod tests {
     use super::*;
     use glam::Vec3;
+    use shisen_tracker::decoder::DropReason;
 
     #[test]
     fn lines_have_what_is_not_tracked_and_drops_by_reason() {

@@ -6,9 +6,9 @@ use super::sample::Records;
 use super::{Interrupt, Recorded, goes_over_a_line, protocol};
 use crate::cli::prelude::*;
 use crate::tracker::pty::Pty;
-use crate::tracker::serve::{Begin, LineState, SILENT};
+use crate::tracker::serve::{LineState, SILENT};
 use crate::tracker::{
-    Feed, MockSpec, PAUSE, ProtocolSpec, Recording, ReplaySpec, Spec, Times, serve, simulated,
+    Feed, MockSpec, PAUSE, ProtocolSpec, Recording, TrackerKind, serve, simulated,
 };
 use shisen_tracker::mock::Source;
 use shisen_tracker::protocol::Protocol;
@@ -66,31 +66,6 @@ pub(in crate::cli) struct ReplayArguments {
     json: bool,
 }
 
-#[derive(Debug, Error, Diagnostic)]
-#[error("{} holds no {what}, which is what a {protocol} sends", file.display())]
-#[diagnostic(help(
-    "choose another --as; link sends all that a recording has: shisen tracker replay {} --to PTY",
-    file.display()
-))]
-struct Lacking {
-    file: PathBuf,
-    what: &'static str,
-    protocol: &'static str,
-}
-
-#[derive(Debug, Error, Diagnostic)]
-enum LineError {
-    #[error("no line can be made at {}: {reason}", path.display())]
-    #[diagnostic(help("give a path that does not exist yet, in a folder that you may write to"))]
-    Open { path: PathBuf, reason: io::Error },
-    #[error("no line can be made at {}: {reason}", path.display())]
-    #[diagnostic(help("end the program that serves it, or give another path"))]
-    Busy { path: PathBuf, reason: io::Error },
-    #[error("the line at {} broke: {reason}", path.display())]
-    #[diagnostic(help("start it again"))]
-    Broken { path: PathBuf, reason: io::Error },
-}
-
 pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
     let mut spec = MockSpec {
         seed: arguments.seed,
@@ -101,7 +76,7 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
         ..MockSpec::default()
     };
     let Some(path) = &arguments.pty else {
-        let mut feed = Feed::open(&Spec::Mock(spec))?;
+        let mut feed = Feed::open(&TrackerKind::Mock(spec).into())?;
         let (records, json) = (Records::new(None), arguments.json);
         return show(&mut feed, records, &arguments.end, json);
     };
@@ -113,11 +88,7 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
 
 pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let Some(path) = &arguments.to else {
-        let mut feed = Feed::open(&Spec::Replay(ReplaySpec {
-            path: arguments.file.clone(),
-            head: None,
-            times: Times::default(),
-        }))?;
+        let mut feed = Feed::open(&TrackerKind::Replay(arguments.file.clone()).into())?;
         let (records, json) = (Records::new(None), arguments.json);
         return show(&mut feed, records, &arguments.end, json);
     };
@@ -170,12 +141,14 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
         "head's pose with all that its records hold"
     };
     if with == 0 {
-        let lacking = Lacking {
-            file: file.into(),
-            what,
-            protocol: protocol.name(),
-        };
-        return Err(lacking.into());
+        let (file, name) = (file.display(), protocol.name());
+        let help =
+            "choose another --as; link sends all that a recording has: shisen tracker replay";
+        return Err(Fault::new(
+            format!("{file} holds no {what}, which is what a {name} sends"),
+            format!("{help} {file} --to PTY"),
+        )
+        .into());
     }
     let without = samples.len() - with;
     if without > 0 && !protocol.has_eyes() {
@@ -233,25 +206,23 @@ fn line(
 ) -> Result<Played, Failure> {
     goes_over_a_line(protocol)?;
     let interrupt = Interrupt::watched();
+    let shown = path.display();
     let mut pty = Pty::open(path).map_err(|reason| {
-        let path = path.into();
-        if reason.kind() == io::ErrorKind::ResourceBusy {
-            LineError::Busy { path, reason }
+        let help = if reason.kind() == io::ErrorKind::ResourceBusy {
+            "end the program that serves it, or give another path"
         } else {
-            LineError::Open { path, reason }
-        }
+            "give a path that does not exist yet, in a folder that you may write to"
+        };
+        Fault::new(format!("no line can be made at {shown}: {reason}"), help)
     })?;
-    let (shown, name) = (path.display(), pty.name().display());
+    let name = pty.name().display();
     say(&format!("{shown} speaks {protocol}, at {name}"));
     let last = end.span();
     let mut reached = |stage| say_stage(stage, path, protocol);
-    let begin = match over {
-        None => Begin::AtOnce,
-        Some(_) => Begin::WithReader(&mut reached),
-    };
+    let reached = over.map(|_| &mut reached as &mut dyn FnMut(LineState));
     let over = over.map(|over| over.after(LINGER));
     let (mut sent, mut whole) = (0, false);
-    serve::serve(&mut pty, source, protocol, begin, &mut |turn| {
+    serve::serve(&mut pty, source, protocol, reached, &mut |turn| {
         let enough = end.frames.is_some_and(|most| turn.sent >= most);
         let late = last.is_some_and(|last| turn.now >= last);
         let both = over.zip(turn.played);
@@ -259,9 +230,9 @@ fn line(
         sent = turn.sent;
         !(interrupt.came() || enough || late || whole)
     })
-    .map_err(|reason| LineError::Broken {
-        path: path.into(),
-        reason,
+    .map_err(|reason| {
+        let message = format!("the line at {shown} broke: {reason}");
+        Fault::new(message, "start it again")
     })?;
     Ok(Played { sent, whole })
 }

@@ -1,6 +1,6 @@
 //! A capture of the surroundings for what the gaze skips, renewed tile by tile.
 
-use super::tile::LiveTile;
+use super::deal::LiveTile;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
 use glam::{DVec3, Mat3, Vec3};
 use shisen_core::frame::{DomePose, Pixel, Renderer, Spectrum, Surroundings, View};

@@ -1,9 +1,9 @@
-//! Deals a budget of steps to tiles.
+//! Deals a budget of steps to tiles, which stay from frame to frame.
 
-use super::tile::{LiveTile, lock};
+use shisen_core::frame::{Pixel, Tile, TileJob};
 use std::ops::Range;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Steps that a group may take above its allotment until more is known.
 const LEAST_EXCESS: u64 = 2_048;
@@ -36,6 +36,43 @@ const MOST_RATIO: u64 = ONE << 8;
 
 /// One part in this many of a surplus is kept for groups that take more than is set aside.
 const CUSHION: u64 = 8;
+
+/// Expected steps of a pixel of which nothing is known.
+const UNKNOWN_PIXEL: u64 = 16;
+
+pub(super) struct LiveTile {
+    pub(super) part: usize,
+    pub(super) job: TileJob,
+    pub(super) pixels: Vec<Pixel>,
+    pub(super) spent: u64,
+    pub(super) expected: u64,
+}
+
+impl LiveTile {
+    pub(super) fn new(part: usize, tile: Tile) -> Self {
+        let area = tile.width as usize * tile.height as usize;
+        Self {
+            part,
+            job: TileJob::new(tile),
+            pixels: vec![Pixel::default(); area],
+            spent: 0,
+            expected: area as u64 * UNKNOWN_PIXEL,
+        }
+    }
+
+    /// Steps still expected; as many as were taken where that was more than expected.
+    pub(super) const fn expected_rest(&self) -> u64 {
+        if self.spent < self.expected {
+            self.expected - self.spent
+        } else {
+            self.spent
+        }
+    }
+}
+
+pub(super) fn lock<T>(one: &Mutex<T>) -> MutexGuard<'_, T> {
+    one.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 #[derive(Debug, Clone)]
 pub(super) struct Group {
@@ -80,7 +117,6 @@ pub(super) struct Dealer {
 }
 
 impl Dealer {
-    /// For a number of samples a pixel.
     pub(super) const fn new(samples: u16) -> Self {
         let times = samples as u64 / FEW_SAMPLES;
         let excess = LEAST_EXCESS * if times > 1 { times } else { 1 };
@@ -101,7 +137,6 @@ impl Dealer {
         self.excess.min(part.unwrap_or(u64::MAX))
     }
 
-    /// Learns the most steps that a group took above its allotment.
     pub(super) fn note_excess(&mut self, excess: &AtomicU64) {
         // The next may be half as dear again; one that was broken off is dearer.
         let most = excess.load(Ordering::SeqCst) * 3 / 2;

@@ -129,7 +129,6 @@ impl Ladder {
         self.recent(rung).max(there)
     }
 
-    /// Whether the need of a rung is at most a part of a number of steps.
     fn fits(&self, rung: usize, steps: f64, part: f64) -> bool {
         self.need(rung) <= steps * part
     }

@@ -111,34 +111,4 @@ mod tests {
             assert!(Cell::new(none).0 < 6 * SIDE * SIDE);
         }
     }
-
-    #[test]
-    fn needs_rise_at_once_and_fall_after_a_while() {
-        let mut places = NeedsByGaze::new();
-        let cell = Cell::new(Vec3::NEG_Z);
-        for (need, known) in [(100.0, 100.0), (60.0, 90.0), (95.0, 95.0)] {
-            places.learn(cell, 4, |_| need);
-            assert!(places.known(cell).eq([(4, known)]));
-        }
-        assert_eq!(places.known(Cell::new(Vec3::X)).count(), 0);
-        assert_eq!((places.ratio(4), places.best_need(cell)), (None, None));
-        // Other rungs follow slowly.
-        for _ in 0..400 {
-            places.learn(cell, 5, |rung| [20.0, 40.0][usize::from(rung == 4)]);
-        }
-        let [(4, fourth), (5, fifth)] = places.known(cell).collect::<Vec<_>>()[..] else {
-            panic!("{places:?}");
-        };
-        assert!((80.0..90.0).contains(&fourth) && (fifth - 20.0).abs() < 1.0);
-        // Dear cells count for more, and the mean stands for cells not seen.
-        let other = Cell::new(Vec3::X);
-        places.learn(other, 4, |_| 920.0);
-        places.learn(other, 5, |_| 730.0);
-        let ratio = 750.0 / (fourth + 920.0);
-        assert!((places.ratio(4).unwrap() - ratio).abs() < 1.0e-3);
-        places.learn(cell, 0, |_| 1000.0);
-        places.learn(other, 0, |_| 1200.0);
-        assert_eq!(places.best_need(other), Some(1200.0));
-        assert_eq!(places.best_need(Cell::new(Vec3::Y)), Some(1100.0));
-    }
 }

@@ -25,7 +25,7 @@ pub struct FrameCost {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Speed {
+pub(in crate::live) struct Speed {
     /// The constant cost of a frame, in steps that take as long.
     overhead: f64,
     frames: [(f64, f64); REMEMBERED],
@@ -47,8 +47,7 @@ impl Speed {
         }
     }
 
-    /// Learns the overhead of a frame of many steps and one of few.
-    pub(super) fn compare(&mut self, many: FrameCost, few: FrameCost) {
+    pub(in crate::live) fn compare(&mut self, many: FrameCost, few: FrameCost) {
         let (most, least) = (many.steps as f64, few.steps as f64);
         if !(most > APART * least && many.seconds > few.seconds && few.seconds > 0.0) {
             return;

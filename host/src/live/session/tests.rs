@@ -15,37 +15,29 @@ use shisen_core::gaze::HeadPose;
 use shisen_tracker::clock::ClockEstimator;
 use shisen_tracker::estimate::GazeEstimator;
 
-/// Delays of the order and of the swap of each frame that is shown, microseconds.
-struct Delays {
-    order: fn(u64) -> u64,
-    swap: fn(u64) -> u64,
-}
+/// Delays of the order and of the swap of a frame that is shown: microseconds.
+type Delays = fn(u64) -> [u64; 2];
 
-const NONE: Delays = Delays {
-    order: |_| 0,
-    swap: |_| 0,
-};
+const NONE: Delays = |_| [0; 2];
 
 fn pause(microseconds: u64) {
     std::thread::sleep(Duration::from_micros(microseconds));
 }
 
-/// One machine that takes its time.
-struct Slow<'d> {
-    delays: &'d Delays,
+struct Slow {
+    delays: Delays,
     shown: u64,
 }
 
-impl SwapLock for Slow<'_> {
-    fn order(&mut self, order: &Order) -> Result<(), SwapError> {
-        // Warm-up frames take as long as the first one.
-        pause((self.delays.order)(self.shown));
-        let _ = order;
+impl SwapLock for Slow {
+    // Warm-up frames take as long as the first one.
+    fn order(&mut self, _: &Order) -> Result<(), SwapError> {
+        pause((self.delays)(self.shown)[0]);
         Ok(())
     }
 
     fn swap(&mut self, _: u64) -> Result<(), SwapError> {
-        pause((self.delays.swap)(self.shown));
+        pause((self.delays)(self.shown)[1]);
         self.shown += 1;
         Ok(())
     }
@@ -53,31 +45,18 @@ impl SwapLock for Slow<'_> {
 
 /// A display that keeps all records.
 #[derive(Default)]
-struct Watcher {
-    /// The first line of sight.
-    first: Option<Vec3>,
-    records: Vec<FrameRecord>,
-}
+struct Watcher(Vec<FrameRecord>);
 
-impl Display<8> for Watcher {
-    fn observe(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> bool {
-        self.first.get_or_insert(look.forward);
-        *eyes = vec![Observer::new(Eye::Left, Viewer::default().eye(Eye::Left))];
-        true
-    }
-
-    fn present(&mut self, _: &Engine<'_, '_, 8>, _: &Look, _: &[Observer]) {}
-
+impl Display for Watcher {
     fn after(&mut self, record: &FrameRecord) -> bool {
-        self.records.push(record.clone());
+        self.0.push(record.clone());
         true
     }
 }
 
-/// Plays frames that follow a tracker.
 fn play(
     settings: SessionSettings,
-    delays: &Delays,
+    delays: Delays,
     tracker: &str,
 ) -> (SessionReport, Vec<FrameRecord>) {
     let spec: Spec = tracker.parse().unwrap();
@@ -86,7 +65,7 @@ fn play(
     let estimator = GazeEstimator::new(config).unwrap();
     let clock = ClockEstimator::new(spec.clock()).unwrap();
     let tracker = LiveTracker::start(feed, clock, estimator, |_| {}).unwrap();
-    let baked = Baked::new(&grid(2.0)).unwrap();
+    let baked = Baked::<8>::new(&grid(2.0)).unwrap();
     let cave = Cave::built_in(BuiltInCave::ThreeWall, [8; 2]).unwrap();
     let eyes = [Observer::new(Eye::Left, Viewer::default().eye(Eye::Left))];
     let options = Options {
@@ -94,21 +73,33 @@ fn play(
         ..Options::default()
     };
     let scene = (baked.scene(), Spectrum::default());
-    let session = |engine: &mut Engine<'_, '_, 8>| {
-        let mut watcher = Watcher::default();
-        let mut lock = Slow { delays, shown: 0 };
-        let by_steps = matches!(settings.budget, FrameBudget::Steps(_));
-        if by_steps {
-            // Samples come.
-            pause(50_000);
-        }
-        let report = run(engine, &tracker, &settings, &mut watcher, &mut lock).unwrap();
-        // Frames of a budget of steps do not depend on what has come.
-        assert!(!by_steps || watcher.first == Some(Vec3::NEG_Z));
-        (report, watcher.records)
+    let by_steps = matches!(settings.budget, FrameBudget::Steps(_));
+    if by_steps {
+        // Samples come.
+        pause(50_000);
+    }
+    let mut first = None;
+    let mut observe = |look: &Look, seen: &mut Vec<Observer>| {
+        first.get_or_insert(look.forward);
+        *seen = eyes.to_vec();
+        true
+    };
+    let (mut watcher, mut lock) = (Watcher::default(), Slow { delays, shown: 0 });
+    let session = |engine: &mut dyn Engine| {
+        run(
+            engine,
+            &tracker,
+            &settings,
+            &mut observe,
+            &mut watcher,
+            &mut lock,
+        )
+        .unwrap()
     };
     let played = with_engine(scene, &cave, &eyes, &options, None, Share::ALL, session);
-    let (report, records) = played.unwrap();
+    let (report, Watcher(records)) = (played.unwrap(), watcher);
+    // Frames of a budget of steps do not depend on what has come.
+    assert!(!by_steps || first == Some(Vec3::NEG_Z));
     check(&report, &records, 1_000_000 / u64::from(settings.hz));
     (report, records)
 }
@@ -158,7 +149,6 @@ fn check(report: &SessionReport, records: &[FrameRecord], period: u64) {
     assert!(refreshes >= refresh as f64 - 0.01, "{refreshes} {refresh}");
 }
 
-/// The median over pairs of successive frames.
 fn median(records: &[FrameRecord], of: fn(&[FrameRecord]) -> u64) -> u64 {
     let mut all: Vec<u64> = records.windows(2).map(of).collect();
     all.sort_unstable();
@@ -181,37 +171,30 @@ const TRACKER: &str = "mock:rate=1000";
 fn frames_longer_than_a_refresh_skip_some_and_take_the_gaze_late() {
     // Delays of the system are short beside such refreshes.
     let settings = settings(25, 12);
-    let delays = Delays {
-        order: |_| 96_000,
-        ..NONE
-    };
-    let (report, late) = play(settings, &delays, TRACKER);
+    let delays: Delays = |_| [96_000, 0];
+    let (report, late) = play(settings, delays, TRACKER);
     assert_eq!((report.late_frames, gap(&late)), (12, 3));
     let latch = Latch::Early;
-    let (_, early) = play(SessionSettings { latch, ..settings }, &delays, TRACKER);
+    let (_, early) = play(SessionSettings { latch, ..settings }, delays, TRACKER);
     assert_eq!(gap(&early), 3);
     let waits = [wait(&late), wait(&early)];
     assert!(waits[0] > waits[1] + 4_000, "{waits:?}");
     // Frames of three refreshes keep such a budget.
     let budget = FrameBudget::Time(Duration::from_millis(120));
-    let (report, records) = play(SessionSettings { budget, ..settings }, &delays, TRACKER);
+    let (report, records) = play(SessionSettings { budget, ..settings }, delays, TRACKER);
     assert_eq!(gap(&records), 3);
     assert!(report.late_frames < 4, "{}", report.late_frames);
 }
 
 #[test]
 fn a_frame_that_is_held_up_is_late_and_the_next_ones_are_not() {
-    let order = Delays {
-        order: |frame| if frame == 20 { 55_000 } else { 0 },
-        ..NONE
-    };
-    // This machine is done but another is not.
-    let swap = Delays {
-        swap: |frame| if frame == 20 { 55_000 } else { 0 },
-        ..NONE
-    };
-    for delays in [order, swap] {
-        let (_, records) = play(settings(100, 40), &delays, TRACKER);
+    let held_up: [Delays; 2] = [
+        |frame| [if frame == 20 { 55_000 } else { 0 }, 0],
+        // This machine is done but another is not.
+        |frame| [0, if frame == 20 { 55_000 } else { 0 }],
+    ];
+    for delays in held_up {
+        let (_, records) = play(settings(100, 40), delays, TRACKER);
         assert!(records[20].late, "{:?}", records[20]);
         let skipped = records[20].refresh - records[19].refresh;
         assert!(skipped >= 6, "{skipped}");
@@ -221,22 +204,19 @@ fn a_frame_that_is_held_up_is_late_and_the_next_ones_are_not() {
 
 #[test]
 fn one_stall_lowers_no_quality() {
-    let delays = Delays {
-        order: |frame| if frame == 20 { 1_500_000 } else { 0 },
-        ..NONE
-    };
+    let delays: Delays = |frame| [if frame == 20 { 1_500_000 } else { 0 }, 0];
     let settings = SessionSettings {
         budget: FrameBudget::Time(Duration::from_millis(50)),
         ..settings(20, 40)
     };
-    let (_, records) = play(settings, &delays, TRACKER);
+    let (_, records) = play(settings, delays, TRACKER);
     assert!(records[20].late);
     assert!(records[19..].iter().all(|record| record.rung == 0));
 }
 
 #[test]
 fn a_late_tracker_is_as_late_as_it_says() {
-    let (report, records) = play(settings(100, 60), &NONE, "mock:rate=1000&delay=0.035");
+    let (report, records) = play(settings(100, 60), NONE, "mock:rate=1000&delay=0.035");
     let age = |record: &FrameRecord| Some(record.arrive_us? - record.sample_us?);
     let mut ages: Vec<u64> = records.iter().filter_map(age).skip(5).collect();
     ages.sort_unstable();
@@ -258,7 +238,7 @@ fn a_budget_of_steps_does_not_depend_on_the_clock() {
         budget: FrameBudget::Steps(2_000),
         ..settings(100, 5)
     };
-    let (_, records) = play(settings, &NONE, "mock");
+    let (_, records) = play(settings, NONE, "mock");
     // Later frames follow the mock, which looks elsewhere.
     assert!(records.iter().any(|record| record.forward[2] > -1.0));
 }

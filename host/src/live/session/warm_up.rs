@@ -4,9 +4,7 @@ use super::{Session, SessionError, render_order};
 use crate::live::governor::{Allowance, Decision, FrameCost};
 use crate::live::quantiles::median;
 use crate::live::swap::{Look, Purpose};
-use shisen_core::{Runs, Simd};
 
-/// Frames without level of detail by which a budget is scaled.
 const PLAIN_FRAMES: usize = 5;
 
 /// The tangent of the angle (27°) to the places beside the first look that are measured.
@@ -15,10 +13,7 @@ const GLANCE: f32 = 0.5;
 /// Frames of the best and of the least quality whose fastest times are compared.
 const COMPARED_FRAMES: usize = 3;
 
-impl<const W: usize> Session<'_, '_, '_, W>
-where
-    Simd: Runs<W>,
-{
+impl Session<'_> {
     /// The median seconds of a frame without level of detail.
     pub(super) fn plain(&mut self, look: &Look) -> Result<f64, SessionError> {
         let mut seconds = Vec::new();
@@ -53,7 +48,7 @@ where
             self.settle(look, Purpose::WarmUp)?;
             if gaze.is_some() {
                 self.look_around(look)?;
-                self.display.observe(look, &mut self.eyes);
+                (self.observe)(look, &mut self.eyes);
                 self.governor.follow(self.gaze(look));
                 self.governor.look_back();
                 self.climb(look, Purpose::WarmUp)?;
@@ -77,7 +72,7 @@ where
         if self.display.is_over() {
             return Ok(None);
         }
-        let (_, cost) = self.render(look, decision, purpose)?;
+        let (.., cost) = self.render(look, decision, purpose)?;
         Ok(Some(cost))
     }
 
@@ -97,7 +92,7 @@ where
             }
         }
         if let [Some(many), Some(few)] = fastest {
-            self.governor.compare(many, few);
+            self.governor.speed.compare(many, few);
         }
         Ok(())
     }
@@ -116,7 +111,7 @@ where
         let across = look.forward.cross(look.up);
         for aside in [across, -across, look.up, -look.up] {
             let glance = look.towards(Some(look.forward + GLANCE * aside));
-            if !self.display.observe(&glance, &mut self.eyes) {
+            if !(self.observe)(&glance, &mut self.eyes) {
                 continue;
             }
             self.governor.follow(self.gaze(&glance));

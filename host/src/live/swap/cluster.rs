@@ -3,6 +3,7 @@
 use super::{
     FrameResult, GatheredResults, Look, Order, Purpose, Share, SwapError, SwapLock, Waits,
 };
+use crate::live::governor::Decision;
 use glam::{Quat, Vec3};
 use hdrhistogram::Histogram;
 use shisen_core::gaze::HeadPose;
@@ -43,8 +44,7 @@ pub struct Cluster<T: Wire> {
     names: Vec<String>,
     /// When the newest order was sent or received.
     ordered: Instant,
-    waited: Histogram<u64>,
-    spread: Histogram<u64>,
+    waits: Waits,
 }
 
 // The first byte of a message.
@@ -77,11 +77,16 @@ impl Order {
     /// The order in a message, with `u64::MAX` for no limit of steps.
     fn words(&self) -> Vec<u64> {
         let purpose = PURPOSES.iter().position(|one| *one == self.purpose);
+        let Decision {
+            steps,
+            rung,
+            whole_fovea,
+        } = self.decision;
         let mut words = vec![
             self.frame,
-            self.steps.unwrap_or(u64::MAX),
-            self.rung as u64,
-            self.whole_fovea.into(),
+            steps.unwrap_or(u64::MAX),
+            rung as u64,
+            whole_fovea.into(),
             purpose.unwrap_or_default() as u64,
         ];
         let look = &self.look;
@@ -96,14 +101,12 @@ impl Order {
 
     fn read(bytes: &[u8]) -> Option<Self> {
         let words = words(bytes)?;
-        let [frame, steps, rung, whole_fovea, purpose, look @ ..] = words.as_slice() else {
-            return None;
-        };
+        let (&[frame, steps, rung, whole_fovea, purpose], look) = words.split_first_chunk()?;
         let look = look.iter().map(|&bits| f32::from_bits(bits as u32));
         let look: [f32; 17] = look.collect::<Vec<_>>().try_into().ok()?;
         let vector = |number: usize| Vec3::from_slice(&look[3 * number..]);
         Some(Self {
-            frame: *frame,
+            frame,
             look: Look {
                 head: HeadPose {
                     position: vector(0),
@@ -114,10 +117,12 @@ impl Order {
                 up: vector(3),
                 widen: look[16],
             },
-            rung: usize::try_from(*rung).ok()?,
-            steps: (*steps != u64::MAX).then_some(*steps),
-            whole_fovea: *whole_fovea != 0,
-            purpose: *PURPOSES.get(usize::try_from(*purpose).ok()?)?,
+            decision: Decision {
+                steps: (steps != u64::MAX).then_some(steps),
+                whole_fovea: whole_fovea != 0,
+                rung: usize::try_from(rung).ok()?,
+            },
+            purpose: *PURPOSES.get(usize::try_from(purpose).ok()?)?,
         })
     }
 }
@@ -142,31 +147,19 @@ impl FrameResult {
 
     fn read(bytes: &[u8]) -> Option<(Self, Duration)> {
         let words = words(bytes)?;
-        let [
+        let (&[frame, steps, need, tracing, tiles, unfinished, fovea, ready], hashes) =
+            words.split_first_chunk()?;
+        let result = Self {
             frame,
             steps,
             need,
-            tracing,
-            tiles,
-            unfinished,
-            fovea,
-            ready,
-            hashes @ ..,
-        ] = words.as_slice()
-        else {
-            return None;
-        };
-        let result = Self {
-            frame: *frame,
-            steps: *steps,
-            need: *need,
-            tracing: Duration::from_nanos(*tracing),
-            tiles: *tiles as usize,
-            unfinished: *unfinished as usize,
-            unfinished_fovea: *fovea != 0,
+            tracing: Duration::from_nanos(tracing),
+            tiles: tiles as usize,
+            unfinished: unfinished as usize,
+            unfinished_fovea: fovea != 0,
             hashes: hashes.to_vec(),
         };
-        Some((result, Duration::from_nanos(*ready)))
+        Some((result, Duration::from_nanos(ready)))
     }
 }
 
@@ -205,8 +198,10 @@ impl<T: Wire> Cluster<T> {
             wire,
             wait,
             ordered: Instant::now(),
-            waited: times.clone(),
-            spread: times,
+            waits: Waits {
+                waited: times.clone(),
+                spread: times,
+            },
         };
         let mut name = vec![NAME];
         name.extend_from_slice(cluster.wire.name().as_bytes());
@@ -341,9 +336,9 @@ impl<T: Wire> SwapLock for Cluster<T> {
             pause();
         }
         let waited = begun.elapsed().as_micros() as u64;
-        self.waited.saturating_record(waited.max(1));
+        self.waits.waited.saturating_record(waited.max(1));
         let spread = last.saturating_sub(first).as_micros() as u64;
-        self.spread.saturating_record(spread.max(1));
+        self.waits.spread.saturating_record(spread.max(1));
         for one in found.into_iter().flatten() {
             gathered.add(&one);
         }
@@ -369,10 +364,7 @@ impl<T: Wire> SwapLock for Cluster<T> {
         Ok(())
     }
 
-    fn waits(&self) -> Option<Waits<'_>> {
-        (self.wire.ranks() > 1 && self.wire.rank() == 0).then_some(Waits {
-            waited: &self.waited,
-            spread: &self.spread,
-        })
+    fn waits(&self) -> Option<&Waits> {
+        (self.wire.ranks() > 1 && self.wire.rank() == 0).then_some(&self.waits)
     }
 }

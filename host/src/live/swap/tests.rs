@@ -11,7 +11,6 @@ struct Channels {
 }
 
 impl Channels {
-    /// The ends of `ranks` threads, by rank.
     fn new(ranks: usize) -> Vec<Self> {
         let (to, from) = (Vec::new, Vec::new);
         let ends = (0..ranks).map(|rank| (rank, to(), from()));
@@ -65,9 +64,11 @@ fn order(frame: u64) -> Order {
             up: Vec3::Y,
             widen: 0.25,
         },
-        rung: frame as usize % 5,
-        steps: frame.is_multiple_of(2).then_some(1_000 + frame),
-        whole_fovea: frame.is_multiple_of(3),
+        decision: Decision {
+            steps: frame.is_multiple_of(2).then_some(1_000 + frame),
+            whole_fovea: frame.is_multiple_of(3),
+            rung: frame as usize % 5,
+        },
         purpose: [Purpose::Plain, Purpose::Shown, Purpose::Compared][frame as usize % 3],
     }
 }
@@ -132,7 +133,7 @@ fn all_receive_orders_and_the_leader_receives_results() {
             lock.swap(next).unwrap();
             next += 1;
         }
-        let counts = |waits: Waits<'_>| [waits.waited, waits.spread].map(Histogram::len);
+        let counts = |waits: &Waits| [&waits.waited, &waits.spread].map(Histogram::len);
         assert_eq!(lock.waits().map(counts), (rank == 0).then_some([FRAMES; 2]));
         next
     });

@@ -2,7 +2,6 @@
 
 use shisen_tracker::time::Micros;
 
-/// The weight of the newest interval in the mean: one part in so many.
 const NEWEST: u64 = 8;
 
 /// The next sample may come sooner than the mean interval by one part in so many.

@@ -22,7 +22,6 @@ const OUTSIDE: [f32; 3] = [0.02, 0.02, 0.02];
 /// The cosine of the largest angle (2°) between the line of sight and the mark of the gaze.
 const NEAR: f32 = 0.999_390_8;
 
-/// Tables of the codes of linear light and of gradients.
 #[derive(Debug)]
 pub(super) struct Codes {
     srgb: Vec<u8>,
@@ -124,7 +123,6 @@ pub(super) struct Overlay<'r> {
     pub(super) ranks: Option<&'r Ranks>,
 }
 
-/// The walls as one eye sees them, on a part of the canvas.
 #[derive(Debug)]
 pub(super) struct Area {
     pub(super) rect: Rect,
@@ -201,7 +199,6 @@ impl Area {
         (cosine >= NEAR).then(|| (self.rect.x + middle(column), self.rect.y + middle(row)))
     }
 
-    /// The direction from the eye to what is shown at a place of the canvas.
     pub(super) fn direction(&self, cave: &Cave, frame: &Frame, x: u32, y: u32) -> Option<Vec3> {
         let (x, y) = (x.checked_sub(self.rect.x)?, y.checked_sub(self.rect.y)?);
         let place = self.shown.place(x, y)?;
@@ -247,7 +244,6 @@ fn gaze_of(frame: &Frame, eye: usize) -> Option<Gaze> {
     Some(lod.gaze)
 }
 
-/// The direction of a place, by the eye's view of each screen.
 fn towards(view: impl Fn(usize) -> Option<View>, place: Place) -> Option<Vec3> {
     let Place::Pixel { screen, x, y } = place else {
         return None;

@@ -44,7 +44,6 @@ impl<'c> Coordinates<'c> {
         Ok(Self { screens, sizes })
     }
 
-    /// All screens unfolded by [`net::unfold`].
     pub(super) fn net(&self) -> Result<PlaceMap, ShowError> {
         Ok(self.places_of(&net::unfold(&self.seen())?))
     }

@@ -124,7 +124,6 @@ pub fn difference(a: &Picture, b: &Picture) -> Result<Picture, PictureError> {
     Ok(picture)
 }
 
-/// The linear colour of a value, 0 to 1, at a brightness, 0 to 1.
 fn viridis(value: f32, brightness: f32) -> [f32; 4] {
     let colour = VIRIDIS.eval_continuous(f64::from(value.clamp(0.0, 1.0)));
     let linear = |channel: u8| (f32::from(channel) / 255.0).powf(2.2) * brightness;

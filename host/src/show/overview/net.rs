@@ -1,12 +1,11 @@
 //! The walls of one eye unfolded into a net, to see all of them at once and across their seams.
 //! A dome's master lies beside them, scaled to the net along its meridians.
 
-mod label;
-
-use crate::cave::{DomeScreen, Screen, Wall, WallPlane};
+use crate::cave::{Screen, Wall, WallPlane};
 use crate::picture::Picture;
+use crate::picture::glyph::{GLYPH, dots};
 use crate::show::ShowError;
-use glam::{DVec2, DVec3};
+use glam::{DAffine2, DMat2, DVec2, DVec3};
 use std::collections::VecDeque;
 
 /// Behind the walls: opaque linear dark grey.
@@ -21,7 +20,6 @@ const SHARED_CORNER: f64 = 0.01;
 const QUARTER_TURN: f64 = 1e-6;
 /// Points this near to a pixel centre, in pixels, are on it and are copied.
 const PIXEL_CENTRE: f64 = 1e-3;
-/// The most samples along each side of a pixel.
 const MAX_SAMPLES: f64 = 16.0;
 
 struct Sheet<'a> {
@@ -36,22 +34,16 @@ impl<'a> Sheet<'a> {
     fn new(screen: Screen<'a>, picture: &'a Picture, scale: f64) -> Result<Self, ShowError> {
         match screen {
             Screen::Wall(wall) => Self::of_wall(wall, picture, scale),
-            Screen::Dome(dome) => Ok(Self::of_dome(dome, picture, scale)),
-        }
-    }
-
-    fn of_dome(dome: &'a DomeScreen, picture: &'a Picture, scale: f64) -> Self {
-        let side = dome.width() * scale;
-        Self {
-            name: &dome.name,
-            picture,
-            corners: None,
-            outline: [
-                DVec2::ZERO,
-                DVec2::new(side, 0.0),
-                DVec2::splat(side),
-                DVec2::new(0.0, side),
-            ],
+            Screen::Dome(dome) => {
+                let side = dome.width() * scale;
+                let corners = [(0.0, 0.0), (side, 0.0), (side, side), (0.0, side)];
+                Ok(Self {
+                    name: &dome.name,
+                    picture,
+                    corners: None,
+                    outline: corners.map(DVec2::from),
+                })
+            }
         }
     }
 
@@ -90,71 +82,48 @@ fn edges() -> impl Iterator<Item = (usize, usize)> + Clone {
 }
 
 /// Where a sheet lies in the net: turned, then moved.
-#[derive(Clone, Copy)]
-struct Placement {
-    rotation: DVec2,
-    origin: DVec2,
+type Placement = DAffine2;
+
+fn outline(placement: &Placement, sheet: &Sheet) -> [DVec2; 4] {
+    sheet
+        .outline
+        .map(|corner| placement.transform_point2(corner))
 }
 
-impl Placement {
-    const UPRIGHT: Self = Self {
-        rotation: DVec2::X,
-        origin: DVec2::ZERO,
-    };
-
-    fn net_from_sheet(&self, point: DVec2) -> DVec2 {
-        self.origin + self.rotation.rotate(point)
-    }
-
-    fn sheet_from_net(&self, point: DVec2) -> DVec2 {
-        let inverse = DVec2::new(self.rotation.x, -self.rotation.y);
-        inverse.rotate(point - self.origin)
-    }
-
-    fn outline(&self, sheet: &Sheet) -> [DVec2; 4] {
-        sheet.outline.map(|corner| self.net_from_sheet(corner))
-    }
-
-    /// The placement of a sheet beside a placed one; `None` where they share no edge.
-    fn folded_from(&self, placed: &Sheet, sheet: &Sheet) -> Option<Self> {
-        let (placed_corners, corners) = (placed.corners?, sheet.corners?);
-        edges().find_map(|(from, to)| {
-            let along = placed_corners[to] - placed_corners[from];
-            let slack = SHARED_CORNER * along.length();
-            // The place of a corner along the edge, 0 to 1; `None` off its line.
-            let place = |corner: DVec3| {
-                let from_start = corner - placed_corners[from];
-                let place = from_start.dot(along) / along.length_squared();
-                ((from_start - place * along).length() <= slack).then_some(place)
-            };
-            // Seen from inside, two walls run along their edge in opposite
-            // directions.
-            let (first, last, begin, end) = edges().find_map(|(first, last)| {
-                let (begin, end) = (place(corners[last])?, place(corners[first])?);
-                let shared = end.min(1.0) - begin.max(0.0);
-                (shared > SHARED_CORNER).then_some((first, last, begin, end))
-            })?;
-            // Snaps corners that nearly coincide.
-            let snapped = |place: f64, to: f64| {
-                let is_near = (place - to).abs() <= SHARED_CORNER;
-                if is_near { to } else { place }
-            };
-            let (begin, end) = (snapped(begin, 0.0), snapped(end, 1.0));
-            let on_edge = |place: f64| {
-                let corner = |number: usize| self.net_from_sheet(placed.outline[number]);
-                corner(from).lerp(corner(to), place)
-            };
-            let (start, end) = (on_edge(begin), on_edge(end));
-            let edge = sheet.outline[first] - sheet.outline[last];
-            let turn = DVec2::new(edge.x, -edge.y).rotate(end - start);
-            let rotation = snapped_to_quarter(turn.normalize_or(DVec2::X));
-            let middle = 0.5 * (sheet.outline[first] + sheet.outline[last]);
-            Some(Self {
-                rotation,
-                origin: 0.5 * (start + end) - rotation.rotate(middle),
-            })
-        })
-    }
+/// The placement of a sheet beside a placed one; `None` where they share no edge.
+fn folded(from: &Placement, placed: &Sheet, sheet: &Sheet) -> Option<Placement> {
+    let (placed_corners, corners) = (placed.corners?, sheet.corners?);
+    let placed_outline = outline(from, placed);
+    edges().find_map(|(from, to)| {
+        let along = placed_corners[to] - placed_corners[from];
+        let slack = SHARED_CORNER * along.length();
+        // The place of a corner along the edge, 0 to 1; `None` off its line.
+        let place = |corner: DVec3| {
+            let from_start = corner - placed_corners[from];
+            let place = from_start.dot(along) / along.length_squared();
+            ((from_start - place * along).length() <= slack).then_some(place)
+        };
+        // Seen from inside, two walls run along their edge in opposite directions.
+        let (first, last, begin, end) = edges().find_map(|(first, last)| {
+            let (begin, end) = (place(corners[last])?, place(corners[first])?);
+            let shared = end.min(1.0) - begin.max(0.0);
+            (shared > SHARED_CORNER).then_some((first, last, begin, end))
+        })?;
+        // Snaps corners that nearly coincide.
+        let snapped = |place: f64, to: f64| {
+            let is_near = (place - to).abs() <= SHARED_CORNER;
+            if is_near { to } else { place }
+        };
+        let on_edge = |place: f64| placed_outline[from].lerp(placed_outline[to], place);
+        let (start, end) = (on_edge(snapped(begin, 0.0)), on_edge(snapped(end, 1.0)));
+        let edge = sheet.outline[first] - sheet.outline[last];
+        let turn = DVec2::new(edge.x, -edge.y).rotate(end - start);
+        let rotation = snapped_to_quarter(turn.normalize_or(DVec2::X));
+        let middle = 0.5 * (sheet.outline[first] + sheet.outline[last]);
+        let origin = 0.5 * (start + end) - rotation.rotate(middle);
+        let matrix = DMat2::from_cols(rotation, rotation.perp());
+        Some(Placement::from_mat2_translation(matrix, origin))
+    })
 }
 
 fn snapped_to_quarter(rotation: DVec2) -> DVec2 {
@@ -213,29 +182,27 @@ fn arrange(sheets: &[Sheet], first: usize) -> Vec<Placement> {
             continue;
         }
         let piece = unfold_piece(sheets, root, &placements);
-        let corners = || {
-            piece
-                .iter()
-                .flat_map(|(index, placement)| placement.outline(&sheets[*index]))
-        };
-        let (low, high) = bounds_of(corners());
+        let corners = piece
+            .iter()
+            .flat_map(|(index, place)| outline(place, &sheets[*index]));
+        let (low, high) = bounds_of(corners);
         // By whole pixels, so that pictures can still be copied.
         let shift = bounds.map_or(DVec2::ZERO, |(_, taken)| {
             DVec2::new(taken.x - low.x + MARGIN, taken.y - high.y).round()
         });
-        for (index, placement) in piece {
-            placements[index] = Some(Placement {
-                origin: placement.origin + shift,
-                ..placement
-            });
+        for (index, mut placement) in piece {
+            placement.translation += shift;
+            placements[index] = Some(placement);
         }
         let (low, high) = (low + shift, high + shift);
         bounds = Some(bounds.map_or((low, high), |(lowest, highest)| {
             (lowest.min(low), highest.max(high))
         }));
     }
-    let placed = |placement: Option<Placement>| placement.unwrap_or(Placement::UPRIGHT);
-    placements.into_iter().map(placed).collect()
+    placements
+        .into_iter()
+        .map(Option::unwrap_or_default)
+        .collect()
 }
 
 /// The sheets that are connected with `root`, breadth first.
@@ -244,20 +211,18 @@ fn unfold_piece(
     root: usize,
     taken: &[Option<Placement>],
 ) -> Vec<(usize, Placement)> {
-    let mut piece = vec![(root, Placement::UPRIGHT)];
+    let mut piece = vec![(root, Placement::IDENTITY)];
     let mut queue = VecDeque::from(piece.clone());
     while let Some((parent, placed)) = queue.pop_front() {
         for (index, sheet) in sheets.iter().enumerate() {
             if taken[index].is_some() || piece.iter().any(|&(other, _)| other == index) {
                 continue;
             }
-            let Some(placement) = placed.folded_from(&sheets[parent], sheet) else {
+            let Some(placement) = folded(&placed, &sheets[parent], sheet) else {
                 continue;
             };
-            let free = piece
-                .iter()
-                .all(|(other, place)| !overlap((sheet, &placement), (&sheets[*other], place)));
-            if free {
+            let mut others = piece.iter().map(|(other, place)| (&sheets[*other], place));
+            if others.all(|other| !overlap((sheet, &placement), other)) {
                 piece.push((index, placement));
                 queue.push_back((index, placement));
             }
@@ -277,7 +242,7 @@ fn bounds_of(corners: impl Iterator<Item = DVec2>) -> (DVec2, DVec2) {
 fn overlap(a: (&Sheet, &Placement), b: (&Sheet, &Placement)) -> bool {
     let shortest = a.0.edge_lengths().chain(b.0.edge_lengths());
     let slack = SHARED_CORNER * shortest.fold(f64::INFINITY, f64::min);
-    let outlines = [a.1.outline(a.0), b.1.outline(b.0)];
+    let outlines = [outline(a.1, a.0), outline(b.1, b.0)];
     let separated = outlines.iter().any(|outline| {
         edges().any(|(from, to)| {
             let normal = (outline[to] - outline[from]).perp().normalize_or_zero();
@@ -316,9 +281,7 @@ impl Canvas {
     ) {
         let [_, right, _, up] = sheet.outline;
         let slack = DVec2::new(grow / right.x, grow / up.y) + 1e-9;
-        let corners = placement
-            .outline(sheet)
-            .map(|corner| self.pixel_from_net(corner));
+        let corners = outline(placement, sheet).map(|corner| self.pixel_from_net(corner));
         let (low, high) = bounds_of(corners.into_iter());
         // Turned sheets grow past the bounds of their outline by at most their diagonal.
         let reach = 2.0 * grow;
@@ -329,7 +292,9 @@ impl Canvas {
         for y in rows {
             for x in columns.clone() {
                 let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                let point = placement.sheet_from_net(self.net_from_pixel(centre));
+                // A rotation's transpose is its inverse.
+                let point = self.net_from_pixel(centre) - placement.translation;
+                let point = placement.matrix2.transpose() * point;
                 let y_up = point.y / up.y;
                 let at = DVec2::new((point.x - y_up * up.x) / right.x, 1.0 - y_up);
                 let inside = at.cmpge(-slack).all() && at.cmple(1.0 + slack).all();
@@ -343,7 +308,7 @@ impl Canvas {
 
 fn draw(sheets: &[Sheet], placements: &[Placement]) -> Result<Picture, ShowError> {
     let placed = || sheets.iter().zip(placements);
-    let corners = placed().flat_map(|(sheet, placement)| placement.outline(sheet));
+    let corners = placed().flat_map(|(sheet, placement)| outline(placement, sheet));
     let (low, high) = bounds_of(corners);
     // Whole pixels from the first wall's corner, without one more for a rounding error.
     let low = (low + PIXEL_CENTRE).floor() - MARGIN;
@@ -359,13 +324,10 @@ fn draw(sheets: &[Sheet], placements: &[Placement]) -> Result<Picture, ShowError
         canvas.fill(sheet, placement, BORDER_WIDTH, |_| BORDER);
     }
     for (sheet, placement) in placed() {
-        let resample = Resample::new(sheet);
-        canvas.fill(sheet, placement, 0.0, |at| resample.at(at));
+        canvas.fill(sheet, placement, 0.0, resample(sheet));
     }
     for (sheet, placement) in placed() {
-        let outline = placement
-            .outline(sheet)
-            .map(|corner| canvas.pixel_from_net(corner));
+        let outline = outline(placement, sheet).map(|corner| canvas.pixel_from_net(corner));
         let (low, high) = bounds_of(outline.into_iter());
         // The corner of an oblique wall's bounds is outside the wall.
         let oblique = outline.iter().any(|corner| {
@@ -373,59 +335,88 @@ fn draw(sheets: &[Sheet], placements: &[Placement]) -> Result<Picture, ShowError
             let from_high = (*corner - high).abs();
             from_low.min(from_high).max_element() > 1.0
         });
-        label::write(&mut canvas.picture, sheet.name, low, high, oblique);
+        label(&mut canvas.picture, sheet.name, low, high, oblique);
     }
     Ok(canvas.picture)
 }
 
-struct Resample<'a> {
-    picture: &'a Picture,
-    size: DVec2,
-    /// Columns and rows of the picture in one pixel of the net.
-    footprint: DVec2,
-}
-
-impl<'a> Resample<'a> {
-    fn new(sheet: &Sheet<'a>) -> Self {
-        let picture = sheet.picture;
-        let size = DVec2::new(f64::from(picture.width), f64::from(picture.height));
-        let [_, right, _, up] = sheet.outline;
-        let net_pixels = DVec2::new(right.x, up.length());
-        Self {
-            picture,
-            size,
-            footprint: size / net_pixels,
-        }
-    }
-
-    /// `at`: 0 to 1 from the upper left corner.
-    fn at(&self, at: DVec2) -> [f32; 4] {
-        let at = at * self.size;
-        let samples = (self.footprint - PIXEL_CENTRE)
-            .ceil()
-            .clamp(DVec2::ONE, DVec2::splat(MAX_SAMPLES));
+/// The colours of a sheet's picture by place, 0 to 1 from the upper left corner.
+fn resample<'a>(sheet: &Sheet<'a>) -> impl Fn(DVec2) -> [f32; 4] + use<'a> {
+    let picture = sheet.picture;
+    let size = DVec2::new(f64::from(picture.width), f64::from(picture.height));
+    let [_, right, _, up] = sheet.outline;
+    // Columns and rows of the picture in one pixel of the net.
+    let footprint = size / DVec2::new(right.x, up.length());
+    let samples = (footprint - PIXEL_CENTRE).ceil();
+    let samples = samples.clamp(DVec2::ONE, DVec2::splat(MAX_SAMPLES));
+    move |at| {
+        let at = at * size;
         if samples == DVec2::ONE {
             let centre = at.floor() + 0.5;
             return if (at - centre).abs().max_element() < PIXEL_CENTRE {
-                self.picture
-                    .pixel(at.x as u32, at.y as u32)
-                    .unwrap_or_default()
+                picture.pixel(at.x as u32, at.y as u32).unwrap_or_default()
             } else {
-                self.picture.sample(at.x, at.y)
+                picture.sample(at.x, at.y)
             };
         }
         let mut sum = [0.0_f64; 4];
         for row in 0..samples.y as u32 {
             for column in 0..samples.x as u32 {
                 let step = DVec2::new(f64::from(column), f64::from(row)) + 0.5;
-                let point = at + (step / samples - 0.5) * self.footprint;
-                let pixel = self.picture.sample(point.x, point.y);
+                let point = at + (step / samples - 0.5) * footprint;
+                let pixel = picture.sample(point.x, point.y);
                 for (sum, channel) in sum.iter_mut().zip(pixel) {
                     *sum += f64::from(channel);
                 }
             }
         }
         sum.map(|sum| (sum / (samples.x * samples.y)) as f32)
+    }
+}
+
+/// A wall's shorter side in pixels of a glyph.
+const GLYPH_SIDE: f64 = 240.0;
+const MAX_SCALE: f64 = 8.0;
+
+const TEXT: [f32; 4] = [0.9, 0.9, 0.9, 1.0];
+const OUTLINE: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+
+/// Writes a name into the upper left corner of a rectangle, or its middle, as far as it fits.
+fn label(picture: &mut Picture, name: &str, low: DVec2, high: DVec2, centred: bool) {
+    let size = high - low;
+    let scale = (size.min_element() / GLYPH_SIDE)
+        .round()
+        .clamp(1.0, MAX_SCALE) as u32;
+    let advance = f64::from(GLYPH * scale);
+    // The outline stays inside, too.
+    let margin = f64::from(scale);
+    let fitting = ((size.x - 2.0 * margin) / advance).max(0.0) as usize;
+    let name: String = name.chars().take(fitting).collect();
+    let text = DVec2::new(advance * name.chars().count() as f64, advance);
+    let start = if centred {
+        0.5 * (low + high - text)
+    } else {
+        low + 3.0 * margin
+    };
+    let start = start.min(high - text - margin).max(low);
+    let (left, top) = (start.x.round() as u32, start.y.round() as u32);
+
+    // The outlines first: letters are not to cover each other.
+    let reach = scale.div_ceil(2);
+    for (grow, colour) in [(reach, OUTLINE), (0, TEXT)] {
+        for (column, row) in dots(&name) {
+            let place = [left + column * scale, top + row * scale];
+            let [x, y] = place.map(|start| start.saturating_sub(grow));
+            square(picture, x, y, scale + 2 * grow, colour);
+        }
+    }
+}
+
+fn square(picture: &mut Picture, left: u32, top: u32, side: u32, colour: [f32; 4]) {
+    for y in top..top.saturating_add(side) {
+        for x in left..left.saturating_add(side) {
+            picture.set_pixel(x, y, colour);
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::Calibrated;
 use crate::tracker::feed::Senses;
+use crate::tracker::protocol::ProtocolSpec;
 use crate::tracker::spec::Spec;
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::estimate::{EstimatorConfig, Eyes, RoomFromTracker, Screen, Sensors};
@@ -30,13 +31,13 @@ pub fn estimation(
             Eyes::HeadOnly
         },
         screen: mock_screen(spec, head),
-        sensors: spec.head().map_or(Sensors::First, Sensors::Only),
+        sensors: spec.head.map_or(Sensors::First, Sensors::Only),
         ..EstimatorConfig::default()
     };
     if is_coarse(spec) {
         config.stuck_after = Some(COARSE_STUCK_AFTER);
     }
-    spec.times().set(&mut config);
+    spec.times.set(&mut config);
     if let Some(calibrated) = calibrated {
         calibrated.file.place(&mut config);
         [config.left, config.right, config.combined] = calibrated.fits;
@@ -50,20 +51,12 @@ const COARSE_STUCK_AFTER: Micros = Micros::from_millis(1_500);
 
 /// Whether a tracker sends whole numbers of camera pixels.
 fn is_coarse(spec: &Spec) -> bool {
-    let protocol = match spec {
-        Spec::Serial(spec) => Some(&spec.protocol),
-        Spec::Mock(spec) => spec.protocol.as_ref(),
-        Spec::Hid(_) | Spec::Replay(_) => None,
-    };
-    protocol.is_some_and(|spec| matches!(spec.protocol(), Protocol::Asl(_) | Protocol::Iscan(_)))
+    let protocol = spec.protocol().map(ProtocolSpec::protocol);
+    matches!(protocol, Some(Protocol::Asl(_) | Protocol::Iscan(_)))
 }
 
-/// The screen in front of the mock.
 fn mock_screen(spec: &Spec, head: HeadPose) -> Option<Screen> {
-    let Spec::Mock(mock) = spec else {
-        return None;
-    };
-    match mock.protocol.as_ref()?.protocol() {
+    match spec.protocol()?.protocol() {
         Protocol::EyeTracker(screen, _) => Some(Screen {
             corner: head.position + head.orientation * screen.corner,
             right: head.orientation * screen.right,

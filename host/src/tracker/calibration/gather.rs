@@ -1,17 +1,16 @@
 //! Gathers samples while the viewer looks at targets.
 
-use super::{EYES, SeenTarget, TimedTarget, measured};
+use super::{EYES, SeenTarget, TimedTarget};
 use crate::files::Fault;
 use glam::{Vec2, Vec3};
 use shisen_core::gaze::HeadPose;
-use shisen_tracker::estimate::{EstimatorConfig, Event, HeardSensors};
+use shisen_tracker::estimate::{EstimatorConfig, Event, HeardSensors, Measured};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 
 /// How long eyes take to rest on a target: a saccade starts after 200 ms, lasts 100 ms.
 pub const SETTLE: Micros = Micros::from_millis(400);
 
-/// The least number of samples for a mean.
 const LEAST_SAMPLES: usize = 10;
 
 /// Glances elsewhere deviate by this many median deviations (3.4 standard ones of noise).
@@ -66,7 +65,8 @@ impl Gatherer {
             return;
         };
         let from_head = head.orientation.inverse() * (self.targets[index].place - head.position);
-        let measured = measured(&self.config, sample, &head);
+        let measured = Measured::of(&self.config, sample, &head);
+        let measured = [measured.left, measured.right, measured.combined];
         if let Some(direction) = from_head.try_normalize()
             && measured.iter().any(Option::is_some)
         {
@@ -77,7 +77,6 @@ impl Gatherer {
         }
     }
 
-    /// Where the head is, in the room.
     fn head(&self, sample: &Sample) -> HeadPose {
         let room = &self.config.room_from_tracker;
         let mut head = self.config.resting_head;
@@ -134,7 +133,6 @@ fn seen(target: &TimedTarget, looks: &[Look]) -> Option<SeenTarget> {
     })
 }
 
-/// The mean without outliers.
 fn mean(places: &[Vec2]) -> Option<Vec2> {
     if places.len() < LEAST_SAMPLES {
         return None;

@@ -19,7 +19,7 @@ impl Bench {
         let path = folder.path().join("line");
         let pty = Some(Pty::open(&path).unwrap());
         let spec = spec(&format!("{}?{options}", path.display()));
-        let live = Live::open(DeviceSpec::Serial(Box::new(spec))).ok();
+        let live = Live::open(TrackerKind::Serial(spec)).ok();
         let step = 0;
         Self {
             folder,
@@ -42,7 +42,6 @@ impl Bench {
         notices
     }
 
-    /// The notices of 5 s.
     fn poll_long(&mut self) -> Vec<Notice> {
         (0..100).flat_map(|_| self.poll()).collect()
     }
@@ -58,8 +57,8 @@ impl Bench {
 }
 
 fn spec(text: &str) -> SerialSpec {
-    match format!("serial:{text}").parse() {
-        Ok(Spec::Serial(spec)) => spec,
+    match format!("serial:{text}").parse::<Spec>().unwrap().kind {
+        TrackerKind::Serial(spec) => spec,
         other => panic!("{other:?}"),
     }
 }
@@ -143,4 +142,26 @@ fn a_line_is_changed_to_another_speed_and_left_silent() {
     assert!(fast.starts_with("ScfU") && fast.ends_with('C'), "{fast}");
     bench.live = None;
     assert_eq!(bench.received(), [(57_600, b'c')]);
+}
+
+#[test]
+fn a_flock_is_taken_out_of_reset() {
+    for (options, expected) in [
+        ("protocol=flock", Some(false)),
+        ("protocol=flock&rts=1", Some(true)),
+        ("protocol=fastrak", None),
+        ("protocol=fastrak&rts=0", Some(false)),
+    ] {
+        let spec = format!("serial:/dev/ttyS0?{options}").parse::<Spec>();
+        let TrackerKind::Serial(spec) = spec.unwrap().kind else {
+            panic!("{options}");
+        };
+        let mut level = None;
+        let set = set_rts(&spec, |high| {
+            level = Some(high);
+            Err(io::ErrorKind::Unsupported.into())
+        });
+        assert_eq!(level, expected, "{options}");
+        assert_eq!(set.is_err(), options.contains("rts"), "{options}");
+    }
 }

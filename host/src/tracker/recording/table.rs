@@ -22,7 +22,6 @@ const COLUMNS: [&str; 3] = [
     "point_kind point_x point_y point_tracked",
 ];
 
-/// The columns of a table.
 pub(super) fn header() -> Vec<String> {
     let [before, of_eye, after] = COLUMNS.map(str::split_whitespace);
     let eyes = EYES.into_iter();
@@ -31,7 +30,6 @@ pub(super) fn header() -> Vec<String> {
     before.chain(eyes).chain(after.map(String::from)).collect()
 }
 
-/// The cells of a sample's line.
 pub(super) fn cells(sample: &Sample) -> Vec<String> {
     Cells::new(sample).0
 }

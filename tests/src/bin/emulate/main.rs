@@ -17,7 +17,7 @@ use shisen::cli::tracker::{Recorded, with_help};
 use shisen::files::Fault;
 use shisen::picture::Picture;
 use shisen::render::frame_hash;
-use shisen::tracker::{Recording, Spec, simulated};
+use shisen::tracker::{Recording, Spec, TrackerKind, simulated};
 use shisen_core::frame::{FlatScreen, MAX_DEPTH};
 use shisen_core::scene::EffectSet;
 use shisen_tests::firmware::{
@@ -155,16 +155,17 @@ impl FromStr for TrackerChoice {
             return Ok(Self(None));
         }
         let spec: Spec = text.parse().map_err(|error: Fault| with_help(&error))?;
-        if spec.head().is_some() {
+        if spec.head.is_some() {
             return Err(
                 "the board takes the first sensor for the viewer's head: leave head \
                         out"
                 .to_owned(),
             );
         }
-        match &spec {
-            Spec::Mock(mock) if mock.protocol.as_ref().is_none_or(|p| p.name() == "link") => {}
-            Spec::Replay(_) => {}
+        match &spec.kind {
+            TrackerKind::Mock(mock)
+                if mock.protocol.as_ref().is_none_or(|p| p.name() == "link") => {}
+            TrackerKind::Replay(_) => {}
             _ => {
                 return Err("the board's tracker speaks our own link: give mock, \
                             replay:FILE or none"
@@ -177,13 +178,15 @@ impl FromStr for TrackerChoice {
 
 impl TrackerChoice {
     fn bytes(&self) -> Result<Option<TrackerBytes>, Failure> {
-        Ok(match &self.0 {
-            Some(Spec::Replay(spec)) => {
-                let recording = Recording::read(&spec.path)?;
+        Ok(match self.0.as_ref().map(|spec| &spec.kind) {
+            Some(TrackerKind::Replay(path)) => {
+                let recording = Recording::read(path)?;
                 let samples = Recorded::new(recording.samples().copied().collect());
                 Some(Box::new(Wire::new(samples, Protocol::Link)))
             }
-            Some(Spec::Mock(spec)) => Some(Box::new(Wire::new(simulated(spec)?, Protocol::Link))),
+            Some(TrackerKind::Mock(spec)) => {
+                Some(Box::new(Wire::new(simulated(spec)?, Protocol::Link)))
+            }
             // Others are refused when they are read.
             _ => None,
         })

@@ -35,7 +35,7 @@ use shisen::render::frame_hash;
 use shisen::scene::Scene;
 use shisen::scene::builtin::{PaperScene, paper_scene, prism};
 use shisen::scene::quadruped::quadruped;
-use shisen::tracker::{Spec, simulated};
+use shisen::tracker::{Spec, TrackerKind, simulated};
 use shisen_core::frame::FlatScreen;
 use shisen_tests::firmware::{Image, Run, TrackerBytes, Watched, reference, watch};
 use shisen_tests::meshes::cow;
@@ -175,7 +175,7 @@ fn down() -> TrackerBytes {
 
 /// A simulated viewer.
 fn mock(spec: &str) -> Result<TrackerBytes, Wrong> {
-    let Spec::Mock(spec) = spec.parse()? else {
+    let TrackerKind::Mock(spec) = spec.parse::<Spec>()?.kind else {
         return Err("no mock".into());
     };
     Ok(Box::new(Wire::new(simulated(&spec)?, Protocol::Link)))

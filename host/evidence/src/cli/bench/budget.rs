@@ -6,10 +6,10 @@ use clap::Args;
 use serde_json::{Value, json};
 use shisen::cli::arguments::whole;
 use shisen::cli::output::failure::Failure;
-use shisen::cli::play::{Audience, LiveArguments, Played, TimeArguments, paper_lod};
+use shisen::cli::play::{LiveArguments, Played, TimeArguments, paper_lod};
 use shisen::cli::tracker::{Interrupt, TrackerName};
 use shisen::live::quantiles::median;
-use shisen::live::{Alone, FrameBudget, FrameRecord, SessionSettings};
+use shisen::live::{Alone, Display, FrameBudget, FrameRecord, SessionSettings};
 use std::time::Duration;
 
 /// Frames at half of what they take without a budget: in time, and whole where one looks
@@ -161,12 +161,12 @@ struct Counts<'i> {
     interrupt: &'i Interrupt,
 }
 
-impl Audience for Counts<'_> {
+impl Display for Counts<'_> {
     fn is_over(&mut self) -> bool {
         self.interrupt.came()
     }
 
-    fn hear(&mut self, record: &FrameRecord) -> bool {
+    fn after(&mut self, record: &FrameRecord) -> bool {
         let microseconds = record.done_us.saturating_sub(record.latch_us);
         self.seconds.push(1.0e-6 * microseconds as f64);
         !self.interrupt.came()

@@ -173,12 +173,12 @@ where
             sights.push(Sight::new(&render::view(screen, eye)?, look.forward));
         }
     }
-    let measure = |engine: &mut Engine<'_, '_, W>| {
+    let measure = |engine: &mut dyn Engine| {
         // A round of its own for pictures, and for work that is only done once.
         let first = in_turns(&WAYS, 1, |&way| {
             let frame = engine.render(&Frames::observers(way, look)?, &Quality::FULL, None)?;
-            let mut pictures = engine.pictures()?;
-            engine.copy(&mut pictures);
+            let mut pictures = Vec::new();
+            engine.pictures(&mut pictures, false)?;
             Ok::<_, Failure>((0.0, (frame.statistics, pictures)))
         })?;
         let timed = in_turns(&WAYS, rounds, |&way| {

@@ -11,13 +11,13 @@ use serde_json::json;
 use shisen::cli::arguments::{span, whole};
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::picture_files::make_writable;
-use shisen::cli::play::{
-    Audience, Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod,
-};
+use shisen::cli::play::{Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod};
 use shisen::cli::tracker::{Interrupt, goes_over_a_line, protocol};
-use shisen::live::{Alone, FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary};
+use shisen::live::{
+    Alone, Display, FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary,
+};
 use shisen::tracker::pty::Pty;
-use shisen::tracker::{MockSpec, ProtocolSpec, SerialSpec, Spec, Times, serve, simulated};
+use shisen::tracker::{MockSpec, ProtocolSpec, Spec, TrackerKind, serve, simulated};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -194,21 +194,15 @@ impl Arguments {
             ..MockSpec::default()
         };
         let source = simulated(&spec)?;
-        let times = Times::late(spec.delay());
         let over = AtomicBool::new(false);
         std::thread::scope(|scope| {
             let served = scope.spawn(|| {
                 let mut goes_on = |_| !over.load(Ordering::Relaxed);
-                serve::serve(
-                    &mut line,
-                    source,
-                    &self.protocol,
-                    serve::Begin::AtOnce,
-                    &mut goes_on,
-                )
+                serve::serve(&mut line, source, &self.protocol, None, &mut goes_on)
             });
-            let path = path.display().to_string();
-            let runs = self.runs(rate, (path, times), prepared, interrupt);
+            let (path, late) = (path.display(), spec.delay.0 as f64 * 1.0e-6);
+            let line = format!("serial:{path}?protocol={}&delay={late}", self.protocol);
+            let runs = self.runs(rate, &line, prepared, interrupt);
             over.store(true, Ordering::Relaxed);
             match served.join() {
                 Ok(Err(broken)) => Err(Failure::from_error(broken)),
@@ -220,21 +214,15 @@ impl Arguments {
     fn runs(
         &self,
         rate: u64,
-        (path, times): (String, Times),
+        line: &str,
         prepared: &Prepared,
         interrupt: &Interrupt,
     ) -> Result<Vec<Run>, Failure> {
-        let tracker = self.live.listen(&Spec::Serial(SerialSpec {
-            path,
-            protocol: self.protocol.clone(),
-            baud: self.protocol.protocol().baud(),
-            reset: false,
-            speed: None,
-            stop: false,
-            head: None,
-            rts: None,
-            times,
-        }))?;
+        let mut spec: Spec = line.parse()?;
+        if let TrackerKind::Serial(line) = &mut spec.kind {
+            line.protocol = self.protocol.clone();
+        }
+        let tracker = self.live.listen(&spec)?;
         let mut runs = Vec::new();
         let most = match &self.out {
             Some(_) => (self.seconds.as_secs_f64() * f64::from(prepared.hz)) as usize + 16,
@@ -262,7 +250,7 @@ impl Arguments {
                 frames: report.frames,
                 late_frames: report.late_frames,
                 samples: report.samples,
-                passed_over_samples: report.passed_over,
+                passed_over_samples: report.passed_over_samples,
                 stages: Leg::ALL
                     .into_iter()
                     .map(|leg| (leg.name(), report.latencies.summary(leg)))
@@ -285,12 +273,12 @@ struct StopWatch<'i> {
     records: Vec<FrameRecord>,
 }
 
-impl Audience for StopWatch<'_> {
+impl Display for StopWatch<'_> {
     fn is_over(&mut self) -> bool {
         self.interrupt.came()
     }
 
-    fn hear(&mut self, record: &FrameRecord) -> bool {
+    fn after(&mut self, record: &FrameRecord) -> bool {
         if self.records.len() < self.records.capacity() {
             self.records.push(record.clone());
         }

@@ -91,15 +91,19 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// The rays of a file; `None` for those that cannot be traced.
 fn read_rays(path: &Path) -> Result<Vec<Option<Ray>>, Fault> {
-    let bytes = shisen::files::read(path).map_err(|reason| Fault::ReadRays {
-        path: path.to_owned(),
-        reason,
+    let shown = path.display();
+    let bytes = shisen::files::read(path).map_err(|reason| {
+        let message = format!("cannot read the rays in {shown}: {reason}");
+        let help = "give the path of a file of rays, each six little-endian f32";
+        Fault::new(message, help)
     })?;
     if bytes.is_empty() || bytes.len() % RAY_BYTES != 0 {
-        return Err(Fault::RayBytes {
-            path: path.to_owned(),
-            bytes: bytes.len(),
-        });
+        let count = bytes.len();
+        return Err(Fault::new(
+            format!("{shown} has {count} bytes, which is not a whole number of rays, or none"),
+            "a ray takes 24 bytes: origin x, y, z and direction x, y, z as little-endian f32; \
+             there is no header",
+        ));
     }
     let (rays, _) = bytes.as_chunks::<RAY_BYTES>();
     Ok(rays.iter().map(ray).collect())
@@ -134,7 +138,10 @@ where
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
-        .map_err(|reason| Fault::Threads { threads, reason })?;
+        .map_err(|reason| {
+            let message = format!("cannot start {threads} threads: {reason}");
+            Fault::new(message, "ask for fewer with --threads")
+        })?;
     let mut hits = vec![MISS; rays.len()];
     let mut steps = 0;
     let mut rates = Vec::new();

@@ -1,19 +1,17 @@
 //! The window's own thread.
 
-use super::{Shared, lock};
-use crate::cave::Cave;
-use crate::cli::output::picture_files::{make_writable, metadata};
+use super::{Command, Ending, Ends, Shared, lock};
 use crate::cli::play::Change;
 use crate::cli::prelude::*;
-use crate::cli::run::frames::Command;
 use crate::scene::builtin::PaperScene;
-use crate::show::ShowError;
 use crate::show::dashboard::{Canvas, Dashboard, Frame, Status, ViewName};
 use crate::show::stereo::Stereo;
-use crate::show::window::{Event, Window, WindowError};
+use crate::show::window::{Event, Window};
+use std::error::Error;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
+use std::sync::mpsc::RecvTimeoutError;
+use std::thread::JoinHandle;
 
 /// Least time between two frames: drawing takes the processor from tracing.
 const LEAST: Duration = Duration::from_millis(33);
@@ -25,28 +23,10 @@ const NICE: i32 = 15;
 /// Longest wait of a key.
 const POLL: Duration = Duration::from_millis(8);
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ending {
-    /// There were no more frames.
-    Over,
-    /// Somebody closed it.
-    Closed,
-    /// Its server went away, or memory ran out.
-    Gone,
-}
-
-type Ends = (
-    SyncSender<Option<Box<Frame>>>,
-    Receiver<Box<Frame>>,
-    SyncSender<Command>,
-);
-
-pub(super) struct Presenter {
+struct Presenter {
     window: Window,
     shared: Arc<Shared>,
-    ask: SyncSender<Option<Box<Frame>>>,
-    frames: Receiver<Box<Frame>>,
-    commands: SyncSender<Command>,
+    ends: Ends,
     folder: PathBuf,
     status: Status,
     /// Whether the mouse is the gaze.
@@ -59,60 +39,43 @@ pub(super) struct Presenter {
     stale: bool,
 }
 
-enum Trouble {
-    Window(WindowError),
-    Drawing(ShowError),
-}
-
-impl From<WindowError> for Trouble {
-    fn from(error: WindowError) -> Self {
-        Self::Window(error)
-    }
-}
-
-impl From<ShowError> for Trouble {
-    fn from(error: ShowError) -> Self {
-        Self::Drawing(error)
-    }
+/// Opens a window for the screens of a room, and draws on a thread of its own. Screenshots go to
+/// `folder`.
+pub(super) fn start(
+    cave: &Cave,
+    stereo: Stereo,
+    folder: &Path,
+    shared: Arc<Shared>,
+    ends: Ends,
+) -> Result<JoinHandle<Ending>, Failure> {
+    let mut presenter = Presenter {
+        window: Window::open("Shisen", Dashboard::SIZE)?,
+        shared,
+        ends,
+        folder: folder.to_owned(),
+        status: Status {
+            message: Some("preparing".to_owned()),
+            ..Status::default()
+        },
+        follows: false,
+        held: false,
+        pointer: (0, 0),
+        screenshots: 0,
+        stale: true,
+    };
+    let cave = cave.clone();
+    let run = move || {
+        presenter.present(&cave, stereo).unwrap_or_else(|error| {
+            warn(&format!("{error}; frames go on without a window"));
+            Ending::Gone
+        })
+    };
+    let thread = std::thread::Builder::new().name("window".to_owned());
+    thread.spawn(run).or_fail()
 }
 
 impl Presenter {
-    pub(super) fn new(
-        window: Window,
-        shared: Arc<Shared>,
-        (ask, frames, commands): Ends,
-        folder: PathBuf,
-    ) -> Self {
-        Self {
-            window,
-            shared,
-            ask,
-            frames,
-            commands,
-            folder,
-            status: Status {
-                message: Some("preparing".to_owned()),
-                ..Status::default()
-            },
-            follows: false,
-            held: false,
-            pointer: (0, 0),
-            screenshots: 0,
-            stale: true,
-        }
-    }
-
-    pub(super) fn run(&mut self, cave: &Cave, stereo: Stereo) -> Ending {
-        let why = match self.present(cave, stereo) {
-            Ok(ending) => return ending,
-            Err(Trouble::Window(error)) => error.to_string(),
-            Err(Trouble::Drawing(error)) => error.to_string(),
-        };
-        warn(&format!("{why}; frames go on without a window"));
-        Ending::Gone
-    }
-
-    fn present(&mut self, cave: &Cave, stereo: Stereo) -> Result<Ending, Trouble> {
+    fn present(&mut self, cave: &Cave, stereo: Stereo) -> Result<Ending, Box<dyn Error>> {
         // On Linux each thread has its priority. If the system refuses, the window keeps its own.
         #[cfg(target_os = "linux")]
         let _ = rustix::process::setpriority_process(None, NICE);
@@ -140,9 +103,9 @@ impl Presenter {
             }
             if !asked && !self.status.paused && drawn.elapsed() >= LEAST {
                 // The channel has room for one request.
-                asked = self.ask.try_send(spare.take()).is_ok();
+                asked = self.ends.ask.try_send(spare.take()).is_ok();
             }
-            match self.frames.recv_timeout(POLL) {
+            match self.ends.frames.recv_timeout(POLL) {
                 Ok(frame) => {
                     if newest
                         .as_ref()
@@ -171,7 +134,7 @@ impl Presenter {
         dashboard: &mut Dashboard<'_>,
         canvas: &mut Canvas,
         newest: Option<&Frame>,
-    ) -> Result<(), Trouble> {
+    ) -> Result<(), Box<dyn Error>> {
         let Some(frame) = newest else {
             dashboard.wait(canvas, &self.status);
             return Ok(self.window.show(canvas)?);
@@ -235,7 +198,7 @@ impl Presenter {
     fn ask_for(&mut self, command: Command, what: &str) {
         // A paused window would not show the change.
         self.status.paused = false;
-        self.status.message = Some(match self.commands.try_send(command) {
+        self.status.message = Some(match self.ends.commands.try_send(command) {
             Ok(()) => format!("preparing {what}"),
             Err(_) => "too many keys".to_owned(),
         });

@@ -1,16 +1,26 @@
-use super::super::walls::{cube, painted, wall};
+use super::super::walls::cube;
 use super::*;
 
-fn colour(point: DVec3) -> [f32; 4] {
-    let [x, y, z] = (0.5 + 0.3 * point).to_array().map(|value| value as f32);
-    [x, y, z, 1.0]
+fn painted(wall: &Wall, side: u32) -> Picture {
+    let mut picture = Picture::new(side, side).unwrap();
+    for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
+        let [along, down] = [x, y].map(|at| (f64::from(at) + 0.5) / f64::from(side));
+        let point = wall.lower_left
+            + along * (wall.lower_right - wall.lower_left)
+            + (1.0 - down) * (wall.upper_left - wall.lower_left);
+        let [r, g, b] = (0.5 + 0.3 * point).as_vec3().to_array();
+        picture.set_pixel(x, y, [r, g, b, 1.0]);
+    }
+    picture
+}
+
+fn wall(name: &str, corners: [[f64; 3]; 3]) -> Wall {
+    let [lower_left, lower_right, upper_left] = corners.map(DVec3::from);
+    Wall::new(name, lower_left, lower_right, upper_left, [1; 2]).unwrap()
 }
 
 fn unfolded(walls: &[Wall], side: u32) -> (Picture, Vec<Picture>) {
-    let pictures: Vec<_> = walls
-        .iter()
-        .map(|wall| painted(wall, [side; 2], colour))
-        .collect();
+    let pictures: Vec<_> = walls.iter().map(|wall| painted(wall, side)).collect();
     let pairs: Vec<_> = walls.iter().zip(&pictures).collect();
     (unfold(&pairs).unwrap(), pictures)
 }
@@ -67,10 +77,7 @@ fn walls_that_do_not_fit_together_lie_apart_or_where_they_touch() {
 fn what_cannot_be_unfolded_is_refused() {
     assert!(matches!(unfold::<&Wall>(&[]), Err(ShowError::NoWalls)));
     let walls = cube(["front", "left"]);
-    let (picture, empty) = (
-        painted(&walls[0], [4; 2], colour),
-        Picture::new(0, 4).unwrap(),
-    );
+    let (picture, empty) = (painted(&walls[0], 4), Picture::new(0, 4).unwrap());
     let error = unfold(&[(&walls[0], &picture), (&walls[1], &empty)]).unwrap_err();
     assert!(error.to_string().contains("\"left\""), "{error}");
     let mut flat = walls[0].clone();
