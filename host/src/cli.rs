@@ -83,11 +83,6 @@ impl Elsewhere {
         let line = [&[program.to_owned()], &self.words[..]].concat().join(" ");
         Err(misuse!("another program has this command: {line}"))
     }
-
-    fn run_evidence(&self, command: &str) -> Result<(), Failure> {
-        let program = format!("cargo run --release -p shisen-evidence -- {command}");
-        self.run(&program)
-    }
 }
 
 impl Program for Shisen {
@@ -129,9 +124,13 @@ impl Program for Shisen {
             Self::Dome(dome) => dome::run(dome),
             Self::Tracker(command) => tracker::run(command),
             Self::Completions(arguments) => completions::run(arguments),
-            Self::Bench(words) => words.run_evidence("bench"),
-            Self::Selftest(words) => words.run_evidence("selftest"),
-            Self::Tradeoff(words) => words.run_evidence("tradeoff"),
+            Self::Bench(words) => words.run("cargo run --release -p shisen-evidence -- bench"),
+            Self::Selftest(words) => {
+                words.run("cargo run --release -p shisen-evidence -- selftest")
+            }
+            Self::Tradeoff(words) => {
+                words.run("cargo run --release -p shisen-evidence -- tradeoff")
+            }
             Self::Firmware(Firmware::Run(words)) => words.run("tests/firmware/run"),
         }
     }

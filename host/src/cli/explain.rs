@@ -10,9 +10,9 @@ use crate::cli::arguments::tracing::TracingArguments;
 use crate::cli::arguments::{Model, SceneName};
 use crate::cli::prelude::*;
 use crate::live::quantiles::{median, quartiles};
-use crate::render::effects::compiled_for;
+use crate::render::effects::{Effects, compiled_for};
 use crate::render::spectrum::Dispersion;
-use crate::render::{self, Observer, Options};
+use crate::render::{self, Options};
 use crate::scene::builtin::PaperScene;
 use crate::scene::file::material_names;
 use report::{Asked, Met, NOT_BUILT, NotSimulated, Primary, Report, Seconds, reason};
@@ -75,11 +75,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
              ray is traced for dispersion alone: explain comb or split"
         ));
     }
-    let frames = Frames {
-        baked: &baked,
-        cave: &cave,
-        observers: &observers,
-        options: &options,
+    let seconds = |effects| {
+        let options = Options { effects, ..options };
+        let frame = with_scene!(&baked, |scene| render::cave(
+            &scene,
+            &cave,
+            &observers,
+            &options,
+            &|_, _| {}
+        ));
+        Ok(frame?.seconds)
     };
     let records = baked.records();
     let asked = EffectSet::of_records(&records);
@@ -92,7 +97,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         &scene, &cave, &observers, &options
     ))?;
     let effects: Vec<EffectSet> = named(carried_out).collect();
-    let (seconds, times) = frames.times(&effects, arguments.repeat)?;
+    let (seconds, times) = times(seconds, options.effects, &effects, arguments.repeat)?;
     let met = Met::new(&records, &names(name));
     let ledger = &account.ledger;
     let all = ledger.entry(EffectSet::ALL);
@@ -164,55 +169,32 @@ fn names(scene: &SceneName) -> Vec<String> {
     }
 }
 
-struct Frames<'r> {
-    baked: &'r BakedScene,
-    cave: &'r Cave,
-    observers: &'r [Observer],
-    options: &'r Options,
-}
-
-impl Frames<'_> {
-    /// Returns the seconds of a frame, and for each effect those without it and those it adds.
-    /// Frames take turns, and each is compared with the one just before.
-    fn times(
-        &self,
-        effects: &[EffectSet],
-        repeat: u32,
-    ) -> Result<(Seconds, Vec<(Seconds, Seconds)>), Failure> {
-        let seconds = |effects| {
-            let options = Options {
-                effects,
-                ..*self.options
-            };
-            let frame = with_scene!(self.baked, |scene| render::cave(
-                &scene,
-                self.cave,
-                self.observers,
-                &options,
-                &|_, _| {}
-            ));
-            Ok::<_, Failure>(frame?.seconds)
-        };
-        let all = self.options.effects;
-        let mut whole = Vec::new();
-        let mut of_each = vec![(Vec::new(), Vec::new()); effects.len()];
-        for _ in 0..repeat {
-            for (&effect, (without, added)) in effects.iter().zip(&mut of_each) {
-                let with = seconds(all)?;
-                let less = seconds(all.less(effect))?;
-                whole.push(with);
-                without.push(less);
-                added.push(with - less);
-            }
-            if effects.is_empty() {
-                whole.push(seconds(all)?);
-            }
+/// Returns the seconds of a frame, and for each effect those without it and those it adds. Frames
+/// take turns, and each is compared with the one just before.
+fn times(
+    seconds: impl Fn(Effects) -> Result<f64, Failure>,
+    all: Effects,
+    effects: &[EffectSet],
+    repeat: u32,
+) -> Result<(Seconds, Vec<(Seconds, Seconds)>), Failure> {
+    let mut whole = Vec::new();
+    let mut of_each = vec![(Vec::new(), Vec::new()); effects.len()];
+    for _ in 0..repeat {
+        for (&effect, (without, added)) in effects.iter().zip(&mut of_each) {
+            let with = seconds(all)?;
+            let less = seconds(all.less(effect))?;
+            whole.push(with);
+            without.push(less);
+            added.push(with - less);
         }
-        let of = |times: Vec<f64>| Seconds {
-            median: median(times.clone()),
-            quartiles: quartiles(times),
-        };
-        let each = of_each.into_iter().map(|(a, b)| (of(a), of(b))).collect();
-        Ok((of(whole), each))
+        if effects.is_empty() {
+            whole.push(seconds(all)?);
+        }
     }
+    let of = |times: Vec<f64>| Seconds {
+        median: median(times.clone()),
+        quartiles: quartiles(times),
+    };
+    let each = of_each.into_iter().map(|(a, b)| (of(a), of(b))).collect();
+    Ok((of(whole), each))
 }

@@ -37,7 +37,7 @@ pub(super) struct Arguments {
     tracker: TrackerName,
     /// When a frame takes the gaze
     #[arg(long, value_enum, default_value = "late")]
-    latch: LatchChoice,
+    latch: Latch,
     /// End after S seconds
     #[arg(long, value_name = "S", value_parser = span)]
     seconds: Option<Duration>,
@@ -75,13 +75,10 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-choices! {
-    /// `--latch`.
-    LatchChoice(Latch) {
-        Latch::Early => "As soon as the frame before is shown",
-        Latch::Late => "With the last sample that comes in time, as late as the last frames allow",
-    }
-}
+choices!(Latch {
+    Early => "As soon as the frame before is shown",
+    Late => "With the last sample that comes in time, as late as the last frames allow",
+});
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum View {
@@ -169,7 +166,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     // Once for each scene and level of detail that is asked for.
     loop {
         let settings = prepared.settings(SessionSettings {
-            latch: arguments.latch.0,
+            latch: arguments.latch,
             frames: arguments.frames.map(|frames| frames - earlier),
             ..SessionSettings::default()
         });
@@ -200,7 +197,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
             interference: played.interference,
         };
         // The report comes even if a file failed.
-        let report = Report::new(surroundings, arguments, &prepared, &settings, played.report);
+        let report = Report::new(surroundings, arguments, &prepared, played.report);
         print(&report, arguments.json)?;
         return files;
     }

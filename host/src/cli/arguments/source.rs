@@ -41,6 +41,10 @@ impl Source {
                 "--mesh and --normals are for the built-in scenes A to D: {why}"
             )),
         };
+        let built_in = |why, scene| {
+            without_model(why)?;
+            Ok::<_, Failure>((Loaded::Described(scene), None))
+        };
         let (scene, mesh) = match name {
             SceneName::Paper(which) => {
                 let (mesh, mesh_name) = match &model.mesh {
@@ -61,18 +65,9 @@ impl Source {
                 }
                 (Loaded::Described(scene), Some(mesh_name))
             }
-            SceneName::Grid => {
-                without_model("the grid has no mesh")?;
-                (Loaded::Described(grid(GRID_RADIUS)), None)
-            }
-            SceneName::Prism => {
-                without_model("the prism has its own")?;
-                (Loaded::Described(prism()), None)
-            }
-            SceneName::Spheres => {
-                without_model("the spheres have no mesh")?;
-                (Loaded::Described(spheres()), None)
-            }
+            SceneName::Grid => built_in("the grid has no mesh", grid(GRID_RADIUS))?,
+            SceneName::Prism => built_in("the prism has its own", prism())?,
+            SceneName::Spheres => built_in("the spheres have no mesh", spheres())?,
             SceneName::File(path) => {
                 without_model("a scene file names its own meshes")?;
                 (load_scene(path)?, None)

@@ -48,7 +48,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
              with --config"
         ));
     };
-    let mapping = arguments.mirror.mapping();
+    let mapping = arguments.mirror.mapping;
     let design = design.mapped(mapping);
     let (parallel, extrema) = (design.p.is_none(), design.extrema.iter());
     let report = Report {

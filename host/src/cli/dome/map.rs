@@ -72,7 +72,7 @@ impl Precision {
 
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let design = arguments.mirror.design_or_first()?;
-    let mapping = arguments.mirror.mapping();
+    let mapping = arguments.mirror.mapping;
     let precision = if arguments.f32 {
         Precision::Single(design.mirror.single().or_misuse()?)
     } else {

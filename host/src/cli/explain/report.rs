@@ -211,25 +211,16 @@ impl fmt::Display for Report {
         if let Some(mesh) = &self.mesh {
             write!(f, " of {mesh}")?;
         }
-        writeln!(
-            f,
-            " on {} for {}: {} pixels, {} on {}",
-            self.walls.join(", "),
-            counted(self.eyes as u64, "eye"),
-            self.pixels,
-            self.seconds,
-            counted(self.threads as u64, "thread"),
-        )?;
-        writeln!(
-            f,
-            "{:16}{:>10}{:>10}{:>12}  {:32}{:32}asked for by",
-            "effect", "pixels", "rays", "steps", "adds (quartiles)", "frame without it",
-        )?;
-        writeln!(
-            f,
-            "{:16}{:>10}{:>10}{:>12}",
-            "(from the eyes)", self.pixels, self.primary.rays, self.primary.steps,
-        )?;
+        let (walls, eyes) = (self.walls.join(", "), counted(self.eyes as u64, "eye"));
+        let threads = counted(self.threads as u64, "thread");
+        write!(f, " on {walls} for {eyes}: {} pixels, ", self.pixels)?;
+        writeln!(f, "{} on {threads}", self.seconds)?;
+        write!(f, "{:16}{:>10}{:>10}", "effect", "pixels", "rays")?;
+        write!(f, "{:>12}  {:32}", "steps", "adds (quartiles)")?;
+        writeln!(f, "{:32}asked for by", "frame without it")?;
+        let Primary { rays, steps } = self.primary;
+        write!(f, "{:16}{:>10}", "(from the eyes)", self.pixels)?;
+        writeln!(f, "{rays:>10}{steps:>12}")?;
         for one in &self.effects {
             let Cause { effect, .. } = &one.cause;
             let (pixels, rays, steps) = (one.pixels, one.rays, one.steps);

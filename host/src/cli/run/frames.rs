@@ -26,16 +26,19 @@ impl Output {
         prepared: &Prepared,
         share: Share,
     ) -> Result<Self, Failure> {
-        let Arguments {
-            out, stereo, view, ..
-        } = arguments;
-        Ok(match view {
+        let (out, stereo, cave) = (&arguments.out, arguments.stereo, &prepared.cave);
+        Ok(match arguments.view {
             View::None => Self::None,
-            View::Png => Self::Files(Files::new(out, *stereo, &prepared.cave, share)?),
-            View::Window => {
-                let watch = Watch::open(&prepared.cave, *stereo, out)?;
-                Self::Window(Box::new(watch))
+            View::Png => {
+                make_writable(out)?;
+                Self::Files(Files {
+                    folder: out.clone(),
+                    stereo,
+                    cave: cave.clone(),
+                    share,
+                })
             }
+            View::Window => Self::Window(Box::new(Watch::open(cave, stereo, out)?)),
         })
     }
 }
@@ -117,12 +120,11 @@ impl<'s> Frames<'s> {
                 files.write(self.shown, &self.pictures, eyes)?;
             }
             Output::Window(watch) => {
-                let wanted = watch.is_wanted();
                 // Frames that nobody looks at are copied only for the next frame.
                 if filled && watch.is_open() {
                     newest.pictures(&mut self.pictures, true)?;
                 }
-                if let (true, Some(frame)) = (wanted, watch.frame()) {
+                if let Some(frame) = watch.wanted() {
                     if filled {
                         frame.pictures.clone_from(&self.pictures);
                     } else {

@@ -125,26 +125,17 @@ impl Watch {
         self.about = Arc::new(about);
     }
 
-    /// Whether the window has time for a frame.
-    pub(super) fn is_wanted(&mut self) -> bool {
-        if self.next.is_some() {
-            return true;
-        }
-        match self.wanted.try_recv() {
-            Ok(buffer) => {
-                self.next = Some(buffer.unwrap_or_else(|| Box::new(self.empty())));
-                true
-            }
-            Err(TryRecvError::Empty) => false,
-            Err(TryRecvError::Disconnected) => {
-                self.end();
-                false
+    /// The frame to be filled in, if the window has time for one.
+    pub(super) fn wanted(&mut self) -> Option<&mut Frame> {
+        if self.next.is_none() {
+            match self.wanted.try_recv() {
+                Ok(buffer) => {
+                    self.next = Some(buffer.unwrap_or_else(|| Box::new(self.empty())));
+                }
+                Err(TryRecvError::Empty) => {}
+                Err(TryRecvError::Disconnected) => self.end(),
             }
         }
-    }
-
-    /// The requested frame, to be filled in.
-    pub(super) fn frame(&mut self) -> Option<&mut Frame> {
         self.next.as_deref_mut()
     }
 

@@ -278,10 +278,8 @@ impl fmt::Display for Report {
         }
         for (eye, fit) in self.eyes.named() {
             let (rms, most, worst) = (fit.rms_deg, fit.largest_deg, fit.worst + 1);
-            writeln!(
-                f,
-                "{eye}: {rms:.3}° rms, at most {most:.3}°, for target {worst}"
-            )?;
+            write!(f, "{eye}: {rms:.3}° rms, at most {most:.3}°, ")?;
+            writeln!(f, "for target {worst}")?;
         }
         write!(f, "{}: {} model", self.file, self.model)
     }

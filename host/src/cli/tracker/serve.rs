@@ -105,11 +105,11 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let recorded = samples.len() as u64;
     let samples = Recorded::new(samples);
     let played = line(path, samples, &protocol, &arguments.end, Some(over))?;
-    if played.whole && played.sent < recorded {
+    if let Some(sent) = played.filter(|&sent| sent < recorded) {
         warn(&format!(
             "{} of {recorded} samples were not sent: the reader asked for fewer, or did not read \
              them in time, or they lack what {protocol} sends",
-            recorded - played.sent
+            recorded - sent
         ));
     }
     Ok(())
@@ -181,29 +181,21 @@ fn say_stage(stage: LineState, path: &Path, protocol: &ProtocolSpec) {
 }
 
 fn on_a_line(protocol: Option<ProtocolSpec>) -> Result<ProtocolSpec, Failure> {
-    match protocol {
-        Some(protocol) => Ok(protocol),
-        None => Ok(Protocol::NAMES[0].parse::<ProtocolSpec>()?),
-    }
+    Ok(protocol.map_or_else(|| Protocol::NAMES[0].parse(), Ok)?)
 }
 
 /// How long a line stays after its last record, for its reader.
 const LINGER: Micros = Micros::from_millis(500);
 
-struct Played {
-    sent: u64,
-    /// Whether it went on to the end.
-    whole: bool,
-}
-
-/// Plays samples on a line: at once, or, with the time of the last, once somebody reads.
+/// Plays samples on a line: at once, or, with the time of the last, once somebody reads. Returns the
+/// number of samples sent, if all were played.
 fn line(
     path: &Path,
     source: impl Source<Item = Sample>,
     protocol: &ProtocolSpec,
     end: &EndArguments,
     over: Option<Micros>,
-) -> Result<Played, Failure> {
+) -> Result<Option<u64>, Failure> {
     goes_over_a_line(protocol)?;
     let interrupt = Interrupt::watched();
     let shown = path.display();
@@ -234,5 +226,5 @@ fn line(
         let message = format!("the line at {shown} broke: {reason}");
         Fault::new(message, "start it again")
     })?;
-    Ok(Played { sent, whole })
+    Ok(whole.then_some(sent))
 }

@@ -182,12 +182,7 @@ impl Presenter {
             'l' => self.ask_for(Command::Change(Change::Detail), "another level of detail"),
             'q' | '\u{1b}' => self.ask_for(Command::End, "the end"),
             letter => {
-                let named = |scene: &PaperScene| {
-                    scene
-                        .name()
-                        .eq_ignore_ascii_case(letter.encode_utf8(&mut [0; 4]))
-                };
-                if let Some(scene) = PaperScene::ALL.into_iter().find(named) {
+                if let Ok(scene) = letter.to_string().parse::<PaperScene>() {
                     let what = format!("scene {}", scene.name());
                     self.ask_for(Command::Change(Change::Scene(scene)), &what);
                 }
