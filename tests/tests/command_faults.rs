@@ -10,18 +10,13 @@ const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 /// All files and folders below `folder`, and the files' contents.
 fn contents(folder: &Path) -> Vec<(PathBuf, Option<Vec<u8>>)> {
     let mut all = Vec::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path.clone());
-                all.push((path, None));
-            } else {
-                let bytes = fs::read(&path).unwrap();
-                all.push((path, Some(bytes)));
-            }
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            all.extend(contents(&path));
         }
+        let bytes = fs::read(&path).ok();
+        all.push((path, bytes));
     }
     all.sort();
     all
@@ -47,17 +42,20 @@ fn usage_is_that_of_the_command_asked_for() {
         ),
         ("tracker mock --as hid --pty line", "shisen tracker mock"),
     ] {
-        let output = line(folder.path(), words).assert().code(2);
-        let message = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+        let output = line(folder.path(), words).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        let message = String::from_utf8_lossy(&output.stderr);
         let usage = format!("\n\nUsage: {name} [OPTIONS]\n\n");
         let hint = format!("try '{name} --help'.\n");
         assert!(
             message.starts_with("error: ") && message.contains(&usage),
             "{message}"
         );
-        assert!(message.ends_with(&hint), "{words}: {message}");
         // Colours are for terminals.
-        assert!(!message.contains('\u{1b}'), "{words}: {message}");
+        assert!(
+            message.ends_with(&hint) && !message.contains('\u{1b}'),
+            "{message}"
+        );
     }
 }
 
@@ -166,7 +164,13 @@ fn commands_that_are_elsewhere_say_where() {
 #[test]
 fn help_and_version_are_no_failure() {
     let folder = folder();
-    for words in ["--help", "--version", "cave --help", "bench rays -h"] {
+    for words in [
+        "--help",
+        "--version",
+        "cave --help",
+        "bench rays -h",
+        "completions zsh",
+    ] {
         let said = run(folder.path(), words);
         assert!(!said.out.is_empty() && said.err.is_empty(), "{words}");
     }
@@ -181,18 +185,18 @@ fn broken_meshes_are_named() {
                   element face 1\nproperty list uchar int vertex_indices\nend_header\n";
     let face = |face: &str| format!("{TRIANGLE}{face}\n");
     for (name, text, expected) in [
-        ("text.txt", "hello".to_owned(), ".obj, .ply, .gltf or .glb"),
-        ("words.obj", "this is not a mesh".to_owned(), "words.obj"),
-        ("words.ply", "this is not a mesh".to_owned(), "words.ply"),
-        ("words.glb", "this is not a mesh".to_owned(), "words.glb"),
-        ("empty.obj", String::new(), "no triangles"),
-        ("points.obj", TRIANGLE.to_owned(), "no triangles"),
-        ("nan.obj", face("v nan 0 0\nf 1 2 3"), "nan.obj"),
-        ("infinite.obj", face("v 0 inf 0\nf 1 2 4"), "infinite.obj"),
-        ("range.obj", face("f 1 2 4"), "1 to 3"),
-        ("twice.obj", face("f 1 2 2"), "twice"),
+        ("text.txt", "hello", ".obj, .ply, .gltf or .glb"),
+        ("words.obj", "this is not a mesh", "words.obj"),
+        ("words.ply", "this is not a mesh", "words.ply"),
+        ("words.glb", "this is not a mesh", "words.glb"),
+        ("empty.obj", "", "no triangles"),
+        ("points.obj", TRIANGLE, "no triangles"),
+        ("nan.obj", &face("v nan 0 0\nf 1 2 3"), "nan.obj"),
+        ("infinite.obj", &face("v 0 inf 0\nf 1 2 4"), "infinite.obj"),
+        ("range.obj", &face("f 1 2 4"), "1 to 3"),
+        ("twice.obj", &face("f 1 2 2"), "twice"),
         // 2 GiB of vertices, of which there are none.
-        ("claim.ply", header.to_owned(), "2147483640"),
+        ("claim.ply", header, "2147483640"),
     ] {
         fs::write(folder.join(name), text).unwrap();
         for words in ["cave --out new", "bake A -o new.shisen"] {
@@ -325,40 +329,37 @@ fn damaged_blobs_are_named() {
 fn unusable_walls_are_named() {
     let folder = folder();
     let folder = folder.path();
-    let wall = |corners: &str| {
-        let [lower_right, upper_left] = corners.split_once("] [").map(<[&str; 2]>::from).unwrap();
-        format!(
-            "[[wall]]\nname = \"screen\"\nlower_left = [-1, -1, -1]\n\
-             lower_right = {lower_right}]\nupper_left = [{upper_left}\n"
-        )
-    };
+    let wall = "[[wall]]\nname = \"screen\"\nlower_left = [-1, -1, -1]\n";
     for (name, text, expected) in [
-        ("width.toml", wall("[-1, -1, -1] [-1, 1, -1]"), "no width"),
-        ("height.toml", wall("[1, -1, -1] [-1, -1, -1]"), "no height"),
-        ("line.toml", wall("[1, -1, -1] [3, -1, -1]"), "on one line"),
+        ("width", "[-1, -1, -1] | [-1, 1, -1]", "no width"),
+        ("height", "[1, -1, -1] | [-1, -1, -1]", "no height"),
+        ("line", "[1, -1, -1] | [3, -1, -1]", "on one line"),
+        ("turned", "[-1, 1, -1] | [1, -1, -1]", "behind its plane"),
+        ("nan", "[nan, -1, -1] | [-1, 1, -1]", "NaN"),
         (
-            "turned.toml",
-            wall("[-1, 1, -1] [1, -1, -1]"),
-            "behind its plane",
-        ),
-        ("nan.toml", wall("[nan, -1, -1] [-1, 1, -1]"), "NaN"),
-        (
-            "pixels.toml",
-            wall("[1, -1, -1] [-1, 1, -1]\npixels = [0, 9]"),
+            "pixels",
+            "[1, -1, -1] | [-1, 1, -1]\npixels = [0, 9]",
             "0 × 9",
         ),
-        ("none.toml", String::new(), "[[wall]]"),
     ] {
-        fs::write(folder.join(name), &text).unwrap();
-        let wall = if text.is_empty() { name } else { "screen" };
-        let row = format!("cave --walls {name} --out new => {wall} & {expected}");
-        refused(folder, 1, &row);
+        let text = format!(
+            "{wall}lower_right = {}\n",
+            text.replace(" | ", "\nupper_left = ")
+        );
+        fs::write(folder.join(format!("{name}.toml")), text).unwrap();
+        refused(
+            folder,
+            1,
+            &format!("cave --walls {name}.toml --out new => screen & {expected}"),
+        );
     }
+    fs::write(folder.join("none.toml"), "").unwrap();
     refused(
         folder,
         1,
         "
         cave --walls no.toml => no.toml
+        cave --walls none.toml => none.toml & [[wall]]
         cave --eyes 1 --head 0,0,-1.5 --out new => front & in its plane
         cave --eyes 1 --head -0.5,0,-2 --out new => front & behind its plane
         cave --eyes 1 --head 1.6,0,0 --out new => right & behind its plane
@@ -395,12 +396,8 @@ fn unusable_files_of_rays_are_named() {
     let folder = folder();
     let folder = folder.path();
     fs::write(folder.join("one.obj"), format!("{TRIANGLE}f 1 2 3\n")).unwrap();
-    for (name, bytes) in [
-        ("rays.bin", &[0; 24][..]),
-        ("odd.bin", &[0; 25]),
-        ("empty.bin", &[]),
-    ] {
-        fs::write(folder.join(name), bytes).unwrap();
+    for (name, bytes) in [("rays.bin", 24), ("odd.bin", 25), ("empty.bin", 0)] {
+        fs::write(folder.join(name), vec![0; bytes]).unwrap();
     }
     refused(
         folder,

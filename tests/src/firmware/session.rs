@@ -152,10 +152,6 @@ impl Session {
         }
     }
 
-    pub(super) fn log(&mut self, lines: &[String]) {
-        self.log.extend_from_slice(lines);
-    }
-
     pub(super) fn take(&mut self, report: Report) -> Result<(), FirmwareError> {
         match report {
             Report::Ready(ready) => {

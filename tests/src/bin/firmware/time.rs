@@ -10,6 +10,7 @@ use shisen::scene::{Object, Scene, Shape};
 use shisen_core::frame::FlatScreen;
 use shisen_tests::firmware::ShownFrame;
 use shisen_tests::meshes::{gridded_cube, icosphere};
+use shisen_tests::scenes::object;
 use std::cell::Cell;
 
 /// Pixels a side of the wall that the scenes are seen on.
@@ -148,11 +149,8 @@ fn scenes() -> Vec<(&'static str, Scene, u8)> {
 /// A scene of one mesh.
 fn one(mesh: TriangleMesh, material: Option<Material>, world_from_object: DAffine3) -> Scene {
     let object = Object {
-        shape: Shape::Mesh(0),
         material: material.as_ref().map(|_| 0),
-        world_from_object,
-        casts_shadow: true,
-        smooth: false,
+        ..object(Shape::Mesh(0), 0, world_from_object)
     };
     let empty = shisen::scene::builtin::grid(1.0);
     Scene {
