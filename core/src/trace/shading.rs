@@ -24,18 +24,15 @@ use fan::Fan;
 use glam::Vec3;
 use light::Incidence;
 
-/// Rays that add less than this to every channel of a pixel are not traced: a
-/// quarter of a step of an eight-bit picture. At the border of a clear body the
-/// other ray has their share.
+/// Rays that add less than this to every channel of a pixel are not traced: a quarter of a step of
+/// an eight-bit picture. At a clear body's border the other ray has their share.
 pub const LEAST_WEIGHT: f32 = 1.0 / 1024.0;
 
 /// A primary ray that hits something.
 pub(super) struct PrimaryRay<'r> {
     pub(super) ray: &'r Ray,
     pub(super) hit: Hit,
-    /// The detail of its ray tree.
     pub(super) detail: RayDetail,
-    /// The sample that it belongs to.
     pub(super) sample: Sample,
 }
 
@@ -174,7 +171,6 @@ struct Arrival<'a> {
 }
 
 impl Arrival<'_> {
-    /// A ray that leaves the border.
     fn next(&self, direction: Vec3, weight: Vec3, uncovered: f32, cause: u32) -> Option<Pending> {
         Some(Pending {
             ray: Ray::new(self.surface.start(direction), direction)?,
@@ -186,7 +182,6 @@ impl Arrival<'_> {
         })
     }
 
-    /// The reflected ray.
     fn reflected(&self, weight: Vec3, uncovered: f32, cause: u32) -> Option<Pending> {
         let facing = if self.inside { -1.0 } else { 1.0 };
         let reflected = above(
@@ -224,9 +219,7 @@ struct RayTree<'t, 'a, const W: usize, const EFFECTS: u32, R> {
     alpha: f32,
     /// Wavelength of the current rays: nanometres; 0 for all wavelengths.
     nm: f32,
-    /// Colour of the current rays.
     tint: Vec3,
-    /// The fan that the current rays belong to.
     fan: Option<Fan<'a>>,
     /// Share of the sample's wavelengths that is being traced; 0 outside fans.
     share: f32,

@@ -10,7 +10,6 @@ use crate::trace::{Hit, NOT_TRACED, RayDetail, Sample, TileRays};
 /// Most samples of a batch.
 pub(super) const TOGETHER: usize = 64;
 
-/// Samples to be traced.
 pub(super) struct Batch {
     pub(super) count: usize,
     /// Column and row among a square's finest.
