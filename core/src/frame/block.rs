@@ -312,13 +312,9 @@ impl Block {
 
     /// Directions between which its pixels lie, at an offset from their centres.
     fn corners(&self, simd: Simd, sight: &impl OnePoint, offset: (f32, f32)) -> [Vec3; 4] {
-        let Tile {
-            x,
-            y,
-            width,
-            height,
-        } = self.tile;
-        sight.corners(simd, (x, y), (x + width - 1, y + height - 1), offset)
+        let (first, tile) = ((self.tile.x, self.tile.y), self.tile);
+        let last = (tile.x + tile.width - 1, tile.y + tile.height - 1);
+        sight.corners(simd, first, last, offset)
     }
 }
 

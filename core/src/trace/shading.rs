@@ -245,9 +245,7 @@ where
     /// Traces a primary ray, whose hit is known, and all that follow from it.
     #[inline(always)]
     fn trace(&mut self, mut next: Pending, hit: Hit) -> Pixel {
-        let Shading {
-            searcher, detail, ..
-        } = self.shading;
+        let (searcher, rung) = (self.shading.searcher, self.shading.detail.rung);
         let mut hit = Some(hit);
         self.workspace.pending.clear();
         // The loop ends: every ray has more bounces than its parent, and a fan has a fixed
@@ -266,7 +264,7 @@ where
                 self.look_through(next.is_tinted);
             }
             let before = self.workspace.statistics.steps;
-            hit = searcher.nearest_on(detail.rung, &next.ray, self.budget, self.workspace);
+            hit = searcher.nearest_on(rung, &next.ray, self.budget, self.workspace);
             let steps = self.workspace.statistics.steps - before;
             self.record.ray(next.cause, steps);
         }
@@ -281,13 +279,7 @@ where
     /// Adds what a ray sees to the pixel and pushes its child rays.
     fn shade(&mut self, from: &Pending, hit: Option<Hit>) {
         let direction = from.ray.direction();
-        let Shading {
-            searcher,
-            detail,
-            effects,
-            ..
-        } = self.shading;
-        let scene = &searcher.scene;
+        let (scene, effects) = (&self.shading.searcher.scene, self.shading.effects);
         let surface =
             hit.and_then(|hit| Surface::new::<W, EFFECTS>(scene, &from.ray, &hit, effects));
         let (Some(hit), Some(surface)) = (hit, surface) else {
@@ -319,7 +311,7 @@ where
         let own = self.own_light(&surface, incidence);
         self.add(weight * own);
         let is_clear = Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0;
-        if from.bounces >= detail.depth {
+        if from.bounces >= self.shading.detail.depth {
             if is_clear {
                 // At the last bounce the background stands for what is behind the glass.
                 let let_through = Vec3::from_array(material.transmission);
