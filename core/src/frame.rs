@@ -166,8 +166,7 @@ where
     }
 
     /// As [`new`](Self::new), with the shading compiled for the effects of some
-    /// [bits](EffectSet::bits): see [`Tracer::for_effects`]. A program that makes
-    /// its renderers by this function only has no code of other effects.
+    /// [bits](EffectSet::bits): see [`Tracer::for_effects`].
     pub fn for_effects<const EFFECTS: u32>(
         scene: Scene<'a, W>,
         simd: Simd,
@@ -191,9 +190,9 @@ where
         }
     }
 
-    /// As [`for_effects`](Self::for_effects) in [`Mode::Single`], whatever the
-    /// settings say. A program that makes its renderers by this function only has
-    /// no code of the other mode, which is more than half of the tracer.
+    /// As [`for_effects`](Self::for_effects) in [`Mode::Single`], whatever the settings say. A
+    /// program that makes its renderers by this function only has no code of the other mode, which
+    /// is more than half of the tracer.
     pub fn single<const EFFECTS: u32>(scene: Scene<'a, W>, simd: Simd, settings: Settings) -> Self {
         let settings = Settings {
             depth: settings.depth.min(MAX_DEPTH),
@@ -229,17 +228,12 @@ where
         Ok(self)
     }
 
-    /// The same renderer with all rays as at a level of detail of their own,
-    /// wherever they go: bounces by equation 9, the rung of meshes closest to
-    /// equation 10. Levels out of range are moved to the nearest that is in it.
+    /// The same renderer with all rays at a level, moved to the nearest from 0 to 1: bounces by
+    /// equation 9, the rung of meshes closest to equation 10.
     #[must_use]
     pub fn at_level(mut self, level: f32) -> Self {
         let full = self.tracer.detail();
-        let level = Detail::of_level(level).unwrap_or(if level > 1.0 {
-            Detail::FULL
-        } else {
-            Detail::NONE
-        });
+        let level = nearest_detail(level);
         self.most = RayDetail {
             depth: level.bounces(full.depth),
             rung: Ladder::new(self.tracer.scene().rungs()).nearest(level.level()),
@@ -248,20 +242,17 @@ where
         self
     }
 
-    /// The same renderer with no more faces of a mesh than a level has: what
-    /// equation 10 gives, but at most that level's. Levels out of range are moved to the
-    /// nearest that is in it. Before any level of detail.
+    /// The same renderer with no more faces of a mesh than equation 10 gives a level, moved to the
+    /// nearest from 0 to 1. Before any level of detail.
     #[must_use]
     pub fn with_faces_of_level(mut self, level: f32) -> Self {
-        let level = Detail::of_level(level)
-            .map_or_else(|| if level > 1.0 { 1.0 } else { 0.0 }, Detail::level);
-        self.most.rung = Ladder::new(self.tracer.scene().rungs()).nearest(level);
+        let level = nearest_detail(level);
+        self.most.rung = Ladder::new(self.tracer.scene().rungs()).nearest(level.level());
         self
     }
 
-    /// The same renderer with a detail that follows the gaze. Where a pixel is
-    /// outside the visual field it shows what a ray sees that meets nothing;
-    /// in the central field it is what it would be without.
+    /// The same renderer with a detail that follows the gaze: as it is without in the central
+    /// field; outside the visual field pixels show what a ray sees that meets nothing.
     #[must_use]
     pub const fn with_level_of_detail(mut self, lod: LevelOfDetail) -> Self {
         self.lod = Some(lod);
@@ -290,9 +281,8 @@ where
         &self.tracer
     }
 
-    /// How pixel (x, y) of a view is traced; `None` where it is not, where
-    /// the view has no such pixel, and where the pixel's centre is outside a
-    /// dome master's rim.
+    /// How pixel (x, y) of a view is traced; `None` where it is not, the view has no such pixel, or
+    /// its centre is outside a dome master's rim.
     pub fn detail(&self, view: &View, x: u32, y: u32) -> Option<RayDetail> {
         if x >= view.columns() || y >= view.rows() {
             return None;
@@ -367,6 +357,16 @@ where
             },
         }
     }
+}
+
+/// The detail of the level that is nearest.
+fn nearest_detail(level: f32) -> Detail {
+    let nearest = if level > 1.0 {
+        Detail::FULL
+    } else {
+        Detail::NONE
+    };
+    Detail::of_level(level).unwrap_or(nearest)
 }
 
 /// A tile on its way to being finished.

@@ -63,7 +63,6 @@ pub fn normalize(v: Vec3) -> Option<Vec3> {
     normalize_any(v)
 }
 
-/// [`normalize_any`], for rare lengths.
 #[cold]
 #[inline(never)]
 fn normalize_rare(v: Vec3) -> Option<Vec3> {
@@ -254,9 +253,8 @@ fn scale_by_power_of_two(magnitude: u64, exponent: i32) -> f32 {
     min(value, f32::MAX)
 }
 
-/// A right-handed orthonormal basis (x, y, `z`) around the unit vector `z`
-/// (Duff et al., "Building an Orthonormal Basis, Revisited", 2017). Vectors of
-/// other lengths give none.
+/// A right-handed orthonormal basis (x, y, `z`) around the unit vector `z` (Duff et al., "Building
+/// an Orthonormal Basis, Revisited", 2017).
 pub fn basis_around(z: Vec3) -> (Vec3, Vec3) {
     let sign = if z.z.is_sign_negative() { -1.0 } else { 1.0 };
     let a = -1.0 / (sign + z.z);

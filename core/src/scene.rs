@@ -23,9 +23,8 @@ use format::{
 /// there may be: scenes that could need more are refused when they are loaded.
 pub const STACK_ENTRIES: usize = 128;
 
-/// A checked scene. `W` is the width of its nodes and leaves: 8 in the fast
-/// layout for hosts, 4 in the compact one for microcontrollers. The same
-/// scene baked in either gives the same pictures.
+/// A checked scene, whose nodes and leaves are `W` wide: 8 in the fast layout for hosts, 4 in the
+/// compact one for microcontrollers. Both give the same pictures.
 #[derive(Debug, Clone, Copy)]
 pub struct Scene<'a, const W: usize = 8> {
     pub(crate) header: &'a Header,
@@ -116,11 +115,6 @@ impl<'a, const W: usize> Scene<'a, W> {
     /// The materials.
     pub const fn materials(&self) -> &'a [Material] {
         self.materials
-    }
-
-    /// The textures.
-    pub const fn textures(&self) -> &'a [Texture] {
-        self.textures
     }
 
     /// What transparent materials are made of.

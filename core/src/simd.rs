@@ -220,14 +220,12 @@ impl<const W: usize> Lanes<W> for Portable {
     }
 }
 
-/// AVX2 on x86-64.
 #[cfg(target_arch = "x86_64")]
 #[derive(Clone, Copy)]
 pub(crate) struct Avx2(());
 
 /// Code written once over [`Lanes`] and compiled for each path.
 pub trait Kernel<const W: usize> {
-    /// What it computes.
     type Output;
     /// Must be `#[inline(always)]`, with all that it calls over `lanes`.
     fn run<L: Lanes<W>>(self, lanes: L) -> Self::Output;
@@ -235,7 +233,6 @@ pub trait Kernel<const W: usize> {
 
 /// A [`Kernel`] that follows a ray.
 pub trait RayKernel<const W: usize> {
-    /// What it computes.
     type Output;
     /// As [`Kernel::run`].
     fn run<L: Lanes<W>>(self, lanes: L, ray: &Ray) -> Self::Output;
@@ -284,9 +281,7 @@ impl Simd {
 
 /// The widths that scenes are baked in.
 pub trait Runs<const W: usize>: Copy {
-    /// Runs a kernel on this path.
     fn run<K: Kernel<W>>(self, kernel: K) -> K::Output;
-    /// Runs a kernel along a ray.
     fn run_along<K: RayKernel<W>>(self, ray: &Ray, kernel: K) -> K::Output;
 }
 

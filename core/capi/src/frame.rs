@@ -114,7 +114,7 @@ pub struct Pixel {
 }
 
 /// A tile whose pixels are there.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 #[repr(C)]
 pub struct Tile {
     /// The number of its picture, as the frame was begun with; 0 of a dome
@@ -418,17 +418,9 @@ pub unsafe extern "C" fn shisen_frame_render(
     tile: *mut Tile,
 ) -> Status {
     settled(|| {
-        let none = Tile {
-            picture: 0,
-            x: 0,
-            y: 0,
-            columns: 0,
-            rows: 0,
-            whole: 0,
-        };
         // SAFETY: as promised above; both kinds of pixels are four numbers.
         let (frame, pixels) = unsafe {
-            write(tile, none)?;
+            write(tile, Tile::default())?;
             let pixels = slice_mut(pixels.cast::<shisen_core::frame::Pixel>(), pixel_count)?;
             (exclusive(frame)?, pixels)
         };

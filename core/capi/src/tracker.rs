@@ -190,7 +190,7 @@ pub enum SetupAction {
 }
 
 /// What shisen_tracker_poll says.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 #[repr(C)]
 pub struct Setup {
     /// What to do: a shisen_setup_action.
@@ -536,9 +536,7 @@ pub unsafe extern "C" fn shisen_tracker_poll(
     settled(|| {
         let mut found = Setup {
             action: SetupAction::Done as u32,
-            baud: 0,
-            length: 0,
-            until_us: 0,
+            ..Setup::default()
         };
         // SAFETY: as promised above.
         let (tracker, buffer) = unsafe {

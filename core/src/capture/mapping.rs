@@ -65,10 +65,8 @@ impl SpheroidMirror {
         Some(atanf(self.k * r) + 2.0 * gamma)
     }
 
-    /// `r_d`, where what is at the angle θ to the zenith is seen, both radians,
-    /// 0 to π/2: the inverse of [`theta`](Self::theta). `None` for what is
-    /// outside or NaN. Error ≤ 8 ulp for the named mirrors, ≤ 10 for axis
-    /// ratios from 0.5.
+    /// `r_d`, where what is at the angle θ to the zenith is seen, both radians, 0 to π/2: the
+    /// inverse of [`theta`](Self::theta), with its errors. `None` outside and for NaN.
     pub fn r_d(&self, theta: f32) -> Option<f32> {
         if !(0.0..=FRAC_PI_2).contains(&theta) {
             return None;

@@ -47,8 +47,7 @@ pub enum MirrorError {
 }
 
 impl SpheroidMirror {
-    /// Least and greatest axis ratio, polar by equatorial radius: beyond, the
-    /// hemisphere is in too little of the mirror for f32.
+    /// Least and greatest polar by equatorial radius: beyond, the hemisphere is too small for f32.
     pub const AXIS_RATIOS: (f32, f32) = (0.01, 100.0);
 
     /// The least β₁ that [`from_edge`](Self::from_edge) takes, radians: the
@@ -120,16 +119,7 @@ impl SpheroidMirror {
     /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS).
     pub fn parallel(a: f32) -> Result<Self, MirrorError> {
         check_axis_ratio(a)?;
-        let h = sqrt(a * a + 1.0);
-        Ok(Self {
-            a,
-            p: None,
-            slope: 1.0,
-            k: 0.0,
-            c1: a * (a / h),
-            b1: 1.0 / h,
-            clearance: 1.0,
-        })
+        Ok(Self::seen(a, None, (1.0, sqrt(a * a + 1.0)), 0.0, 1.0))
     }
 
     /// Perspective from a viewpoint `p` from the mirror's centre: equations 19 to 24, solved for
@@ -156,24 +146,15 @@ impl SpheroidMirror {
         }
         let (h, sagitta) = section(a, slope);
         let d1 = above + sagitta;
-        Ok(Self {
-            a,
-            p: Some(p),
-            slope,
-            k: 1.0 / d1,
-            c1: a * (a / h),
-            b1: slope / h,
-            clearance: above / d1,
-        })
+        Ok(Self::seen(a, Some(p), (slope, h), 1.0 / d1, above / d1))
     }
 
-    /// The viewpoint that shows the dome's rim at the parametric angle `beta1`
-    /// of the mirror, radians: equations 19 to 24. Parallel projection where
-    /// a·tan β₁ is 1 but for the rounding of `beta1`.
+    /// The viewpoint that shows the dome's rim at the parametric angle `beta1` of the mirror,
+    /// radians: equations 19 to 24. Parallel projection where a·tan β₁ is 1 but for rounding.
     ///
     /// # Errors
-    /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS), an edge
-    /// outside [`LEAST_EDGE`](Self::LEAST_EDGE) to tan⁻¹(1/a).
+    /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS), an edge outside
+    /// [`LEAST_EDGE`](Self::LEAST_EDGE) to tan⁻¹(1/a).
     pub fn from_edge(a: f32, beta1: f32) -> Result<Self, MirrorError> {
         check_axis_ratio(a)?;
         let most = atan2f(1.0, a);
@@ -192,15 +173,21 @@ impl SpheroidMirror {
         // Equation 22, tan 2γ₁ written out.
         let lift = (1.0 - slope) * (1.0 + slope);
         let d1 = 2.0 * slope * slope / (lift * h);
-        Ok(Self {
+        let (p, clearance) = (a - sagitta + d1, 1.0 - 0.5 * a * lift / (h + a));
+        Ok(Self::seen(a, Some(p), (slope, h), 1.0 / d1, clearance))
+    }
+
+    /// The mirror whose edge has a slope, and h = a/cos β₁.
+    fn seen(a: f32, p: Option<f32>, (slope, h): (f32, f32), k: f32, clearance: f32) -> Self {
+        Self {
             a,
-            p: Some(a - sagitta + d1),
+            p,
             slope,
-            k: 1.0 / d1,
+            k,
             c1: a * (a / h),
             b1: slope / h,
-            clearance: 1.0 - 0.5 * a * lift / (h + a),
-        })
+            clearance,
+        }
     }
 
     /// a: the polar radius, the equatorial being 1.
@@ -208,8 +195,8 @@ impl SpheroidMirror {
         self.a
     }
 
-    /// p: the viewpoint's distance from the mirror's centre, along −Z, in
-    /// equatorial radii; `None` in parallel projection.
+    /// p: the viewpoint's distance from the mirror's centre, along −Z, in equatorial radii; `None`
+    /// in parallel projection.
     pub const fn viewpoint(&self) -> Option<f32> {
         self.p
     }
@@ -220,9 +207,8 @@ impl SpheroidMirror {
         atan2f(self.slope, self.a)
     }
 
-    /// c₁: the screen's distance from the mirror's centre, along −Z, in
-    /// equatorial radii. Equation 19. The screen's centre is also the place
-    /// that a dome near the mirror should be centred on.
+    /// c₁: the distance from the mirror's centre, along −Z, in equatorial radii, of the screen,
+    /// whose centre a dome near the mirror should have, too (equation 19).
     pub const fn screen_distance(&self) -> f32 {
         self.c1
     }
@@ -232,15 +218,14 @@ impl SpheroidMirror {
         self.b1
     }
 
-    /// d₁: the viewpoint's distance from the screen, in equatorial radii;
-    /// `None` in parallel projection. Equation 22.
+    /// d₁: the viewpoint's distance from the screen (equation 22); `None` in parallel projection.
     pub fn viewpoint_to_screen(&self) -> Option<f32> {
         // The reciprocal's own rounding can be too much for the farthest.
         self.p.map(|_| min(1.0 / self.k, f32::MAX))
     }
 
-    /// The full angle of view that just holds the screen, radians, above 0
-    /// and below π; 0 in parallel projection, which has a width instead, twice
+    /// The full angle of view that just holds the screen, radians, above 0 and below π; 0 in
+    /// parallel projection, which has the width of twice the
     /// [`screen_radius`](Self::screen_radius).
     pub fn field_of_view(&self) -> f32 {
         2.0 * atanf(self.k * self.b1)

@@ -20,9 +20,8 @@ pub struct Reflection {
     /// Where the mirror is hit: equatorial radii from its centre. Error
     /// ≤ 3·10⁻⁷ of its distance, for axis ratios from 0.5.
     pub point: Vec3,
-    /// Where the line of sight goes from there: of unit length, within
-    /// 4·10⁻⁷. Error ≤ a thousandth of a pixel of a picture of 4096², for axis
-    /// ratios from 0.5.
+    /// Where the line of sight goes from there: of unit length, within 4·10⁻⁷. Error ≤ a thousandth
+    /// of a pixel of a picture of 4096², for axis ratios from 0.5.
     pub direction: Vec3,
 }
 

@@ -41,7 +41,6 @@ impl Begun {
         self.samples > 0 && budget.is_spent()
     }
 
-    /// Adds a sample of the next pixel.
     pub(super) fn add(&mut self, seen: Pixel, workspace: &mut Workspace) {
         self.sum.add(seen, workspace);
         self.samples += 1;

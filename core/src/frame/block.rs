@@ -95,7 +95,6 @@ where
         work.workspace.statistics.primary += samples * self.count_traced();
     }
 
-    /// Detail of the pixels of the grid's block.
     fn grid_detail(&self) -> BlockDetail {
         let Block { tile, patch } = self.block;
         self.renderer.block_detail(patch, self.view, tile.x, tile.y)
@@ -108,7 +107,6 @@ where
         self.grid_detail().part(first, (tile.width, tile.height))
     }
 
-    /// Counts its pixels that are traced.
     fn count_traced(&self) -> u64 {
         let Block { tile, patch } = self.block;
         let traced = self.renderer.block_traced(patch, self.view, tile.x, tile.y);
@@ -266,13 +264,8 @@ where
 
     /// All 64 rays; those past a cut-off block's borders are not traced.
     fn rays<S: OnePoint>(&self, sight: &S, offset: (f32, f32), detail: &BlockDetail) -> TileRays {
-        let tile = self.block.tile;
-        let rays = RaysOf {
-            tile,
-            sight,
-            offset,
-        };
-        let rays = <Simd as Runs<8>>::run(self.renderer.tracer.simd(), rays);
+        let simd = self.renderer.tracer.simd();
+        let rays = <Simd as Runs<8>>::run(simd, RaysOf(self.block.tile, sight, offset));
         match detail {
             BlockDetail::Equal(detail) => rays.on_rung(detail.rung),
             BlockDetail::Own(own) => rays.on_rungs(&own.rungs),
@@ -312,7 +305,6 @@ impl Block {
         ((x + column) as f32 + dx, (y + row) as f32 + dy)
     }
 
-    /// The sampling pattern of one pixel.
     #[inline(always)]
     pub(super) fn sample(&self, (column, row): (u32, u32), index: u16, count: u16) -> Sample {
         Sample::new(self.tile.x + column, self.tile.y + row, index, count)
@@ -320,35 +312,25 @@ impl Block {
 
     /// Directions between which its pixels lie, at an offset from their centres.
     fn corners(&self, simd: Simd, sight: &impl OnePoint, offset: (f32, f32)) -> [Vec3; 4] {
-        let Tile {
-            x,
-            y,
-            width,
-            height,
-        } = self.tile;
-        sight.corners(simd, (x, y), (x + width - 1, y + height - 1), offset)
+        let (first, tile) = ((self.tile.x, self.tile.y), self.tile);
+        let last = (tile.x + tile.width - 1, tile.y + tile.height - 1);
+        sight.corners(simd, first, last, offset)
     }
 }
 
-/// The rays of a block.
-struct RaysOf<'r, S> {
-    tile: Tile,
-    sight: &'r S,
-    offset: (f32, f32),
-}
+struct RaysOf<'r, S>(Tile, &'r S, (f32, f32));
 
 impl<S: OnePoint> Kernel<8> for RaysOf<'_, S> {
     type Output = TileRays;
 
     #[inline(always)]
     fn run<L: Lanes<8>>(self, l: L) -> TileRays {
-        let (dx, dy) = self.offset;
-        let columns = self.sight.columns_at(l, self.tile.x, dx);
-        let mut rays = TileRays::without_directions(self.sight.eye());
+        let Self(tile, sight, (dx, dy)) = self;
+        let columns = sight.columns_at(l, tile.x, dx);
+        let mut rays = TileRays::without_directions(sight.eye());
         // Not a closure's body, which would leave the vectors' instruction set.
         for row in 0..8 {
-            let y = self.tile.y + row as u32;
-            let [x, y, z] = self.sight.towards_row(l, &columns, y, dy);
+            let [x, y, z] = sight.towards_row(l, &columns, tile.y + row as u32, dy);
             rays.set_row(row, &[l.store(x), l.store(y), l.store(z)]);
         }
         rays

@@ -7,7 +7,6 @@ use crate::numeric::{max, min};
 use crate::simd::{Kernel, Lanes, Runs, Simd};
 use crate::trace::{NOT_TRACED, RayDetail, TileRays};
 
-/// Pixels a side of a block.
 const SIDE: usize = BLOCK as usize;
 
 /// The level of detail of Mochizuki & Makino (2012), section 3.3: rays
@@ -44,9 +43,8 @@ impl LevelOfDetail {
     }
 }
 
-/// How far the faces that a pixel sees may be from eq. 10 for the sake of its
-/// block, as a share of its range of faces. A thousandth less than a twentieth:
-/// rungs are a pair of faces off at most where a ladder asks for odd numbers.
+/// How far the faces that a pixel sees may be from eq. 10 for the sake of its block, as a share of
+/// its range of faces: a thousandth, for odd numbers of faces, less than a twentieth.
 pub const FACE_TOLERANCE: f32 = 0.049;
 
 /// The level from which on a traced pixel is only itself; below, towards the
@@ -57,7 +55,6 @@ pub const BLEND: f32 = 0.1;
 pub(super) enum BlockDetail {
     /// The same for all pixels.
     Equal(RayDetail),
-    /// No pixel is traced.
     Outside,
     /// Each pixel's own.
     Own(OwnDetail),
@@ -178,7 +175,6 @@ impl BlockDetail {
 }
 
 impl OwnDetail {
-    /// Nothing is traced.
     const NONE: Self = Self {
         depths: [[0; SIDE]; SIDE],
         rungs: [[NOT_TRACED; SIDE]; SIDE],
@@ -233,12 +229,10 @@ pub(super) struct BlockLevels {
     pub(super) traced: u64,
     /// The least level above 0; 1 where there is none.
     least: f32,
-    /// The greatest level.
     most: f32,
 }
 
 impl BlockLevels {
-    /// No pixel is traced.
     pub(super) const OUTSIDE: Self = Self {
         levels: [[0.0; SIDE]; SIDE],
         traced: 0,
@@ -246,7 +240,6 @@ impl BlockLevels {
         most: 0.0,
     };
 
-    /// Level of the pixel at this column and row of the block.
     pub(super) fn at(&self, column: u32, row: u32) -> f32 {
         self.levels[row as usize % SIDE][column as usize % SIDE]
     }
@@ -288,7 +281,6 @@ impl BlockLevels {
         }
     }
 
-    /// As `new`, pixel by pixel.
     fn one_by_one(lod: &LevelOfDetail, view: &View, (x, y): (u32, u32)) -> Self {
         let mut block = Self::OUTSIDE;
         for (number, level) in block.levels.as_flattened_mut().iter_mut().enumerate() {
@@ -363,7 +355,6 @@ pub(super) struct Ladder {
 }
 
 impl Ladder {
-    /// A ladder of this number of rungs.
     pub(super) fn new(rungs: u8) -> Self {
         Self {
             steps: f32::from(rungs.max(1) - 1),

@@ -98,15 +98,9 @@ where
             for (lane, detail) in (0..).zip(&mut detail) {
                 *detail = own(lane);
             }
-            let (
-                tracer,
-                Work {
-                    budget, workspace, ..
-                },
-            ) = (&self.renderer.tracer, work);
-            hits = self
-                .renderer
-                .together
+            let (tracer, together) = (&self.renderer.tracer, self.renderer.together);
+            let (budget, workspace) = (&mut *work.budget, &mut *work.workspace);
+            hits = together
                 .and_then(|together| (together.row)(tracer, &rays, &detail, budget, workspace));
         }
         Traced { rays, detail, hits }
@@ -140,9 +134,7 @@ where
     #[inline]
     fn seen(&self, traced: &Traced, lane: u32, sample: Sample, work: &mut Work<'_>) -> Pixel {
         let (tracer, lane) = (&self.renderer.tracer, lane as usize % 8);
-        let Work {
-            budget, workspace, ..
-        } = work;
+        let (budget, workspace) = (&mut *work.budget, &mut *work.workspace);
         let Some(ray) = traced.rays.ray(lane) else {
             return Pixel::default();
         };

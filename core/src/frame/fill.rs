@@ -45,8 +45,8 @@ pub enum SurroundingsError {
 }
 
 impl<'p> Surroundings<'p> {
-    /// The captures' mirror: metres. Small enough for all that anybody stands
-    /// before to be far away, large enough for f32 to place its points.
+    /// The captures' mirror: metres. Small enough for all that is around to be far away, large
+    /// enough for f32 to place its points.
     pub const MIRROR_RADIUS: f32 = 1.0e-4;
 
     /// The two dome masters to render, of `side`² pixels each: through the best
@@ -183,15 +183,13 @@ impl<const W: usize> Renderer<'_, W>
 where
     Simd: Runs<W>,
 {
-    /// Fills the pixels of a finished tile that the gaze skipped, and blends
-    /// those that it nearly did. Without level of detail there are none.
-    ///
-    /// It traces nothing and takes no steps. Each pixel depends on itself, its
+    /// Fills the pixels of a finished tile that the gaze skipped, and blends those that it nearly
+    /// did: none without level of detail. It takes no steps. Each pixel depends on itself, its
     /// place in the view and the fill only.
     ///
     /// # Errors
-    /// A tile that is not inside the view; `pixels` or the fill's of another
-    /// number than the tile has.
+    /// A tile that is not inside the view; `pixels` or the fill's of another number than the tile
+    /// has.
     pub fn fill(
         &self,
         view: &View,
@@ -272,7 +270,6 @@ impl Fill<'_> {
     }
 }
 
-/// Places of eight pixels.
 struct Places {
     x: [f32; 8],
     y: [f32; 8],
@@ -296,45 +293,24 @@ impl Places {
 impl Surroundings<'_> {
     /// The places in the hemispheres of eight pixels of a view's row, from `x` on.
     fn places(&self, simd: Simd, view: &View, y: u32, x: u32) -> Places {
-        let (axes, side) = (self.axes, self.side as f32);
         let place = (x, y);
         match view.kind() {
-            Kind::Screen(view) => <Simd as Runs<8>>::run(
-                simd,
-                Find {
-                    axes,
-                    side,
-                    view,
-                    place,
-                },
-            ),
-            Kind::Dome(view) => <Simd as Runs<8>>::run(
-                simd,
-                Find {
-                    axes,
-                    side,
-                    view,
-                    place,
-                },
-            ),
+            Kind::Screen(view) => <Simd as Runs<8>>::run(simd, Find(self, view, place)),
+            Kind::Dome(view) => <Simd as Runs<8>>::run(simd, Find(self, view, place)),
         }
     }
 }
 
-struct Find<'r, V> {
-    axes: [Vec3; 3],
-    side: f32,
-    view: &'r V,
-    place: (u32, u32),
-}
+struct Find<'r, V>(&'r Surroundings<'r>, &'r V, (u32, u32));
 
 impl<V: Directions> Kernel<8> for Find<'_, V> {
     type Output = Places;
 
     #[inline(always)]
     fn run<L: Lanes<8>>(self, l: L) -> Places {
-        let direction = self.view.directions(l, self.place);
-        let [right, top, back] = self.axes;
+        let Self(surroundings, view, place) = self;
+        let direction = view.directions(l, place);
+        let [right, top, back] = surroundings.axes;
         let right = dot(l, right, direction);
         let top = dot(l, top, direction);
         let back = dot(l, back, direction);
@@ -347,13 +323,15 @@ impl<V: Directions> Kernel<8> for Find<'_, V> {
         let outwards = l.mul(right, share);
         let u = l.select(ahead, outwards, l.sub(l.splat(0.0), outwards));
         let v = l.mul(top, share);
-        let (side, last) = (l.splat(self.side), l.splat(self.side - 1.0));
+        let side = surroundings.side as f32;
+        let near_rim = l.splat(1.0 - 3.0 / side);
+        let (side, last) = (l.splat(side), l.splat(side - 1.0));
         let half = l.splat(0.5);
         Places {
             x: l.store(l.mul(half, l.add(l.mul(u, side), last))),
             y: l.store(l.mul(half, l.sub(last, l.mul(v, side)))),
             behind: !l.bits(ahead) & 0xff,
-            near_rim: !l.bits(l.le(radius, l.splat(1.0 - 3.0 / self.side))) & 0xff,
+            near_rim: !l.bits(l.le(radius, near_rim)) & 0xff,
         }
     }
 }

@@ -94,24 +94,24 @@ where
         }
     }
 
-    /// How many pixels the samples around pixel (x, y) of a view are apart, before
-    /// they are refined: a power of two, 1 where every pixel has its own and where
-    /// the view has no such pixel.
+    /// How many pixels the samples around pixel (x, y) of a view are apart, before they are
+    /// refined: a power of two, 1 where every pixel has its own or the view has no such pixel.
     pub fn stride(&self, view: &View, x: u32, y: u32) -> u32 {
-        if x >= view.columns() || y >= view.rows() {
-            return 1;
-        }
-        let (Pixels::Foveated(foveation), Some(lod)) = (&self.pixels, &self.lod) else {
-            return 1;
+        let (width, height) = (1, 1);
+        let tile = Tile {
+            x,
+            y,
+            width,
+            height,
         };
-        let of = |side: u32| {
-            let corner = (x / side * side, y / side * side);
-            stride(&foveation.acuity, &lod.gaze, view, corner, side)
-        };
-        match of(SQUARE) {
-            stride @ WHOLE_SQUARE.. => stride,
-            _ => of(QUARTER),
+        let mut stride = 1;
+        if tile.check(view.size(), 1).is_ok() {
+            self.pieces(view, tile, |piece| {
+                stride = piece.stride;
+                true
+            });
         }
+        stride
     }
 
     /// Calls `each` with the pieces of a tile until it returns false.
@@ -149,7 +149,6 @@ where
         })
     }
 
-    /// As [`TileJob::render`].
     fn render_squares(
         &self,
         job: &mut TileJob,
@@ -193,7 +192,6 @@ where
         }
     }
 
-    /// As [`TileJob::give_up`].
     fn give_up_squares(&self, job: &mut TileJob, view: &View, pixels: &mut [Pixel]) {
         let mut before = 0;
         self.pieces(view, job.tile, |piece| {

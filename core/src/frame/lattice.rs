@@ -67,7 +67,6 @@ impl Lattice {
         ]
     }
 
-    /// Stores what a batch has seen.
     fn take(&mut self, batch: &mut Batch) {
         for (&(column, row), seen) in batch.nodes.iter().zip(&batch.seen).take(batch.count) {
             let (column, row) = (usize::from(column), usize::from(row));

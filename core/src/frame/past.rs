@@ -41,7 +41,6 @@ impl Kernel<8> for RowPast<'_> {
     }
 }
 
-/// Pixels of eight background colours.
 #[inline(always)]
 fn pixels<L: Lanes<8>>(
     l: L,

@@ -33,10 +33,9 @@ impl View {
     /// Most pixels a side: their numbers are exact in f32.
     pub const MOST_PIXELS: u32 = Sample::MOST_PIXELS;
 
-    /// The rays of a flat screen: an off-axis frustum (Kooima 2008). The ray
-    /// through the centre of pixel (x, y) starts at `eye` (metres, in the
-    /// room) along `first_pixel + x·column_step + y·row_step` (metres, or any
-    /// other unit).
+    /// The rays of a flat screen: an off-axis frustum (Kooima 2008). The ray through the centre of
+    /// pixel (x, y) starts at `eye` (metres, in the room) along `first_pixel + x·column_step +
+    /// y·row_step` (of any unit).
     ///
     /// # Errors
     /// Sizes, an eye or a screen that cannot be.
@@ -50,9 +49,8 @@ impl View {
         Screen::new(eye, first_pixel, column_step, row_step, size).map(|s| Self(Kind::Screen(s)))
     }
 
-    /// The rays of a dome master of `size`² pixels in the axes of
-    /// [`capture`](crate::capture), its rim touching the picture's sides. What
-    /// is outside the rim is transparent and costs no ray.
+    /// The rays of a dome master of `size`² pixels in the axes of [`capture`](crate::capture), its
+    /// rim touching the picture's sides. Outside the rim it is transparent and costs no ray.
     ///
     /// # Errors
     /// A size, a pose or a projection that cannot be.
@@ -69,10 +67,9 @@ impl View {
         Dome::new(projection, pose, size).map(|dome| Self(Kind::Dome(dome.past_the_rim())))
     }
 
-    /// The rays from `eye` (metres, in the room) through the pixels of a dome
-    /// screen. Its picture of `size`² pixels is the dome master for an eye that
-    /// need not be at the centre: each pixel shows what is behind its place on
-    /// the dome. What is outside the rim is transparent and costs no ray.
+    /// The rays from `eye` (metres, in the room) through the pixels of a dome screen: the dome
+    /// master of `size`² pixels for an eye that need not be at the centre. Outside the rim it is
+    /// transparent and costs no ray.
     ///
     /// # Errors
     /// A size, a screen or an eye that cannot be.
@@ -100,7 +97,6 @@ impl View {
         }
     }
 
-    /// Columns and rows.
     pub(super) const fn size(&self) -> [u32; 2] {
         [self.columns(), self.rows()]
     }
@@ -132,9 +128,8 @@ impl View {
         }
     }
 
-    /// The ray through a point of the picture, in pixels from the centre of
-    /// the first; `None` outside a dome master's rim and where its direction
-    /// cannot be traced.
+    /// The ray through a point of the picture, in pixels from the centre of the first; `None`
+    /// outside a dome master's rim and where its direction cannot be traced.
     #[inline]
     pub fn ray(&self, x: f32, y: f32) -> Option<Ray> {
         match &self.0 {
@@ -149,7 +144,6 @@ pub(super) trait OnePoint {
     /// Values of eight columns that are the same in all rows.
     type Columns<F: Copy>;
 
-    /// Where all rays start: metres.
     fn eye(&self) -> Vec3;
 
     /// Towards a point of the picture, in pixels from the centre of the first.
@@ -183,6 +177,5 @@ pub(super) trait Directions {
     /// nearest point counts.
     fn directions<L: Lanes<8>>(&self, l: L, place: (u32, u32)) -> [L::F; 3];
 
-    /// The same for one pixel.
     fn direction(&self, place: (u32, u32)) -> Vec3;
 }

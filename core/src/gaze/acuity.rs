@@ -1,11 +1,9 @@
 use crate::numeric::{max, min};
 use core::f32::consts::PI;
 
-/// How small a thing a viewer can make out, by how far from the line of sight it
-/// is: the minimum angle of resolution MAR(e) = m·e + w₀, which grows in
-/// proportion to the eccentricity e (Guenter, Finch, Drucker, Tan & Snyder,
-/// "Foveated 3D Graphics", 2012, equation 1; Weymouth, "Visual Sensory Units and
-/// the Minimal Angle of Resolution", 1958).
+/// How small a thing a viewer can make out: the minimum angle of resolution MAR(e) = m·e + w₀ at an
+/// eccentricity e (Guenter, Finch, Drucker, Tan & Snyder, "Foveated 3D Graphics", 2012, equation 1;
+/// Weymouth, "Visual Sensory Units and the Minimal Angle of Resolution", 1958).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Acuity {
     slope: f32,
@@ -49,9 +47,8 @@ impl Acuity {
     /// Largest of the least angles: radians.
     pub const COARSEST: f32 = 1.0;
 
-    /// Guenter et al.'s: 1.65 arc minutes a degree, the larger of the slopes between
-    /// which their study with viewers leaves the choice (1.32 is the smaller), and
-    /// 1/48° in the fovea.
+    /// Guenter et al.'s: 1.65 arc minutes a degree, the larger of their slopes (1.32 is the
+    /// smaller), and 1/48° in the fovea.
     pub const GUENTER: Self = Self {
         slope: 0.0275,
         fovea: 3.636_102_6e-4,
@@ -81,9 +78,8 @@ impl Acuity {
         })
     }
 
-    /// The same acuity with a slope `factor` times as steep, at most the steepest: a picture
-    /// that is coarser in the periphery and as fine as before on the line of sight.
-    /// Factors below 1, and NaN, leave it unchanged.
+    /// The same acuity with a slope `factor` times as steep, at most the steepest: a coarser
+    /// periphery. Factors below 1, and NaN, leave it unchanged.
     #[must_use]
     pub fn steeper(self, factor: f32) -> Self {
         // 0 · ∞ would be no number.

@@ -252,13 +252,7 @@ impl Gaze {
         let ((left, right), (below, above)) = (range(right), range(up));
         let slopes = [left, right, below, above];
         let angles = arctangent(l, slopes.map(f32::abs), [1.0; 4]);
-        let signed = |at: usize| {
-            if slopes[at] < 0.0 {
-                -angles[at]
-            } else {
-                angles[at]
-            }
-        };
+        let signed = |at: usize| angles[at].copysign(slopes[at]);
         let field = Rectangle {
             left: signed(0) - Bands::SLACK,
             right: signed(1) + Bands::SLACK,

@@ -134,9 +134,8 @@ impl VisualField {
         Ok(Self { limits, boundary })
     }
 
-    /// The same field, wider all round by some radians, as far as directions go:
-    /// what a gaze needs that is known to within so much. `None` where that is
-    /// everything, from π on, and where it is NaN.
+    /// The same field, wider all round by some radians, for a gaze that is known to within so much.
+    /// `None` where that is everything, from π on, and where it is NaN.
     pub fn wider(self, by: f32) -> Option<Self> {
         if !(by < PI) {
             return None;
@@ -175,6 +174,7 @@ impl VisualField {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::string::ToString;
 
     #[test]
     fn the_papers_limits_are_its_degrees_and_allowed() {
@@ -212,8 +212,6 @@ mod tests {
 
     #[test]
     fn limits_out_of_range_are_refused() {
-        use VisualFieldError as Error;
-        let paper = VisualField::PAPER.limits();
         let new = |[central, up, down, left, right]: [f32; 5]| {
             let limits = VisualFieldLimits {
                 central,
@@ -224,33 +222,18 @@ mod tests {
             };
             VisualField::new(limits, Boundary::Printed).map(drop)
         };
-        let (side, central) = ("down", paper.central);
-        let limit = central;
-        for (limits, error) in [
-            (
-                [9.9e-7, 1.0, 1.0, 1.0, 1.0],
-                Error::Central { central: 9.9e-7 },
-            ),
-            ([f32::INFINITY, 1.0, 1.0, 1.0, 1.0], Error::NotFinite),
-            ([0.5, 1.0, 1.0, f32::NAN, 1.0], Error::NotFinite),
-            (
-                [central, 1.0, central, 1.0, 1.0],
-                Error::BelowCentral {
-                    side,
-                    limit,
-                    central,
-                },
-            ),
+        for (limits, words) in [
+            ([9.9e-7, 1.0, 1.0, 1.0, 1.0], "give 1e-6 or more"),
+            ([f32::INFINITY, 1.0, 1.0, 1.0, 1.0], "not finite"),
+            ([0.5, 1.0, 1.0, f32::NAN, 1.0], "not finite"),
+            ([0.5, 1.0, 0.5, 1.0, 1.0], "ends 0.5 rad down, within"),
             (
                 [0.5, 1.0, 1.0, 1.0, 3.15],
-                Error::TooFar {
-                    side: "right",
-                    limit: 3.15,
-                    most: PI,
-                },
+                "3.15 rad right: give at most 3.14",
             ),
         ] {
-            assert_eq!(new(limits), Err(error));
+            let error = new(limits).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
         }
         assert_eq!(new([LEAST_CENTRAL, FRAC_PI_2, FRAC_PI_2, PI, PI]), Ok(()));
     }

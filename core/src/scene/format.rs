@@ -264,9 +264,8 @@ pub struct Instance {
     /// Product of the norms of the two maps, which rounding in the object's
     /// frame is magnified by: 1 or more.
     pub condition: f32,
-    /// The first node of its cover, and its root: a tree of boxes in the room, in
-    /// which lies all that rays of any rung may meet. Its leaves are numbered
-    /// from 0 and name nothing.
+    /// The first node of its cover, and its root: a tree of boxes in the room, around all that rays
+    /// of any rung may meet. Its leaves are numbered from 0 and name nothing.
     pub cover: u32,
     /// Columns of a 3×3 matrix, then the translation: from metres to the shape's units.
     pub object_from_world: [[f32; 3]; 4],

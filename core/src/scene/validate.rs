@@ -113,7 +113,6 @@ impl Record {
         }
     }
 
-    /// Checks a condition that its value has to meet.
     fn has(self, what: &'static str, is_valid: bool) -> Result<(), SceneError> {
         is_valid.then_some(()).ok_or(self.value(what))
     }
@@ -138,7 +137,6 @@ impl Record {
     }
 }
 
-/// Records with their numbers.
 fn numbered<T>(records: &[T]) -> impl Iterator<Item = (Record, &T)> {
     (0..).map(Record).zip(records)
 }

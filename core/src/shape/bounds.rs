@@ -82,7 +82,6 @@ impl Slabs {
         self.negative[0] | self.negative[1] << 1 | self.negative[2] << 2
     }
 
-    /// Whether the direction is negative on `axis`.
     #[inline(always)]
     pub(crate) fn is_negative(&self, axis: usize) -> bool {
         self.negative[axis] != 0

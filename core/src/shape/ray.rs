@@ -1,10 +1,7 @@
 use crate::numeric::largest_number;
 use glam::Vec3;
 
-/// A half-line.
-///
-/// Both parts are finite, and the direction is not zero; it need not be of
-/// unit length.
+/// A half-line from a finite origin along a finite direction of any length but zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ray {
     origin: Vec3,
@@ -21,9 +18,8 @@ impl Ray {
     /// Directions whose largest component is longer than this overflow.
     pub const LONGEST_DIRECTION: f32 = 1.0e18;
 
-    /// A ray, or `None` where a component is NaN or infinite, the origin is
-    /// farther out than [`FARTHEST`](Self::FARTHEST) or the direction's
-    /// largest component is outside
+    /// A ray, or `None` where a component is NaN or infinite, the origin is farther out than
+    /// [`FARTHEST`](Self::FARTHEST) or the direction's largest component is outside
     /// [`SHORTEST_DIRECTION`](Self::SHORTEST_DIRECTION) to
     /// [`LONGEST_DIRECTION`](Self::LONGEST_DIRECTION).
     #[inline]

@@ -44,11 +44,6 @@ impl Spheroid {
         Self { equatorial, polar }
     }
 
-    /// Across and along the axis: metres.
-    pub const fn radii(&self) -> (f32, f32) {
-        (self.equatorial, self.polar)
-    }
-
     /// Both intersections of the line with the surface, `None` where it passes by.
     ///
     /// On the unit sphere the discriminant is 1 − |l|², l the line's closest point to the centre

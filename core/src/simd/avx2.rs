@@ -43,7 +43,6 @@ impl Avx2 {
         avx2_detected::get().then_some(Self(()))
     }
 
-    /// Runs a kernel compiled with AVX2.
     #[inline(always)]
     pub(crate) fn run<K: Kernel<8>>(self, kernel: K) -> K::Output {
         #[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
@@ -54,7 +53,6 @@ impl Avx2 {
         unsafe { inner(self, kernel) }
     }
 
-    /// As [`run`](Self::run), along a ray.
     #[inline(always)]
     pub(crate) fn run_along<K: RayKernel<8>>(self, ray: &Ray, kernel: K) -> K::Output {
         // The ray goes over in registers: numbers just written one by one to memory cannot

@@ -200,15 +200,12 @@ mod tests {
             (546.1, [0.203_624, 0.986_710_8, 0.232_358_6]),
             (400.0, [0.300_017_6, 0.188_101_6, 0.925_640_7]),
         ] {
-            let found = Matching::Endo.values(nm);
-            assert!(
-                (found - Vec3::from(expected)).length() < 1.0e-6,
-                "{nm} {found}"
-            );
+            let error = (endo(nm) - Vec3::from(expected)).length();
+            assert!(error < 1.0e-6, "{nm} {error}");
         }
-        assert_eq!(Matching::Endo.values(379.9), Vec3::ZERO);
-        assert_eq!(Matching::Endo.values(750.1), Vec3::ZERO);
-        assert_eq!(Matching::Endo.values(f32::NAN), Vec3::ZERO);
+        for nm in [379.9, 750.1, f32::NAN] {
+            assert_eq!(endo(nm), Vec3::ZERO);
+        }
     }
 
     #[test]

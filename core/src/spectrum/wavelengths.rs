@@ -89,9 +89,8 @@ impl Wavelengths {
         self.range
     }
 
-    /// The wavelength in part `k`, 0 to [`count`](Self::count) − 1: nanometres.
-    /// `offset` is where in it, 0 to 1; ½ is its centre. Others are moved into
-    /// the range.
+    /// The wavelength in part `k`, 0 to [`count`](Self::count) − 1, nanometres, at `offset` in it,
+    /// 0 to 1; ½ is its centre. Others are moved into the range.
     pub fn at(&self, k: usize, offset: f32) -> f32 {
         let [low, high] = self.range;
         let part = (k as f32 + offset) / f32::from(self.count);

@@ -5,14 +5,10 @@ use crate::scene::format::Background;
 use crate::simd::Lanes;
 use glam::Vec3;
 
-/// The sine of a direction's elevation.
-fn height(direction: Vec3) -> f32 {
-    normalize(direction).map_or(0.0, |direction| direction.y)
-}
-
 /// Linear RGB along a direction.
 pub(super) fn colour(background: &Background, direction: Vec3) -> Vec3 {
-    let height = height(direction);
+    // The sine of the elevation.
+    let height = normalize(direction).map_or(0.0, |direction| direction.y);
     let far = if height >= 0.0 {
         background.zenith
     } else {

@@ -5,12 +5,9 @@ use crate::spectrum::{Medium, SpectralSample, SpectralTable};
 use core::num::NonZeroU32;
 use glam::Vec3;
 
-/// Which wavelengths rays have.
-///
-/// A ray is one ray of red, green and blue until it first enters a medium whose
-/// index depends on the wavelength; what goes on from there is a ray for each
-/// wavelength that the sample takes, in its colour. Where the gaze leaves a
-/// pixel less detail, neighbouring wavelengths go as one.
+/// Which wavelengths rays have: red, green and blue together until a ray first enters a medium
+/// whose index depends on the wavelength; from there one ray for each wavelength that the sample
+/// takes. Where the gaze leaves a pixel less detail, neighbouring wavelengths go as one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Spectrum<'a> {
     /// No dispersion: media have the index of the d line, 587.5618 nm, for all colours.
@@ -208,14 +205,12 @@ pub(crate) struct Balance {
 }
 
 impl Balance {
-    /// The balance of no samples.
     pub(crate) const NONE: Self = Self {
         missing: Vec3::ZERO,
         light: Vec3::ZERO,
         samples: 0,
     };
 
-    /// The balance of one sample.
     pub(super) const fn one(missing: Vec3, light: Vec3) -> Self {
         Self {
             missing,

@@ -75,15 +75,10 @@ impl Goal for Any {
     }
 }
 
-/// Chosen at run time: one compiled walk for both goals.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct EitherGoal {
-    pub(super) is_any: bool,
-}
-
-impl Goal for EitherGoal {
+/// Whether it is any hit, at run time: one compiled walk for both goals.
+impl Goal for bool {
     #[inline(always)]
     fn is_any(self) -> bool {
-        self.is_any
+        self
     }
 }

@@ -11,9 +11,7 @@ use glam::Vec3;
 pub(crate) struct Leaves<'a, const W: usize> {
     blocks: &'a [LeafBlock<W>],
     numbers: &'a [IdLeaf],
-    /// Triangles of the mesh, by number.
     triangles: &'a [format::Triangle],
-    /// Vertex positions of the mesh.
     positions: &'a [[f32; 3]],
 }
 

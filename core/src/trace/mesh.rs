@@ -369,11 +369,9 @@ where
         self.simd.run_along(ray, search)
     }
 
-    /// The nearest triangles along many rays, one ray after the other, as
-    /// [`nearest`](Self::nearest) finds them, handed to `take` in the rays' order; a `None`
-    /// among the rays meets nothing. Returns the number of steps of all rays.
-    ///
-    /// Faster than a call for each ray.
+    /// The nearest triangles along many rays, one after the other, handed to `take` in the rays'
+    /// order, and the number of steps of all; faster than a call of [`nearest`](Self::nearest) for
+    /// each.
     #[inline]
     pub fn nearest_of_each(
         &self,
@@ -415,9 +413,8 @@ where
         self.simd.run(search)
     }
 
-    /// The nearest triangles for the rays of a tile, as
-    /// [`nearest`](Self::nearest) finds them, and the number of steps: one a
-    /// node or a triangle for all rays together, where they can go together.
+    /// The nearest triangles for the rays of a tile, as [`nearest`](Self::nearest) finds them, and
+    /// the number of steps: one for all rays that go together.
     #[inline]
     pub fn nearest_of_tile(&self, rays: &TileRays, stack: &mut TraversalStack) -> (TileHits, u64) {
         let mut hits = TileHits::NONE;

@@ -48,16 +48,34 @@ impl RowHits {
         })
     }
 
-    /// Whether no ray has met anything.
     pub(crate) fn are_none(&self) -> bool {
         self.hits.iter().all(|hit| hit.instance == u32::MAX)
     }
 
-    /// The nearest hit of a ray.
     #[inline]
     pub(crate) fn at(&self, lane: usize) -> Option<Hit> {
         let hit = self.hits[lane % EIGHT];
         (hit.instance != u32::MAX).then_some(hit)
+    }
+
+    /// Keeps the nearer hits, by the rules of a single ray.
+    #[inline(always)]
+    fn take_nearer(&mut self, instance: u32, t: &[f32; EIGHT], first: u32, hit: u32) {
+        for (lane, best) in self.hits.iter_mut().enumerate() {
+            let t = t[lane % EIGHT];
+            let nearer = t < best.on.t || (t == best.on.t && instance < best.instance);
+            if hit >> lane & 1 != 0 && nearer {
+                *best = Hit {
+                    instance,
+                    on: MeshHit {
+                        t,
+                        triangle: 1 - (first >> lane & 1),
+                        leaf: 0,
+                        lane: 0,
+                    },
+                };
+            }
+        }
     }
 }
 
@@ -92,8 +110,8 @@ impl<const W: usize> Kernel<EIGHT> for RowSearch<'_, '_, W> {
         };
         let mut best = l.splat(f32::INFINITY);
         for lane in (0..W).filter(|&lane| used(lane)) {
-            let near = slabs.near(l, node, lane);
-            let far = l.min(slabs.far(l, node, lane), best);
+            let (near, far) = slabs.interval(l, node, lane);
+            let far = l.min(far, best);
             let entering = l.bits(l.le(near, far)) & self.rays.active;
             let number = leaf_index(node.child[lane % W]);
             let Some(instance) = self.scene.instances.get(number as usize) else {
@@ -120,30 +138,9 @@ impl<const W: usize> Kernel<EIGHT> for RowSearch<'_, '_, W> {
     }
 }
 
-impl RowHits {
-    /// Keeps the nearer hits, by the rules of a single ray.
-    #[inline(always)]
-    fn take_nearer(&mut self, instance: u32, t: &[f32; EIGHT], first: u32, hit: u32) {
-        for (lane, best) in self.hits.iter_mut().enumerate() {
-            let t = t[lane % EIGHT];
-            let nearer = t < best.on.t || (t == best.on.t && instance < best.instance);
-            if hit >> lane & 1 != 0 && nearer {
-                *best = Hit {
-                    instance,
-                    on: MeshHit {
-                        t,
-                        triangle: 1 - (first >> lane & 1),
-                        leaf: 0,
-                        lane: 0,
-                    },
-                };
-            }
-        }
-    }
-}
-
-/// Rays that all meet one spheroid with lines, and nothing else.
+/// Rays that all meet one spheroid with lines, and nothing else: a bit for each between lines.
 pub(super) struct OnLines<'f> {
+    rays: &'f RowRays<'f>,
     instance: &'f Instance,
     material: &'f Material,
     hits: &'f [Hit; EIGHT],
@@ -157,6 +154,7 @@ impl RowHits {
     pub(super) fn on_lines<'f, const W: usize>(
         &'f self,
         scene: &Scene<'f, W>,
+        rays: &'f RowRays<'f>,
     ) -> Option<OnLines<'f>> {
         if !self.meshes.is_empty() {
             return None;
@@ -176,6 +174,7 @@ impl RowHits {
         let material = scene.materials.get(instance.material as usize)?;
         let lines = material.effects & effect::GRATICULE != 0;
         (lines && instance.material != NO_MATERIAL).then_some(OnLines {
+            rays,
             instance,
             material,
             hits: &self.hits,
@@ -184,28 +183,17 @@ impl RowHits {
     }
 }
 
-/// A bit for each ray that meets a spheroid between its lines.
-pub(super) struct Between<'f> {
-    pub(super) rays: &'f RowRays<'f>,
-    pub(super) on: &'f OnLines<'f>,
-}
-
-impl Kernel<EIGHT> for Between<'_> {
+impl Kernel<EIGHT> for OnLines<'_> {
     type Output = u32;
 
     #[inline(always)]
     fn run<L: Lanes<EIGHT>>(self, l: L) -> u32 {
-        let OnLines {
-            instance,
-            material,
-            hits,
-            met,
-        } = self.on;
+        let instance = self.instance;
         let load = |[x, y, z]: &[[f32; EIGHT]; 3]| [l.load(x), l.load(y), l.load(z)];
         let map = &instance.object_from_world;
         let o = point(l, map, load(self.rays.origins));
         let d = vector(l, map, load(self.rays.directions));
-        let t = l.load(&distances(hits));
+        let t = l.load(&distances(self.hits));
         let at = [
             l.add(o[0], l.mul(d[0], t)),
             l.add(o[1], l.mul(d[1], t)),
@@ -214,19 +202,16 @@ impl Kernel<EIGHT> for Between<'_> {
         // Spheroid::project.
         let scale = radii(l, instance);
         let scaled = quotient(l, at, scale);
-        let largest = l.max(l.abs(scaled[0]), l.max(l.abs(scaled[1]), l.abs(scaled[2])));
+        let largest = largest(l, scaled);
         let usable = l.and(
             l.le(l.splat(*SQUARABLE.start()), largest),
             l.le(largest, l.splat(*SQUARABLE.end())),
         );
         let length = l.sqrt(dot(l, scaled, scaled));
-        let point = [
-            l.mul(l.div(scaled[0], length), scale[0]),
-            l.mul(l.div(scaled[1], length), scale[1]),
-            l.mul(l.div(scaled[2], length), scale[2]),
-        ];
-        let lines = graticule::are_on_lines(l, point, material);
-        met & l.bits(usable) & !l.bits(lines)
+        let unit = quotient(l, scaled, [length; 3]);
+        let point = product(l, unit, scale);
+        let lines = graticule::are_on_lines(l, point, self.material);
+        self.met & l.bits(usable) & !l.bits(lines)
     }
 }
 
@@ -251,18 +236,17 @@ struct RowSlabs<F, M> {
 impl<F: Copy, M: Copy> RowSlabs<F, M> {
     #[inline(always)]
     fn new<L: Lanes<EIGHT, F = F, M = M>>(l: L, o: [F; 3], d: [F; 3], extent: f32) -> Option<Self> {
-        let largest = |v: [F; 3]| l.max(l.abs(v[0]), l.max(l.abs(v[1]), l.abs(v[2])));
         let zero = l.splat(0.0);
         let square = l.or(l.eq(d[0], zero), l.or(l.eq(d[1], zero), l.eq(d[2], zero)));
         if l.bits(square) != 0 {
             return None;
         }
         let least = l.max(
-            l.mul(largest(d), l.splat(Slabs::LEAST_SHARE)),
+            l.mul(largest(l, d), l.splat(Slabs::LEAST_SHARE)),
             l.splat(Slabs::LEAST_COMPONENT),
         );
         let slack = l.splat(Slabs::SLACK * UNIT_ROUNDOFF);
-        let delta = l.mul(slack, l.max(l.splat(extent), largest(o)));
+        let delta = l.mul(slack, l.max(l.splat(extent), largest(l, o)));
         let x = axis(l, o[0], d[0], least, delta);
         let y = axis(l, o[1], d[1], least, delta);
         let z = axis(l, o[2], d[2], least, delta);
@@ -274,36 +258,29 @@ impl<F: Copy, M: Copy> RowSlabs<F, M> {
         })
     }
 
-    /// Where rays enter a child, not before their starts.
+    /// Where rays enter a child, not before their starts, and where they leave it.
     #[inline(always)]
-    fn near<const W: usize, L: Lanes<EIGHT, F = F, M = M>>(
+    fn interval<const W: usize, L: Lanes<EIGHT, F = F, M = M>>(
         &self,
         l: L,
         node: &Node<W>,
         lane: usize,
-    ) -> F {
+    ) -> (F, F) {
         let at = |axis: usize| {
-            let [low, high] = planes(l, node, axis, lane);
-            let plane = l.select(self.negative[axis], high, low);
-            l.sub(l.mul(plane, self.reciprocal[axis]), self.near[axis])
+            let low = l.splat(node.planes[2 * (axis % 3)][lane % W]);
+            let high = l.splat(node.planes[2 * (axis % 3) + 1][lane % W]);
+            let near = l.select(self.negative[axis], high, low);
+            let far = l.select(self.negative[axis], low, high);
+            (
+                l.sub(l.mul(near, self.reciprocal[axis]), self.near[axis]),
+                l.sub(l.mul(far, self.reciprocal[axis]), self.far[axis]),
+            )
         };
-        l.max(l.max(at(0), at(1)), l.max(at(2), l.splat(0.0)))
-    }
-
-    /// Where they leave it.
-    #[inline(always)]
-    fn far<const W: usize, L: Lanes<EIGHT, F = F, M = M>>(
-        &self,
-        l: L,
-        node: &Node<W>,
-        lane: usize,
-    ) -> F {
-        let at = |axis: usize| {
-            let [low, high] = planes(l, node, axis, lane);
-            let plane = l.select(self.negative[axis], low, high);
-            l.sub(l.mul(plane, self.reciprocal[axis]), self.far[axis])
-        };
-        l.min(l.min(at(0), at(1)), at(2))
+        let [x, y, z] = [at(0), at(1), at(2)];
+        (
+            l.max(l.max(x.0, y.0), l.max(z.0, l.splat(0.0))),
+            l.min(l.min(x.1, y.1), z.1),
+        )
     }
 }
 
@@ -317,20 +294,6 @@ fn axis<L: Lanes<EIGHT>>(l: L, o: L::F, d: L::F, least: L::F, delta: L::F) -> (L
     let centre = l.mul(o, reciprocal);
     let slack = l.mul(l.abs(reciprocal), delta);
     (reciprocal, l.add(centre, slack), l.sub(centre, slack))
-}
-
-#[inline(always)]
-fn planes<const W: usize, L: Lanes<EIGHT>>(
-    l: L,
-    node: &Node<W>,
-    axis: usize,
-    lane: usize,
-) -> [L::F; 2] {
-    let axis = axis % 3;
-    [
-        l.splat(node.planes[2 * axis][lane % W]),
-        l.splat(node.planes[2 * axis + 1][lane % W]),
-    ]
 }
 
 /// Maps directions, as `map_vector` does for one.
@@ -362,6 +325,16 @@ fn dot<L: Lanes<EIGHT>>(l: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
 #[inline(always)]
 fn quotient<L: Lanes<EIGHT>>(l: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
     [l.div(a[0], b[0]), l.div(a[1], b[1]), l.div(a[2], b[2])]
+}
+
+#[inline(always)]
+fn product<L: Lanes<EIGHT>>(l: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
+    [l.mul(a[0], b[0]), l.mul(a[1], b[1]), l.mul(a[2], b[2])]
+}
+
+#[inline(always)]
+fn largest<L: Lanes<EIGHT>>(l: L, v: [L::F; 3]) -> L::F {
+    l.max(l.abs(v[0]), l.max(l.abs(v[1]), l.abs(v[2])))
 }
 
 #[inline(always)]
@@ -408,8 +381,7 @@ fn on_spheroid<L: Lanes<EIGHT>>(
     let map = &instance.object_from_world;
     let (o, d) = (point(l, map, origin), vector(l, map, direction));
     // Ray::new.
-    let far = l.max(l.abs(o[0]), l.max(l.abs(o[1]), l.abs(o[2])));
-    let long = l.max(l.abs(d[0]), l.max(l.abs(d[1]), l.abs(d[2])));
+    let (far, long) = (largest(l, o), largest(l, d));
     let usable = l.and(
         l.le(far, l.splat(Ray::FARTHEST)),
         l.and(
@@ -421,7 +393,7 @@ fn on_spheroid<L: Lanes<EIGHT>>(
     let in_metres = (o, d);
     let (o, d) = (quotient(l, o, scale), quotient(l, d, scale));
     let length = l.sqrt(dot(l, d, d));
-    let unit = quotient(l, d, [length, length, length]);
+    let unit = quotient(l, d, [length; 3]);
     // What is not a number is no solution below.
     let half = dot(l, o, unit);
     let closest = [

@@ -2,8 +2,8 @@
 
 use super::budget::Budget;
 use super::dispersion::Spectrum;
-use super::hit::{Any, EitherGoal, Goal, Hit, Nearest};
-use super::row::{Between, RowHits, RowRays, RowSearch};
+use super::hit::{Any, Goal, Hit, Nearest};
+use super::row::{RowHits, RowRays, RowSearch};
 use super::stack::Work;
 use super::tile::{ALL_INSTANCES, MOST_NODES, MayHit, TileHits, TileRays, TileSearch};
 use super::workspace::{RayDetail, Workspace};
@@ -78,10 +78,9 @@ where
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Hit {
-        self.search(EitherGoal { is_any }, rung, within, budget, workspace)
+        self.search(is_any, rung, within, budget, workspace)
     }
 
-    /// As [`Tracer::may_hit`](super::Tracer::may_hit).
     // Not inlined: its stack frame must not be live during deeper searches.
     #[inline(never)]
     pub(super) fn may_hit(
@@ -101,7 +100,6 @@ where
         may_hit
     }
 
-    /// As [`Tracer::nearest_of_tile`](super::Tracer::nearest_of_tile).
     pub(super) fn nearest_of_tile(
         &self,
         rays: &TileRays,
@@ -189,16 +187,12 @@ where
         let mut found = <Simd as Runs<8>>::run(self.simd, RowSearch::<W> { scene, rays })?;
         if EFFECTS & effect::GRATICULE != 0
             && self.effects.contains(EffectSet::GRATICULE)
-            && let Some(on) = found.on_lines(scene)
+            && let Some(on_lines) = found.on_lines(scene, rays)
         {
-            let between = Between { rays, on: &on };
-            found.between = <Simd as Runs<8>>::run(self.simd, between);
+            found.between = <Simd as Runs<8>>::run(self.simd, on_lines);
         }
-        let work = Work {
-            steps: found.steps,
-            deepest: 0,
-        };
-        workspace.account(work, budget);
+        let steps = found.steps;
+        workspace.account(Work { steps, deepest: 0 }, budget);
         for &(instance, entering) in &found.meshes {
             for (lane, best) in found.hits.iter_mut().enumerate() {
                 if entering >> lane & 1 == 0 {

@@ -24,18 +24,15 @@ use fan::Fan;
 use glam::Vec3;
 use light::Incidence;
 
-/// Rays that add less than this to every channel of a pixel are not traced: a
-/// quarter of a step of an eight-bit picture. At the border of a clear body the
-/// other ray has their share.
+/// Rays that add less than this to every channel of a pixel are not traced: a quarter of a step of
+/// an eight-bit picture. At a clear body's border the other ray has their share.
 pub const LEAST_WEIGHT: f32 = 1.0 / 1024.0;
 
 /// A primary ray that hits something.
 pub(super) struct PrimaryRay<'r> {
     pub(super) ray: &'r Ray,
     pub(super) hit: Hit,
-    /// The detail of its ray tree.
     pub(super) detail: RayDetail,
-    /// The sample that it belongs to.
     pub(super) sample: Sample,
 }
 
@@ -174,7 +171,6 @@ struct Arrival<'a> {
 }
 
 impl Arrival<'_> {
-    /// A ray that leaves the border.
     fn next(&self, direction: Vec3, weight: Vec3, uncovered: f32, cause: u32) -> Option<Pending> {
         Some(Pending {
             ray: Ray::new(self.surface.start(direction), direction)?,
@@ -186,7 +182,6 @@ impl Arrival<'_> {
         })
     }
 
-    /// The reflected ray.
     fn reflected(&self, weight: Vec3, uncovered: f32, cause: u32) -> Option<Pending> {
         let facing = if self.inside { -1.0 } else { 1.0 };
         let reflected = above(
@@ -224,9 +219,7 @@ struct RayTree<'t, 'a, const W: usize, const EFFECTS: u32, R> {
     alpha: f32,
     /// Wavelength of the current rays: nanometres; 0 for all wavelengths.
     nm: f32,
-    /// Colour of the current rays.
     tint: Vec3,
-    /// The fan that the current rays belong to.
     fan: Option<Fan<'a>>,
     /// Share of the sample's wavelengths that is being traced; 0 outside fans.
     share: f32,
@@ -252,9 +245,7 @@ where
     /// Traces a primary ray, whose hit is known, and all that follow from it.
     #[inline(always)]
     fn trace(&mut self, mut next: Pending, hit: Hit) -> Pixel {
-        let Shading {
-            searcher, detail, ..
-        } = self.shading;
+        let (searcher, rung) = (self.shading.searcher, self.shading.detail.rung);
         let mut hit = Some(hit);
         self.workspace.pending.clear();
         // The loop ends: every ray has more bounces than its parent, and a fan has a fixed
@@ -273,7 +264,7 @@ where
                 self.look_through(next.is_tinted);
             }
             let before = self.workspace.statistics.steps;
-            hit = searcher.nearest_on(detail.rung, &next.ray, self.budget, self.workspace);
+            hit = searcher.nearest_on(rung, &next.ray, self.budget, self.workspace);
             let steps = self.workspace.statistics.steps - before;
             self.record.ray(next.cause, steps);
         }
@@ -288,13 +279,7 @@ where
     /// Adds what a ray sees to the pixel and pushes its child rays.
     fn shade(&mut self, from: &Pending, hit: Option<Hit>) {
         let direction = from.ray.direction();
-        let Shading {
-            searcher,
-            detail,
-            effects,
-            ..
-        } = self.shading;
-        let scene = &searcher.scene;
+        let (scene, effects) = (&self.shading.searcher.scene, self.shading.effects);
         let surface =
             hit.and_then(|hit| Surface::new::<W, EFFECTS>(scene, &from.ray, &hit, effects));
         let (Some(hit), Some(surface)) = (hit, surface) else {
@@ -326,7 +311,7 @@ where
         let own = self.own_light(&surface, incidence);
         self.add(weight * own);
         let is_clear = Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0;
-        if from.bounces >= detail.depth {
+        if from.bounces >= self.shading.detail.depth {
             if is_clear {
                 // At the last bounce the background stands for what is behind the glass.
                 let let_through = Vec3::from_array(material.transmission);

@@ -30,6 +30,5 @@ impl Default for TraversalStack {
 pub(crate) struct Work {
     /// Nodes visited and primitives tested.
     pub(crate) steps: u64,
-    /// The most stack entries in use.
     pub(crate) deepest: u32,
 }

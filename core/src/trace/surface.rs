@@ -11,7 +11,6 @@ use crate::scene::format::{Instance, Material, Mesh, NO_MATERIAL, Triangle, flag
 use crate::shape::{Ray, Spheroid};
 use glam::Vec3;
 
-/// The surface at a hit, as shading needs it.
 #[derive(Clone, Copy)]
 pub(super) struct Surface<'a> {
     /// On the surface to rounding: computed from the corners' weights, not from the ray.

@@ -1,13 +1,12 @@
 //! Colours over a surface: checkers and images.
 
-use crate::numeric::{max, sqrt};
+use crate::numeric::{map3, max, sqrt};
 use crate::scene::Scene;
 use crate::scene::format::{Material, Texel, Texture, effect};
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 use libm::floorf;
 
-/// Bits of the effects that are textures.
 pub(super) const TEXTURES: u32 = effect::CHECKER_TEXTURE | effect::IMAGE_TEXTURE;
 
 /// Factor of a material's colours at a place on its texture, 0 to 1.
@@ -44,7 +43,6 @@ fn checker(texture: &Texture, [u, v]: [f32; 2]) -> Vec3 {
     Vec3::from_array(texture.colours[usize::from(odd)])
 }
 
-/// Whether a whole number is odd.
 fn is_odd(whole: f32) -> bool {
     whole - 2.0 * floorf(0.5 * whole) == 1.0
 }
@@ -60,7 +58,7 @@ fn image(texture: &Texture, texels: &[Texel], [u, v]: [f32; 2]) -> Vec3 {
         let number = row.wrapping_mul(texture.width).wrapping_add(column);
         let number = number.wrapping_add(texture.first_texel);
         let &[r, g, b, _] = texels.get(number as usize).unwrap_or(&[0; 4]);
-        Vec3::new(linear(r), linear(g), linear(b))
+        Vec3::from_array(map3([r, g, b], |code| SRGB[usize::from(code)]))
     };
     let mix = |a: Vec3, b: Vec3, share: f32| a + (b - a) * share;
     mix(
@@ -86,12 +84,7 @@ fn beside(position: f32, count: u32) -> (u32, u32, f32) {
     (first, second, max(at - floor, 0.0))
 }
 
-/// Light of an sRGB code (IEC 61966-2-1).
-fn linear(code: u8) -> f32 {
-    SRGB[usize::from(code)]
-}
-
-/// Light of each code, the nearest f32, worked out by the compiler.
+/// Light of each sRGB code (IEC 61966-2-1), the nearest f32, worked out by the compiler.
 static SRGB: [f32; 256] = {
     let mut table = [0.0; 256];
     let mut code = 0;

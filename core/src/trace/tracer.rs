@@ -38,9 +38,8 @@ where
     }
 
     /// As [`new`](Self::new), with the shading compiled for the effects of some
-    /// [bits](EffectSet::bits). Where the scene asks for no others the picture
-    /// is the same, bit for bit; an effect of the scene's that is not among
-    /// them is left out as its constant in [`EffectSet`] says.
+    /// [bits](EffectSet::bits): the same picture, bit for bit, where the scene asks for no others.
+    /// Others are left out as their constants in [`EffectSet`] say.
     pub fn for_effects<const EFFECTS: u32>(scene: Scene<'a, W>, simd: Simd, depth: u8) -> Self {
         Self {
             searcher: Searcher {
@@ -117,10 +116,9 @@ where
         <Simd as crate::Runs<W>>::nearest(self, ray, budget, workspace)
     }
 
-    /// Whether any ray that starts at `origin` may meet anything, if its direction is, component
-    /// by component, between four `corners`. False only where none does on any rung; true, too,
-    /// where the corners' components differ in sign or are no numbers, or the budget ends. At most
-    /// 16 steps.
+    /// Whether any ray from `origin` may meet anything, if its direction is, component by
+    /// component, between four `corners`. False only where none does on any rung; true, too, where
+    /// corners differ in sign or are no numbers, or the budget ends. At most 16 steps.
     #[inline(always)]
     pub fn may_hit(
         &self,

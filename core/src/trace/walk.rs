@@ -31,7 +31,6 @@ pub(super) struct Path<'s> {
 }
 
 impl<'s> Path<'s> {
-    /// A path of at most `most` steps.
     #[inline(always)]
     pub(super) const fn new(stack: &'s mut TraversalStack, most: u64) -> Self {
         Self {
@@ -54,7 +53,6 @@ impl<'s> Path<'s> {
         left.is_some()
     }
 
-    /// The work done.
     #[inline(always)]
     pub(super) const fn work(&self) -> Work {
         Work {

@@ -160,16 +160,13 @@ impl<const W: usize, S: Goal> InWorld<'_, '_, W, S> {
     }
 }
 
-/// One search through a scene.
 pub(super) struct Search<'r, 'a, const W: usize, S> {
     pub(super) goal: S,
     pub(super) scene: &'r Scene<'a, W>,
-    /// The rung of the meshes' ladders to trace.
     pub(super) rung: u8,
     /// Farthest distance of a hit.
     pub(super) limit: f32,
     pub(super) stack: &'r mut TraversalStack,
-    /// Most steps.
     pub(super) most: u64,
 }
 
@@ -200,12 +197,10 @@ impl<const W: usize, S: Goal> RayKernel<W> for Search<'_, '_, W, S> {
 /// A search for the nearest hit of one ray in one instance.
 pub(super) struct SearchInstance<'r, 'a, const W: usize> {
     pub(super) scene: &'r Scene<'a, W>,
-    /// The rung of the meshes' ladders to trace.
     pub(super) rung: u8,
     pub(super) instance: u32,
     pub(super) best: Hit,
     pub(super) stack: &'r mut TraversalStack,
-    /// Most steps.
     pub(super) most: u64,
 }
 

@@ -56,12 +56,7 @@ fn every_protocol_that_is_built_is_set_up_in_the_buffer_that_is_promised() {
 fn set_up(tracker: *mut Tracker) -> usize {
     let mut memory = [0u64; SHISEN_SETUP_SIZE.div_ceil(SHISEN_ALIGNMENT)];
     let mut buffer = [0u8; SHISEN_MOST_COMMAND_BYTES];
-    let mut setup = Setup {
-        action: 0,
-        baud: 0,
-        length: 0,
-        until_us: 0,
-    };
+    let mut setup = Setup::default();
     // SAFETY: there is as much memory.
     let begun =
         unsafe { shisen_tracker_set_up(tracker, memory.as_mut_ptr().cast(), SHISEN_SETUP_SIZE, 1) };
@@ -127,20 +122,5 @@ fn samples_count_once_a_device_has_been_told_everything() {
         };
         assert!(said(tracker));
         assert_eq!(state(tracker, 3_000), State::Fresh);
-    });
-    // One that is never told everything is believed in the end.
-    with_tracker(&settings(Protocol::Link), |_, tracker| {
-        let setup = memory.as_mut_ptr().cast();
-        // SAFETY: there is as much memory.
-        let begun = unsafe { shisen_tracker_set_up(tracker, setup, SHISEN_SETUP_SIZE, 0) };
-        assert_eq!(begun, Status::Ok);
-        // SAFETY: a tracker that was made, nobody else's in what follows.
-        let tracker = unsafe { &mut *tracker };
-        tracker.setting_up.begin(Micros(0));
-        for (at, is_believed) in [(799_000, false), (800_000, true)] {
-            tracker.feed(&record(&mut encoder, at), Micros(at));
-            let estimate = tracker.gaze.estimate(Micros(at), &mut |_| {});
-            assert_eq!(estimate.gaze_age.is_some(), is_believed);
-        }
     });
 }

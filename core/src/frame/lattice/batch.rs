@@ -10,7 +10,6 @@ use crate::trace::{Hit, NOT_TRACED, RayDetail, Sample, TileRays};
 /// Most samples of a batch.
 pub(super) const TOGETHER: usize = 64;
 
-/// Samples to be traced.
 pub(super) struct Batch {
     pub(super) count: usize,
     /// Column and row among a square's finest.
@@ -122,9 +121,7 @@ where
                 }
                 let ((x, y), detail) = (batch.places[at], batch.details[at]);
                 let of = Sample::new(x, y, sample, samples);
-                let Work {
-                    budget, workspace, ..
-                } = work;
+                let (budget, workspace) = (&mut *work.budget, &mut *work.workspace);
                 let seen = tracer.radiance_from(&ray, hit, detail, of, budget, workspace);
                 sum.add(seen, workspace);
             }
@@ -143,9 +140,7 @@ where
         sample: u16,
         work: &mut Work<'_>,
     ) -> Option<Node> {
-        let Work {
-            budget, workspace, ..
-        } = work;
+        let (budget, workspace) = (&mut *work.budget, &mut *work.workspace);
         let tracer = &self.renderer.tracer;
         let samples = self.renderer.settings.samples;
         let (dx, dy) = offset(sample, samples);

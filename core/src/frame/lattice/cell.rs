@@ -10,7 +10,6 @@ impl Cell {
         self.step == 0
     }
 
-    /// The first cell of a square.
     pub(super) fn first(grid: &Grid) -> Self {
         Self::NONE.with_shared(0, 0, grid.coarsest() as u8)
     }
@@ -58,7 +57,6 @@ impl Cell {
         }
     }
 
-    /// Column and row of a corner.
     fn corner(&self, number: usize) -> (usize, usize) {
         let right = usize::from(self.step) * (number & 1);
         let below = usize::from(self.step) * (number >> 1);

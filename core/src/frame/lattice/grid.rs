@@ -15,7 +15,6 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// A grid without samples.
     pub(super) fn new(piece: Piece) -> Self {
         let finest = (piece.stride >> HALVINGS).max(piece.side / STEPS as u32);
         Self {

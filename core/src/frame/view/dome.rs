@@ -15,7 +15,6 @@ use crate::simd::{Kernel, Lanes, Portable, Runs, Simd};
 use core::f32::consts::TAU;
 use glam::{Mat3, Vec3};
 
-/// The rays of a dome master.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Dome {
     projection: DomeProjection,
@@ -37,7 +36,6 @@ struct Rays<F, M> {
 }
 
 impl Dome {
-    /// As [`View::dome`].
     pub(super) fn new(
         projection: DomeProjection,
         pose: DomePose,
@@ -92,7 +90,6 @@ impl Dome {
         Self { seen_to, ..self }
     }
 
-    /// As [`View::dome_screen`].
     pub(super) fn on_screen(screen: DomeScreen, eye: Vec3, side: u32) -> Result<Self, DomeError> {
         let field_of_view = screen.field_of_view;
         let projection = DomeProjection::Equidistant { field_of_view };
@@ -137,7 +134,7 @@ impl Dome {
 
     /// The rays through eight points of the picture, likewise.
     pub(crate) fn row(&self, simd: Simd, x: &[f32; 8], y: &[f32; 8]) -> RayRow {
-        <Simd as Runs<8>>::run(simd, Row { dome: self, x, y })
+        <Simd as Runs<8>>::run(simd, Row(self, x, y))
     }
 
     /// The rays through points of the picture, in every lane.
@@ -375,29 +372,20 @@ impl OnePoint for Dome {
         _: (u32, u32),
         offset: (f32, f32),
     ) -> [Vec3; 4] {
-        let extremes = Extremes {
-            dome: self,
-            first,
-            offset,
-        };
-        let [least, most] = <Simd as Runs<8>>::run(simd, extremes);
+        let [least, most] = <Simd as Runs<8>>::run(simd, Extremes(self, first, offset));
         [least, most, least, most]
     }
 }
 
 /// The least and the greatest components of the directions of a whole block.
-struct Extremes<'r> {
-    dome: &'r Dome,
-    first: (u32, u32),
-    offset: (f32, f32),
-}
+struct Extremes<'r>(&'r Dome, (u32, u32), (f32, f32));
 
 impl Kernel<8> for Extremes<'_> {
     type Output = [Vec3; 2];
 
     #[inline(always)]
     fn run<L: Lanes<8>>(self, l: L) -> [Vec3; 2] {
-        let (dome, (x, y), offset) = (self.dome, self.first, self.offset);
+        let Self(dome, (x, y), offset) = self;
         let columns = dome.columns_at(l, x, offset.0);
         let mut extremes = [(l.splat(f32::INFINITY), l.splat(f32::NEG_INFINITY)); 3];
         for row in y..y + BLOCK {
@@ -437,18 +425,15 @@ impl Directions for Dome {
     }
 }
 
-struct Row<'r> {
-    dome: &'r Dome,
-    x: &'r [f32; 8],
-    y: &'r [f32; 8],
-}
+struct Row<'r>(&'r Dome, &'r [f32; 8], &'r [f32; 8]);
 
 impl Kernel<8> for Row<'_> {
     type Output = RayRow;
 
     #[inline(always)]
     fn run<L: Lanes<8>>(self, l: L) -> RayRow {
-        let rays = self.dome.rays(l, l.load(self.x), l.load(self.y));
+        let Self(dome, x, y) = self;
+        let rays = dome.rays(l, l.load(x), l.load(y));
         let [ox, oy, oz] = rays.origin;
         let [dx, dy, dz] = rays.direction;
         RayRow {

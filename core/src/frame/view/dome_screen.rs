@@ -1,9 +1,8 @@
 use super::DomePose;
 
-/// A dome's inside that a dome master is shown on: the part of a sphere within
-/// half of the field of view around its zenith. The picture is equidistant as
-/// seen from the sphere's centre: the distance of a pixel from the picture's is
-/// the angle between zenith and its place on the dome.
+/// The part of a sphere's inside within half of the field of view around its zenith. The picture is
+/// equidistant as seen from the sphere's centre: the distance of a pixel from the picture's is the
+/// angle from the zenith.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DomeScreen {
     /// Where the sphere's centre is and which way the dome points.

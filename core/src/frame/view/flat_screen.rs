@@ -37,12 +37,11 @@ impl FlatScreen {
         }
     }
 
-    /// The rays from an eye (metres, in the room) through its pixels. All in
-    /// f32, so that a display controller makes the same rays as a host.
+    /// The rays from an eye (metres, in the room) through its pixels, the same in a display
+    /// controller as in a host.
     ///
     /// # Errors
-    /// As [`View::new`]; an eye behind the screen or within [`Self::CLOSEST`] of
-    /// its plane.
+    /// As [`View::new`]; an eye behind the screen or within [`Self::CLOSEST`] of its plane.
     pub fn view_from(&self, eye: Vec3) -> Result<View, ViewError> {
         let first_pixel = self.first_pixel - eye;
         // Towards the front side.

@@ -7,7 +7,6 @@ use glam::Vec3;
 /// The rays of an off-axis frustum (Kooima 2008): a map from pixels to directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Screen {
-    /// Where all rays start: metres.
     pub(crate) eye: Vec3,
     first_pixel: Vec3,
     column_step: Vec3,
@@ -35,7 +34,6 @@ pub enum ViewError {
     Behind,
 }
 
-/// Eight columns of a screen's rays.
 pub(crate) struct ScreenColumns<F> {
     /// Towards the first row.
     tops: [F; 3],
@@ -55,7 +53,6 @@ impl<F: Copy> ScreenColumns<F> {
 }
 
 impl Screen {
-    /// As [`View::new`].
     pub(super) fn new(
         eye: Vec3,
         first_pixel: Vec3,

@@ -10,7 +10,6 @@ use glam::Vec3;
 
 /// What goes on from where a ray enters a dispersive medium, by wavelength.
 pub(super) struct Fan<'a> {
-    /// Wavelengths that are still to come.
     part: Part<'a>,
     /// Rays that wait until all are through.
     waiting: usize,

@@ -1,6 +1,6 @@
 //! What a surface sends back of light from lights, and its own.
 
-use super::{RayTree, Shading, place};
+use super::{RayTree, place};
 use crate::numeric::normalize;
 use crate::scene::EffectSet;
 use crate::scene::format::{Light, effect, light};
@@ -85,9 +85,7 @@ where
         let Some(rectangle) = Rectangle::new(source) else {
             return Vec3::ZERO;
         };
-        let Shading {
-            sample, effects, ..
-        } = self.shading;
+        let (sample, effects) = (self.shading.sample, self.shading.effects);
         let points = (Self::has(SOFT_LIGHT) && effects & SOFT_LIGHT != 0)
             .then(|| Points::new(sample.seed(), number));
         let count = match points {
@@ -130,18 +128,13 @@ where
     #[inline]
     fn is_shadowed(&mut self, ray: &Ray, limit: f32, cause: EffectSet) -> bool {
         const SHADOWS: u32 = EffectSet::SHADOWS.bits();
-        let Shading {
-            searcher,
-            detail,
-            effects,
-            ..
-        } = self.shading;
-        if !Self::has(SHADOWS) || effects & SHADOWS == 0 {
+        if !Self::has(SHADOWS) || self.shading.effects & SHADOWS == 0 {
             return false;
         }
+        let (searcher, rung) = (self.shading.searcher, self.shading.detail.rung);
         let (budget, workspace) = (&mut *self.budget, &mut *self.workspace);
         let before = workspace.statistics.steps;
-        let is_shadowed = searcher.is_occluded_on(detail.rung, ray, limit, budget, workspace);
+        let is_shadowed = searcher.is_occluded_on(rung, ray, limit, budget, workspace);
         self.record.touch(SHADOWS);
         let steps = workspace.statistics.steps - before;
         self.record.ray(place(cause.bits()), steps);

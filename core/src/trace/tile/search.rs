@@ -14,7 +14,6 @@ use crate::trace::walk::{Path, leaf_index};
 use crate::trace::world::{map_component, map_point};
 use glam::Vec3;
 
-/// Visits the triangles of one instance.
 struct TileInMesh<'r, 'a, const W: usize> {
     leaves: Leaves<'a, W>,
     rays: &'r TileRays,
@@ -158,7 +157,6 @@ impl<const W: usize> TileVisitor for TileInMesh<'_, '_, W> {
     }
 }
 
-/// Visits the instances of a scene.
 struct TileInWorld<'r, 'a, const W: usize> {
     scene: &'r Scene<'a, W>,
     rays: &'r TileRays,
@@ -289,11 +287,7 @@ fn mapped<L: Lanes<EIGHT>>(
     instance: &Instance,
 ) -> Option<TileRays> {
     let map = &instance.object_from_world;
-    let mut inside = TileRays {
-        origin: map_point(map, rays.origin),
-        direction: [[[0.0; EIGHT]; EIGHT]; 3],
-        rungs: Rungs::Equal(0),
-    };
+    let mut inside = TileRays::without_directions(map_point(map, rays.origin));
     Ray::new(inside.origin, Vec3::X)?;
     let zero = l.splat(0.0);
     let magnitude = |x: L::F| l.max(x, l.sub(zero, x));
@@ -350,13 +344,11 @@ fn shears<L: Lanes<EIGHT>>(l: L, rays: &TileRays, groups: u8) -> Option<([usize;
     Some((axes, shear))
 }
 
-/// A search through a scene for all rays of a tile.
 pub(in crate::trace) struct TileSearch<'r, 'a, const W: usize> {
     pub(in crate::trace) scene: &'r Scene<'a, W>,
     pub(in crate::trace) rays: &'r TileRays,
     pub(in crate::trace) hits: &'r mut TileHits,
     pub(in crate::trace) stack: &'r mut TraversalStack,
-    /// Most steps.
     pub(in crate::trace) most: u64,
 }
 
@@ -367,28 +359,16 @@ impl<const W: usize> Kernel<EIGHT> for TileSearch<'_, '_, W> {
     #[inline(always)]
     fn run<L: Lanes<EIGHT>>(self, l: L) -> Option<Work> {
         let mut path = Path::new(self.stack, self.most);
-        let slabs = TileSlabs::new(
-            l,
-            self.rays,
-            u8::MAX,
-            self.scene.header.extent,
-            &self.hits.t,
-        )?;
+        let (scene, rays) = (self.scene, self.rays);
+        let slabs = TileSlabs::new(l, rays, u8::MAX, scene.header.extent, &self.hits.t)?;
         let mut visitor = TileInWorld::<W> {
-            scene: self.scene,
-            rays: self.rays,
+            scene,
+            rays,
             slabs: &slabs,
             hits: self.hits,
         };
-        walk_tile(
-            l,
-            self.scene.nodes,
-            self.scene.header.root,
-            &slabs,
-            self.rays.groups(),
-            &mut visitor,
-            &mut path,
-        );
+        let (nodes, root, groups) = (scene.nodes, scene.header.root, rays.groups());
+        walk_tile(l, nodes, root, &slabs, groups, &mut visitor, &mut path);
         Some(path.work())
     }
 }
@@ -419,15 +399,8 @@ impl<const W: usize> Kernel<EIGHT> for TileInMeshSearch<'_, '_, W> {
             instance: 0,
             hits: self.hits,
         };
-        walk_tile(
-            l,
-            self.mesh.nodes,
-            self.mesh.root,
-            &slabs,
-            u8::MAX,
-            &mut search,
-            &mut path,
-        );
+        let MeshView { nodes, root, .. } = *self.mesh;
+        walk_tile(l, nodes, root, &slabs, u8::MAX, &mut search, &mut path);
         Some(path.work())
     }
 }

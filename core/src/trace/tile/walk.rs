@@ -11,7 +11,6 @@ pub(super) trait TileVisitor {
     fn hits(&mut self) -> &mut TileHits;
     /// Prefetches a leaf that will be visited.
     fn expect<L: Lanes<EIGHT>>(&self, l: L, child: u32);
-    /// Visits a leaf.
     fn leaf<L: Lanes<EIGHT>>(&mut self, l: L, child: u32, groups: u8, path: &mut Path<'_>);
 }
 

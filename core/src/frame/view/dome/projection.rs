@@ -70,10 +70,9 @@ impl MirrorCamera {
     /// Farthest viewpoint: equatorial radii.
     pub(super) const FARTHEST_VIEWPOINT: f32 = 1000.0;
 
-    /// The best mirror, of an equatorial radius in metres, within
-    /// [`RADII`](Self::RADII): each pixel looks at the point that shows its direction, the
-    /// picture is left and right as a viewer under the dome sees it, and the screen's
-    /// centre is at the pose's position.
+    /// The best mirror, of an equatorial radius in metres, within [`RADII`](Self::RADII), in its
+    /// exact mapping, left and right as a viewer under the dome sees it, the screen's centre at the
+    /// pose's position.
     pub const fn best(radius: f32) -> Self {
         let mirror = SpheroidMirror::BEST;
         Self {

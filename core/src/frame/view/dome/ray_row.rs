@@ -4,7 +4,6 @@ use crate::shape::Ray;
 use crate::trace::{RayDetail, RowRays};
 use glam::Vec3;
 
-/// Rays of eight places.
 pub(crate) struct RayRow {
     pub(super) origins: [[f32; 8]; 3],
     pub(crate) directions: [[f32; 8]; 3],
@@ -13,7 +12,6 @@ pub(crate) struct RayRow {
 }
 
 impl RayRow {
-    /// No ray inside the rim.
     pub(crate) const EMPTY: Self = Self {
         origins: [[0.0; 8]; 3],
         directions: [[0.0; 8]; 3],
