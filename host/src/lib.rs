@@ -95,7 +95,7 @@
 //!
 //! | Feature | What it adds |
 //! |---|---|
-//! | `window`, by default | `show::window`: frames on an X server, on Unix |
+//! | `window`, by default | the window of `shisen run` on an X server, on Unix |
 //! | `cluster` | `live::Mpi`: walls on several machines; links a library of the system's for MPI |
 //!
 //! # What it does not do

@@ -1,12 +1,16 @@
 //! Pictures of a frame for people: all screens in one picture, both eyes in one, the level of
 //! detail, and a window with a dashboard.
 
-pub mod dashboard;
+#[cfg_attr(
+    not(all(unix, feature = "window")),
+    allow(dead_code, reason = "only a window shows it")
+)]
+pub(crate) mod dashboard;
 pub mod lod;
 pub mod overview;
 pub mod stereo;
 #[cfg(all(unix, feature = "window"))]
-pub mod window;
+pub(crate) mod window;
 
 use crate::cave::RoomError;
 use crate::picture::PictureError;

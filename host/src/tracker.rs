@@ -1,10 +1,10 @@
 //! Eye and head trackers: devices, mocks and recordings.
 //!
-//! A [`Spec`] names a tracker and a [`Feed`] hands over its events. A [`calibration`] turns
+//! A [`Spec`] names a tracker and a [`Feed`] hands over its events. A calibration turns
 //! them into directions in the room. [`serve`](serve::serve) is the other end of a line: a
 //! simulated device for other programs.
 
-pub mod calibration;
+pub(crate) mod calibration;
 mod feed;
 mod hid;
 mod live;
@@ -21,7 +21,7 @@ mod spec;
 mod times;
 
 pub use feed::{Feed, FeedClock, PAUSE, Senses, simulated};
-pub use hid::features;
+pub(crate) use hid::features;
 pub use notice::{Features, Notice, Trouble};
 pub use protocol::ProtocolSpec;
 pub use recording::{Recorder, Recording};

@@ -7,8 +7,8 @@ mod gauges;
 mod picture;
 mod place_map;
 
-pub use canvas::{Canvas, Colour, Rect};
-pub use gauges::Latency;
+pub(crate) use canvas::{Canvas, Colour, Rect};
+pub(crate) use gauges::Latency;
 use place_map::{Coordinates, PlaceMap};
 
 use crate::cave::Cave;
@@ -40,65 +40,47 @@ const HELP: [&str; 2] = [
 
 /// What a session is about.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct About {
-    /// The scene.
-    pub scene: String,
-    /// What follows the gaze.
-    pub lod: String,
-    /// The filling where the gaze skips rays.
-    pub fill: String,
-    /// Refreshes per second.
-    pub hz: u32,
-    /// The budget of a frame.
-    pub budget: String,
+pub(crate) struct About {
+    pub(crate) scene: String,
+    pub(crate) lod: String,
+    pub(crate) fill: String,
+    pub(crate) hz: u32,
+    pub(crate) budget: String,
 }
 
 /// A frame to draw.
 #[derive(Debug, Clone)]
-pub struct Frame {
-    /// Its session.
-    pub about: Arc<About>,
-    /// The pictures by screen, then eye.
-    pub pictures: Vec<Picture>,
-    /// The eyes, and what follows their gaze.
-    pub eyes: Vec<Observer>,
-    /// The head.
-    pub head: HeadPose,
-    /// The tiles in the order in which they were dealt steps, each with the number of its
-    /// picture.
-    pub tiles: Vec<(usize, Tile)>,
-    /// Its record.
-    pub record: FrameRecord,
-    /// The latencies of this and the frames before, the oldest first.
-    pub latencies: Vec<Latency>,
+pub(crate) struct Frame {
+    pub(crate) about: Arc<About>,
+    /// By screen, then eye.
+    pub(crate) pictures: Vec<Picture>,
+    pub(crate) eyes: Vec<Observer>,
+    pub(crate) head: HeadPose,
+    /// In the order in which they were dealt steps, each with the number of its picture.
+    pub(crate) tiles: Vec<(usize, Tile)>,
+    pub(crate) record: FrameRecord,
+    /// The oldest first.
+    pub(crate) latencies: Vec<Latency>,
 }
 
 /// How the walls are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ViewName {
-    /// Unfolded.
+pub(crate) enum ViewName {
     #[default]
     Net,
-    /// As the viewer's eye sees them in the direction of the head.
     Viewer,
 }
 
 /// The state of the window.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Status {
-    /// Whether the mouse is the gaze.
-    pub mouse: bool,
-    /// Whether newer frames wait.
-    pub paused: bool,
-    /// The number of frames not shown.
-    pub dropped: u64,
-    /// What was done last or is being done.
-    pub message: Option<String>,
+pub(crate) struct Status {
+    pub(crate) mouse: bool,
+    pub(crate) paused: bool,
+    pub(crate) dropped: u64,
+    pub(crate) message: Option<String>,
 }
 
-/// Draws frames.
-#[derive(Debug)]
-pub struct Dashboard<'c> {
+pub(crate) struct Dashboard<'c> {
     cave: &'c Cave,
     coordinates: Coordinates<'c>,
     net: PlaceMap,
@@ -106,23 +88,17 @@ pub struct Dashboard<'c> {
     codes: Codes,
     ranks: Ranks,
     areas: Vec<Area>,
-    /// How the walls are shown.
-    pub view: ViewName,
-    /// Whether levels are shown over the walls.
-    pub levels: bool,
-    /// Whether the order of tiles is shown over the walls.
-    pub tiles: bool,
+    pub(crate) view: ViewName,
+    pub(crate) levels: bool,
+    pub(crate) tiles: bool,
 }
 
 impl<'c> Dashboard<'c> {
     /// The usual columns and rows.
-    pub const SIZE: [u32; 2] = [960, 720];
+    pub(crate) const SIZE: [u32; 2] = [960, 720];
 
     /// For the screens of a room.
-    ///
-    /// # Errors
-    /// Screens that cannot be unfolded.
-    pub fn new(cave: &'c Cave, stereo: Stereo) -> Result<Self, ShowError> {
+    pub(crate) fn new(cave: &'c Cave, stereo: Stereo) -> Result<Self, ShowError> {
         let coordinates = Coordinates::new(cave)?;
         Ok(Self {
             cave,
@@ -139,12 +115,12 @@ impl<'c> Dashboard<'c> {
     }
 
     /// How often a frame is drawn: twice where its eyes take turns.
-    pub fn turns(&self) -> usize {
+    pub(crate) fn turns(&self) -> usize {
         1 + usize::from(self.stereo == Stereo::Sequential)
     }
 
     /// Draws the message while there is no frame.
-    pub fn wait(&self, canvas: &mut Canvas, status: &Status) {
+    pub(crate) fn wait(&self, canvas: &mut Canvas, status: &Status) {
         canvas.clear(BACKGROUND);
         if let Some(message) = &status.message {
             canvas.write(8, 5, message, NOTICE);
@@ -152,10 +128,7 @@ impl<'c> Dashboard<'c> {
     }
 
     /// Draws a frame; `turn` counts up to [`turns`](Self::turns).
-    ///
-    /// # Errors
-    /// Not enough memory.
-    pub fn draw(
+    pub(crate) fn draw(
         &mut self,
         canvas: &mut Canvas,
         frame: &Frame,
@@ -192,7 +165,7 @@ impl<'c> Dashboard<'c> {
     }
 
     /// The direction from the eye to what was last drawn at a place; `None` off the screens.
-    pub fn direction(&self, x: u32, y: u32, frame: &Frame) -> Option<Vec3> {
+    pub(crate) fn direction(&self, x: u32, y: u32, frame: &Frame) -> Option<Vec3> {
         let area = self.areas.iter().find(|area| area.contains(x, y))?;
         area.direction(self.cave, frame, x, y)
     }

@@ -2,7 +2,8 @@
 
 mod pictures;
 
-pub use pictures::{difference, levels, polygons, sampling};
+pub use pictures::difference;
+pub(crate) use pictures::{levels, polygons, sampling};
 
 use crate::picture::{Picture, srgb_from_linear};
 use schemars::JsonSchema;

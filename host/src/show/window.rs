@@ -27,52 +27,36 @@ x11rb::atom_manager! {
     }
 }
 
-/// An open window.
-#[derive(Debug)]
-pub struct Window {
+pub(crate) struct Window {
     connection: RustConnection,
     number: u32,
     context: u32,
     depth: u8,
     order: ImageOrder,
     atoms: Atoms,
-    /// The symbols of keys from the first on, without modifiers.
     first_key: u8,
     symbols: Vec<u32>,
     bytes: Vec<u8>,
 }
 
-/// An event of the window.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Event {
+#[derive(Clone, Copy)]
+pub(crate) enum Event {
     /// A key, as the small letter that it writes, or `'\u{1b}'` for Escape.
     Key(char),
-    /// A movement of the mouse.
-    Mouse {
-        /// The column; 0 where it is left of the window.
-        x: u32,
-        /// The row; 0 where it is above the window.
-        y: u32,
-    },
-    /// The first mouse button was pressed (true) or released.
+    /// The column and the row of the mouse; 0 where it is left of the window or above it.
+    Mouse(u32, u32),
+    /// Whether the first button is held.
     Button(bool),
-    /// The window has another size.
-    Size {
-        /// Columns.
-        width: u32,
-        /// Rows.
-        height: u32,
-    },
-    /// The window has to be shown again.
+    /// Columns and rows.
+    Size(u32, u32),
     Exposed,
-    /// The window was closed.
     Closed,
 }
 
 /// Why a window does not open, or has gone, and what to do.
 #[derive(Debug, Error, Diagnostic)]
 #[error("{message}")]
-pub struct WindowError {
+pub(crate) struct WindowError {
     message: String,
     #[help]
     help: Option<&'static str>,
@@ -127,10 +111,7 @@ const ESCAPE: u32 = 0xFF1B;
 
 impl Window {
     /// Shows a window of some columns and rows on the server that `DISPLAY` names.
-    ///
-    /// # Errors
-    /// [`WindowError`].
-    pub fn open(title: &str, size: [u32; 2]) -> Result<Self, WindowError> {
+    pub(crate) fn open(title: &str, size: [u32; 2]) -> Result<Self, WindowError> {
         let (send, receive) = sync_channel(1);
         let title = title.to_owned();
         // The protocol's library waits for answers without a limit: without one, the thread is
@@ -219,10 +200,7 @@ impl Window {
     }
 
     /// The next event, if there is one.
-    ///
-    /// # Errors
-    /// A server that has gone.
-    pub fn event(&mut self) -> Result<Option<Event>, WindowError> {
+    pub(crate) fn event(&mut self) -> Result<Option<Event>, WindowError> {
         while let Some(message) = self.connection.poll_for_event()? {
             if let Some(event) = self.read(&message) {
                 return Ok(Some(event));
@@ -245,16 +223,12 @@ impl Window {
                     _ => None,
                 }
             }
-            Message::MotionNotify(mouse) => Some(Event::Mouse {
-                x: inside(mouse.event_x),
-                y: inside(mouse.event_y),
-            }),
+            Message::MotionNotify(mouse) => {
+                Some(Event::Mouse(inside(mouse.event_x), inside(mouse.event_y)))
+            }
             Message::ButtonPress(button) if button.detail == 1 => Some(Event::Button(true)),
             Message::ButtonRelease(button) if button.detail == 1 => Some(Event::Button(false)),
-            Message::ConfigureNotify(to) => Some(Event::Size {
-                width: to.width.into(),
-                height: to.height.into(),
-            }),
+            Message::ConfigureNotify(to) => Some(Event::Size(to.width.into(), to.height.into())),
             Message::Expose(_) => Some(Event::Exposed),
             Message::DestroyNotify(of) if of.window == self.number => Some(Event::Closed),
             Message::ClientMessage(said) => {
@@ -266,10 +240,7 @@ impl Window {
     }
 
     /// Shows a canvas in the upper left corner, waiting for a slow server.
-    ///
-    /// # Errors
-    /// A server that has gone.
-    pub fn show(&mut self, canvas: &Canvas) -> Result<(), WindowError> {
+    pub(crate) fn show(&mut self, canvas: &Canvas) -> Result<(), WindowError> {
         let [width, height] = canvas.size();
         // Less the header of a request.
         let most = self.connection.maximum_request_bytes().saturating_sub(64);

@@ -28,9 +28,9 @@
 mod estimation;
 mod gather;
 
-pub use super::script::{TimedTarget, read_script};
-pub use estimation::estimation;
-pub use gather::{Gatherer, SETTLE};
+pub(crate) use super::script::{TimedTarget, read_script};
+pub(crate) use estimation::estimation;
+pub(crate) use gather::Gatherer;
 
 use super::hid::usb_id;
 use super::protocol::ProtocolSpec;
@@ -71,27 +71,23 @@ fn nowhere() -> Fault {
 #[diagnostic(help(
     "targets: 3 or more, not on a line, for an affine model; 6 or more, nine in a square at best, for a second-order one"
 ))]
-pub struct FitError {
-    /// left, right or combined.
-    pub eye: &'static str,
-    /// Why.
-    pub reason: CalibrationError,
+pub(crate) struct FitError {
+    pub(crate) eye: &'static str,
+    pub(crate) reason: CalibrationError,
 }
 
 /// The eyes that are calibrated, in the order of [`SeenTarget::measured`].
-pub const EYES: [&str; 3] = ["left", "right", "combined"];
+pub(crate) const EYES: [&str; 3] = ["left", "right", "combined"];
 
 /// A target, and what the tracker measured while the viewer looked at it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SeenTarget {
+pub(crate) struct SeenTarget {
     /// The target's place: metres, in the room.
-    pub place: Option<Vec3>,
+    pub(crate) place: Option<Vec3>,
     /// The direction from the middle between the eyes, in the head's axes.
-    pub direction: Vec3,
-    /// The number of samples.
-    pub samples: Option<u32>,
-    /// The mean measurement of left, right and combined.
-    pub measured: [Option<Vec2>; 3],
+    pub(crate) direction: Vec3,
+    pub(crate) samples: Option<u32>,
+    pub(crate) measured: [Option<Vec2>; 3],
 }
 
 impl SeenTarget {
@@ -109,19 +105,16 @@ impl SeenTarget {
 
 /// What is known of a tracker where it stands.
 #[derive(Debug, Clone, PartialEq)]
-pub struct CalibrationFile {
+pub(crate) struct CalibrationFile {
     /// The device; `None` for any.
-    pub device: Option<String>,
-    /// The model that is fitted.
-    pub model: Model,
+    pub(crate) device: Option<String>,
+    pub(crate) model: Model,
     /// Where the viewer's head rests: metres, in the room.
-    pub head: Vec3,
+    pub(crate) head: Vec3,
     /// Where the tracker's axes are; `None`: as the command line says.
-    pub room_from_tracker: Option<RoomFromTracker>,
-    /// The plane of gaze points.
-    pub screen: Option<Screen>,
-    /// The targets.
-    pub targets: Vec<SeenTarget>,
+    pub(crate) room_from_tracker: Option<RoomFromTracker>,
+    pub(crate) screen: Option<Screen>,
+    pub(crate) targets: Vec<SeenTarget>,
 }
 
 impl Default for CalibrationFile {
@@ -138,10 +131,10 @@ impl Default for CalibrationFile {
 }
 
 /// The calibrations of left, right and combined; `None` where nothing was measured.
-pub type Fits = [Option<Calibration>; 3];
+pub(crate) type Fits = [Option<Calibration>; 3];
 
 /// The name of a model in files and on command lines.
-pub const fn model_name(model: Model) -> &'static str {
+pub(crate) const fn model_name(model: Model) -> &'static str {
     match model {
         Model::Affine => "affine",
         Model::SecondOrder => "second-order",
@@ -200,20 +193,14 @@ impl TargetEntry {
 
 impl CalibrationFile {
     /// Reads a file.
-    ///
-    /// # Errors
-    /// A file that cannot be read, or as [`from_toml`](Self::from_toml).
-    pub fn load(path: &Path) -> Result<Self, FileError<Fault>> {
+    pub(crate) fn load(path: &Path) -> Result<Self, FileError<Fault>> {
         let help = "give the path of a file that `shisen tracker calibrate` wrote";
         let text = read_description(path, "the calibration", help)?;
         Ok(Self::from_toml(&text, &path.to_string_lossy())?)
     }
 
     /// Reads a file's text; messages call it `source_name`.
-    ///
-    /// # Errors
-    /// The first fault and its place.
-    pub fn from_toml(text: &str, source_name: &str) -> Result<Self, Located<Fault>> {
+    pub(crate) fn from_toml(text: &str, source_name: &str) -> Result<Self, Located<Fault>> {
         let source = Source {
             name: source_name,
             text,
@@ -294,10 +281,7 @@ impl CalibrationFile {
     }
 
     /// Fits a calibration to each eye's measurements.
-    ///
-    /// # Errors
-    /// The first eye whose targets make no calibration.
-    pub fn fit(&self) -> Result<Fits, FitError> {
+    pub(crate) fn fit(&self) -> Result<Fits, FitError> {
         let mut fits = Fits::default();
         for (index, eye) in EYES.into_iter().enumerate() {
             let seen = self.targets.iter();
@@ -311,7 +295,7 @@ impl CalibrationFile {
     }
 
     /// The angle from each eye's calibrated direction to a target, radians.
-    pub fn residuals(&self, fits: &Fits, seen: &SeenTarget) -> [Option<f32>; 3] {
+    pub(crate) fn residuals(&self, fits: &Fits, seen: &SeenTarget) -> [Option<f32>; 3] {
         std::array::from_fn(|eye| {
             let (fit, target) = fits[eye].as_ref().zip(seen.target(eye))?;
             Some(fit.residual_of(&[target]).largest)
@@ -328,10 +312,7 @@ impl CalibrationFile {
     }
 
     /// Writes the text that [`from_toml`](Self::from_toml) reads.
-    ///
-    /// # Errors
-    /// Targets that make no calibration, and impossible places.
-    pub fn to_toml(&self) -> Result<String, Fault> {
+    pub(crate) fn to_toml(&self) -> Result<String, Fault> {
         let fits = self.fit().map_err(|error| Fault::of(&error))?;
         self.check().map_err(misplaced)?;
         if self.targets.iter().any(SeenTarget::is_nowhere) {
@@ -392,7 +373,7 @@ impl CalibrationFile {
 }
 
 /// A device's name in calibration files: protocol or USB id; `None` for a recording.
-pub fn device_name(spec: &Spec) -> Option<String> {
+pub(crate) fn device_name(spec: &Spec) -> Option<String> {
     match &spec.kind {
         TrackerKind::Hid(hid) => {
             let on_usb = usb_id(&hid.name).map(|(vendor, product)| HidName::Id(vendor, product));
@@ -405,7 +386,7 @@ pub fn device_name(spec: &Spec) -> Option<String> {
 
 /// A calibration file and its fits.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Calibrated {
+pub(crate) struct Calibrated {
     file: CalibrationFile,
     fits: Fits,
 }
@@ -420,10 +401,7 @@ impl From<CalibrationFile> for Calibrated {
 
 impl Calibrated {
     /// Reads the calibration of a tracker.
-    ///
-    /// # Errors
-    /// As [`CalibrationFile::load`], and a calibration of another device.
-    pub fn load(path: &Path, spec: &Spec) -> Result<Self, FileError<Fault>> {
+    pub(crate) fn load(path: &Path, spec: &Spec) -> Result<Self, FileError<Fault>> {
         let file = CalibrationFile::load(path)?;
         if let (Some(calibrated), Some(found)) = (&file.device, device_name(spec))
             && *calibrated != found
@@ -439,7 +417,7 @@ impl Calibrated {
     }
 
     /// Where the viewer's head rests.
-    pub const fn head(&self) -> HeadPose {
+    pub(crate) const fn head(&self) -> HeadPose {
         HeadPose {
             position: self.file.head,
             ..HeadPose::IDENTITY

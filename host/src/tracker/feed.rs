@@ -59,12 +59,10 @@ pub const PAUSE: Micros = Micros::from_millis(2_000);
 
 impl Replay {
     fn new(recording: Recording) -> Self {
-        let last = recording.begin();
-        let events = recording.events.into_iter().zip(recording.counts);
         Self {
-            events: events.collect(),
+            last: recording.begin(),
+            events: recording.events.into(),
             counts: Counts::new(),
-            last,
             pause_reported: false,
         }
     }

@@ -33,10 +33,7 @@ fn read_features(device: &mut Device, tracker: &EyeTracker) -> Features {
 }
 
 /// Returns what the eye tracker at a path says of itself; `None` for another device.
-///
-/// # Errors
-/// The system does not open or describe the device.
-pub fn features(path: &str) -> io::Result<Option<Features>> {
+pub(crate) fn features(path: &str) -> io::Result<Option<Features>> {
     let mut device = Device::open(path)?;
     let tracker = EyeTracker::new(&device.descriptor()?, Axes::default());
     Ok(tracker.ok().map(|t| read_features(&mut device, &t)))

@@ -30,10 +30,8 @@ fn is_table(path: &Path) -> bool {
 /// A recording in memory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// Samples in the order of their arrival, messages, and damage.
-    pub events: Vec<Event>,
-    /// The counts at each event.
-    pub counts: Vec<Counts>,
+    /// Samples in the order of their arrival, messages, and damage, each with the counts then.
+    pub events: Vec<(Event, Counts)>,
 }
 
 impl Recording {
@@ -71,7 +69,7 @@ impl Recording {
 
     /// The samples.
     pub fn samples(&self) -> impl Iterator<Item = &Sample> {
-        self.events.iter().filter_map(|event| match event {
+        self.events.iter().filter_map(|(event, _)| match event {
             Event::Sample(sample) => Some(sample),
             _ => None,
         })
@@ -189,7 +187,7 @@ const LOST: &str = " lost ";
 fn from_link(bytes: &[u8]) -> Recording {
     let mut decoder = link::Link::new();
     let mut times = Times::default();
-    let (mut events, mut counts) = (Vec::new(), Vec::new());
+    let mut events = Vec::new();
     // Byte after byte, for the counts at each event.
     let (mut came, mut lost) = (Vec::new(), 0);
     for byte in bytes {
@@ -199,17 +197,17 @@ fn from_link(bytes: &[u8]) -> Recording {
             times.lose(missing);
             lost += missing;
         }
-        events.extend(came.drain(..).filter_map(|event| times.place(&event)));
-        if counts.len() < events.len() {
-            counts.push(times.without_own(*decoder.counts()));
+        for event in came.drain(..) {
+            let placed = times.place(&event);
+            events.extend(placed.map(|event| (event, times.without_own(*decoder.counts()))));
         }
     }
     // The last frame may have been cut off.
     decoder.reset();
-    if let Some(last) = counts.last_mut() {
+    if let Some((_, last)) = events.last_mut() {
         *last = times.without_own(*decoder.counts());
     }
-    Recording { events, counts }
+    Recording { events }
 }
 
 /// The arrival times of the samples in a file of frames.
@@ -294,7 +292,8 @@ mod tests {
         });
         recorder.finish().unwrap();
         assert!(events.len() > 100, "{spec}");
-        (events, Recording::read(path).unwrap().events)
+        let read = Recording::read(path).unwrap().events;
+        (events, read.into_iter().map(|(event, _)| event).collect())
     }
 
     #[test]
@@ -322,7 +321,7 @@ mod tests {
         let mut bytes = std::fs::read(&path).unwrap();
         let counts = |bytes: &[u8]| {
             let read = from_link(bytes);
-            (*read.counts.last().unwrap(), read.events.len() as u64)
+            (read.events.last().unwrap().1, read.events.len() as u64)
         };
         let (all, events) = counts(&bytes);
         assert_eq!((all.samples, all.messages, events), (200, 0, 200));
@@ -360,7 +359,7 @@ mod tests {
         let cut = format!("{whole}\n7,,,");
         let found = read(&cut).unwrap();
         assert_eq!(found.events.len(), 2);
-        let counts = found.counts[1];
+        let counts = found.events[1].1;
         assert_eq!(counts.dropped_for(DropReason::Truncated), 1);
         assert_eq!((counts.dropped_bytes, counts.samples), (4, 2));
         let mut cells = table::cells(&Sample::arrived(Micros(5)));

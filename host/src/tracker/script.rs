@@ -24,21 +24,15 @@ const FARTHEST: f32 = 1_000.0;
 
 /// A target and the time in which the viewer looks at it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TimedTarget {
-    /// The start of that time.
-    pub start: Micros,
-    /// The end of that time.
-    pub end: Micros,
+pub(crate) struct TimedTarget {
+    pub(crate) start: Micros,
+    pub(crate) end: Micros,
     /// The place of the target: metres, in the room.
-    pub place: Vec3,
+    pub(crate) place: Vec3,
 }
 
 /// Reads a table.
-///
-/// # Errors
-/// A file that cannot be read, another header, lines that do not ascend in
-/// time or have other than five numbers in their ranges.
-pub fn read_script(path: &Path) -> Result<Vec<TimedTarget>, Fault> {
+pub(crate) fn read_script(path: &Path) -> Result<Vec<TimedTarget>, Fault> {
     let (shown, columns) = (path.display(), COLUMNS.join(","));
     let text = crate::files::read_text(path).map_err(|reason| {
         Fault::new(

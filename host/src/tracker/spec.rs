@@ -81,7 +81,7 @@ pub struct MockSpec {
     pub protocol: Option<ProtocolSpec>,
     /// Whether the head is held still, as by a chin rest.
     pub still: bool,
-    /// A table of targets: [`read_script`](super::calibration::read_script).
+    /// A table of targets: `start_s,end_s,x,y,z`.
     pub targets: Option<PathBuf>,
     /// The time from a sample's measurement to its arrival.
     pub delay: Micros,

@@ -7,11 +7,11 @@ use std::io;
 use std::path::Path;
 
 /// A colour: 0xRRGGBB, sRGB.
-pub type Colour = u32;
+pub(crate) type Colour = u32;
 
 /// A canvas, its rows from the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Canvas {
+pub(crate) struct Canvas {
     width: u32,
     height: u32,
     pixels: Vec<Colour>,
@@ -19,20 +19,16 @@ pub struct Canvas {
 
 /// A part of a canvas, in pixels from its upper left corner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Rect {
-    /// Its left edge.
-    pub x: u32,
-    /// Its upper edge.
-    pub y: u32,
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
+pub(crate) struct Rect {
+    pub(crate) x: u32,
+    pub(crate) y: u32,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
 }
 
 impl Rect {
     /// A rectangle with its upper left corner at (`x`, `y`).
-    pub const fn new(x: u32, y: u32, width: u32, height: u32) -> Self {
+    pub(crate) const fn new(x: u32, y: u32, width: u32, height: u32) -> Self {
         Self {
             x,
             y,
@@ -44,10 +40,10 @@ impl Rect {
 
 impl Canvas {
     /// The most columns and rows of a window in the X protocol.
-    pub const MOST: u32 = 16_384;
+    pub(crate) const MOST: u32 = 16_384;
 
     /// A black canvas, at most [`MOST`](Self::MOST) on each side.
-    pub fn new(width: u32, height: u32) -> Self {
+    pub(crate) fn new(width: u32, height: u32) -> Self {
         let (width, height) = (width.min(Self::MOST), height.min(Self::MOST));
         Self {
             width,
@@ -57,22 +53,22 @@ impl Canvas {
     }
 
     /// Columns and rows.
-    pub const fn size(&self) -> [u32; 2] {
+    pub(crate) const fn size(&self) -> [u32; 2] {
         [self.width, self.height]
     }
 
     /// The pixels row by row.
-    pub fn pixels(&self) -> &[Colour] {
+    pub(crate) fn pixels(&self) -> &[Colour] {
         &self.pixels
     }
 
     /// The pixel in column `x` and row `y`; `None` outside.
-    pub fn pixel(&self, x: u32, y: u32) -> Option<Colour> {
+    pub(crate) fn pixel(&self, x: u32, y: u32) -> Option<Colour> {
         self.pixels.get(self.index(x, y)?).copied()
     }
 
     /// Sets a pixel, if it is inside.
-    pub fn set(&mut self, x: u32, y: u32, colour: Colour) {
+    pub(crate) fn set(&mut self, x: u32, y: u32, colour: Colour) {
         let index = self.index(x, y);
         if let Some(pixel) = index.and_then(|index| self.pixels.get_mut(index)) {
             *pixel = colour;
@@ -80,7 +76,7 @@ impl Canvas {
     }
 
     /// Fills the part of a rectangle that is inside.
-    pub fn fill(&mut self, rect: Rect, colour: Colour) {
+    pub(crate) fn fill(&mut self, rect: Rect, colour: Colour) {
         let end = rect.x.saturating_add(rect.width).min(self.width);
         let start = rect.x.min(end);
         let bottom = rect.y.saturating_add(rect.height).min(self.height);
@@ -92,13 +88,13 @@ impl Canvas {
     }
 
     /// Fills the whole canvas.
-    pub fn clear(&mut self, colour: Colour) {
+    pub(crate) fn clear(&mut self, colour: Colour) {
         self.pixels.fill(colour);
     }
 
     /// Writes a line of letters of eight pixels with its upper left corner at (`x`, `y`), as far
     /// as it fits; returns the column where it ends.
-    pub fn write(&mut self, x: u32, y: u32, text: &str, colour: Colour) -> u32 {
+    pub(crate) fn write(&mut self, x: u32, y: u32, text: &str, colour: Colour) -> u32 {
         for (column, row) in dots(text) {
             self.set(x.saturating_add(column), y.saturating_add(row), colour);
         }
@@ -110,10 +106,7 @@ impl Canvas {
     }
 
     /// Writes a PNG, whole or not at all.
-    ///
-    /// # Errors
-    /// Errors of the system; a canvas without pixels.
-    pub fn write_png(&self, path: &Path, metadata: &[(&str, String)]) -> io::Result<()> {
+    pub(crate) fn write_png(&self, path: &Path, metadata: &[(&str, String)]) -> io::Result<()> {
         let pixels = self.pixels.iter();
         let bytes = pixels.flat_map(|pixel| pixel.to_be_bytes().into_iter().skip(1));
         let bytes: Vec<u8> = bytes.collect();

@@ -17,11 +17,10 @@ const HINT: Colour = 0xA0_A0A0;
 
 /// The latency of a frame from the eye's movement to the wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Latency {
+pub(crate) struct Latency {
     /// Milliseconds; `None` before the first sample.
-    pub milliseconds: Option<f32>,
-    /// Whether the frame was late.
-    pub late: bool,
+    pub(crate) milliseconds: Option<f32>,
+    pub(crate) late: bool,
 }
 
 pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, dropped: u64) {

@@ -22,7 +22,6 @@ const OUTSIDE: [f32; 3] = [0.02, 0.02, 0.02];
 /// The cosine of the largest angle (2°) between the line of sight and the mark of the gaze.
 const NEAR: f32 = 0.999_390_8;
 
-#[derive(Debug)]
 pub(super) struct Codes {
     srgb: Vec<u8>,
     levels: Vec<[f32; 3]>,
@@ -123,7 +122,6 @@ pub(super) struct Overlay<'r> {
     pub(super) ranks: Option<&'r Ranks>,
 }
 
-#[derive(Debug)]
 pub(super) struct Area {
     pub(super) rect: Rect,
     eye: usize,
@@ -157,26 +155,20 @@ impl Area {
     }
 
     pub(super) fn look(&mut self, cave: &Cave, frame: &Frame) {
-        let screens = 0..cave.screens().count();
-        let views: Vec<_> = screens
-            .map(|screen| frame.view_of(cave, screen, self.eye))
-            .collect();
+        let views = (0..cave.screens().count()).map(|screen| frame.view_of(cave, screen, self.eye));
+        let views: Vec<_> = views.collect();
         let view = |screen: usize| views.get(screen).copied().flatten();
         let gaze = gaze_of(frame, self.eye);
         let (columns, rows) = (self.columns(), self.rect.height.div_ceil(BLOCK));
         self.blocks.clear();
-        let middle = |block: u32, count: u32| {
-            let middle = block * BLOCK + BLOCK / 2;
-            middle.min(count.saturating_sub(1))
-        };
-        let blocks = (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row)));
-        self.blocks.extend(blocks.map(|(column, row)| {
-            let x = middle(column, self.rect.width);
-            let y = middle(row, self.rect.height);
+        let middle =
+            |block: u32, count: u32| (block * BLOCK + BLOCK / 2).min(count.saturating_sub(1));
+        self.blocks.extend((0..rows * columns).map(|block| {
+            let x = middle(block % columns, self.rect.width);
+            let y = middle(block / columns, self.rect.height);
             let direction = towards(view, self.shown.place(x, y)?)?;
-            let level = gaze.as_ref();
-            let level = level.map_or(1.0, |gaze| gaze.level(direction).unwrap_or(0.0));
-            Some((direction, level))
+            let level = |gaze: &Gaze| gaze.level(direction).unwrap_or(0.0);
+            Some((direction, gaze.as_ref().map_or(1.0, level)))
         }));
     }
 
@@ -222,11 +214,11 @@ impl Area {
         let picture = frame.pictures.get(number);
         let [red, green, blue, alpha] = picture.and_then(|one| one.pixel(x, y)).unwrap_or_default();
         let mut light = [red, green, blue];
-        let (column, row) = (
-            index as u32 % self.rect.width,
-            index as u32 / self.rect.width,
-        );
-        if let Some(level) = self.level(column, row).filter(|_| overlay.levels) {
+        let (index, width) = (index as u32, self.rect.width);
+        if let Some(level) = self
+            .level(index % width, index / width)
+            .filter(|_| overlay.levels)
+        {
             light = covered(light, codes.level(level));
         }
         if let Some(rank) = overlay.ranks.and_then(|ranks| ranks.rank(number, x, y)) {
@@ -306,8 +298,7 @@ pub(super) fn mark(canvas: &mut Canvas, within: Rect, x: u32, y: u32) {
             let right = (x + across + 1).min(within.x + within.width);
             let bottom = (y + down + 1).min(within.y + within.height);
             let (width, height) = (right.saturating_sub(left), bottom.saturating_sub(top));
-            let rect = Rect::new(left, top, width, height);
-            canvas.fill(rect, colour);
+            canvas.fill(Rect::new(left, top, width, height), colour);
         }
     }
 }

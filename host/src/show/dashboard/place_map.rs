@@ -24,7 +24,6 @@ pub(super) struct PlaceMap {
     pub(super) places: Vec<Place>,
 }
 
-#[derive(Debug)]
 pub(super) struct Coordinates<'c> {
     screens: Vec<(Screen<'c>, Picture)>,
     sizes: Vec<[u32; 2]>,
@@ -53,8 +52,8 @@ impl<'c> Coordinates<'c> {
     }
 
     fn seen(&self) -> Vec<(Screen<'c>, &Picture)> {
-        let screens = self.screens.iter();
-        screens
+        self.screens
+            .iter()
             .map(|(screen, picture)| (*screen, picture))
             .collect()
     }
@@ -132,14 +131,11 @@ impl PlaceMap {
             let found = inside.then(|| self.place(x as u32, y as u32)).flatten();
             found.unwrap_or(Place::Plain(background))
         };
-        let rows = 0..height;
+        let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         Self {
             width,
             height,
-            places: rows
-                .flat_map(|y| (0..width).map(move |x| (x, y)))
-                .map(|(x, y)| place(x, y))
-                .collect(),
+            places: places.map(|(x, y)| place(x, y)).collect(),
         }
     }
 }

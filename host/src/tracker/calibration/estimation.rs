@@ -13,7 +13,7 @@ use shisen_tracker::time::Micros;
 /// its calibration says otherwise, and so is the viewer's head as far as no tracker measures
 /// it. The gaze of an ISCAN or ASL is whole numbers that may stay the same throughout a
 /// fixation: it counts as stuck after 1.5 s unless the specification says otherwise.
-pub fn estimation(
+pub(crate) fn estimation(
     spec: &Spec,
     senses: Senses,
     head: HeadPose,

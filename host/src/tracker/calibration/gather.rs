@@ -9,7 +9,7 @@ use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 
 /// How long eyes take to rest on a target: a saccade starts after 200 ms, lasts 100 ms.
-pub const SETTLE: Micros = Micros::from_millis(400);
+const SETTLE: Micros = Micros::from_millis(400);
 
 const LEAST_SAMPLES: usize = 10;
 
@@ -26,7 +26,7 @@ struct Look {
 
 /// Collects samples while targets are looked at.
 #[derive(Debug, Clone)]
-pub struct Gatherer {
+pub(crate) struct Gatherer {
     config: EstimatorConfig,
     targets: Vec<TimedTarget>,
     looks: Vec<Vec<Look>>,
@@ -35,7 +35,7 @@ pub struct Gatherer {
 
 impl Gatherer {
     /// For targets by the samples' arrival; samples without a head have that of `config`.
-    pub fn new(config: EstimatorConfig, targets: Vec<TimedTarget>) -> Self {
+    pub(crate) fn new(config: EstimatorConfig, targets: Vec<TimedTarget>) -> Self {
         let looks = vec![Vec::new(); targets.len()];
         Self {
             config,
@@ -46,12 +46,12 @@ impl Gatherer {
     }
 
     /// The targets.
-    pub fn targets(&self) -> &[TimedTarget] {
+    pub(crate) fn targets(&self) -> &[TimedTarget] {
         &self.targets
     }
 
     /// Takes a sample while a target is looked at, of a sensor that counts by `config`.
-    pub fn push(&mut self, sample: &Sample, sink: &mut dyn FnMut(Event)) {
+    pub(crate) fn push(&mut self, sample: &Sample, sink: &mut dyn FnMut(Event)) {
         if !self
             .sensors
             .counts(self.config.sensors, sample.sensor, sink)
@@ -94,10 +94,7 @@ impl Gatherer {
     }
 
     /// Returns each target with its measurements.
-    ///
-    /// # Errors
-    /// The first target without enough samples.
-    pub fn finish(&self) -> Result<Vec<SeenTarget>, Fault> {
+    pub(crate) fn finish(&self) -> Result<Vec<SeenTarget>, Fault> {
         let all = (1..).zip(self.targets.iter().zip(&self.looks));
         all.map(|(number, (target, looks))| {
             seen(target, looks).ok_or_else(|| {

@@ -111,7 +111,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Fault> {
             ),
         ));
     }
-    let (mut events, mut counts) = (Vec::new(), Vec::<Counts>::new());
+    let mut events: Vec<(Event, Counts)> = Vec::new();
     let mut last = Micros(0);
     let mut record = csv::StringRecord::new();
     for line in 2.. {
@@ -132,7 +132,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Fault> {
             {
                 let begin = bytes.iter().rposition(|&byte| byte == b'\n');
                 let cut = bytes.len() - begin.map_or(0, |begin| begin + 1);
-                if let Some(last) = counts.last_mut() {
+                if let Some((_, last)) = events.last_mut() {
                     last.dropped[DropReason::Truncated as usize] += 1;
                     last.dropped_bytes += cut as u64;
                 }
@@ -149,13 +149,13 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Fault> {
             return Err(wrong("arrival_us is below that of the line before".into()));
         }
         last = sample.arrival;
-        events.push(Event::Sample(checked(&sample).map_err(&wrong)?));
-        counts.push(Counts {
-            samples: events.len() as u64,
+        let counts = Counts {
+            samples: events.len() as u64 + 1,
             ..Counts::new()
-        });
+        };
+        events.push((Event::Sample(checked(&sample).map_err(&wrong)?), counts));
     }
-    Ok(Recording { events, counts })
+    Ok(Recording { events })
 }
 
 /// Checks a sample by sending it over the link.

@@ -4,43 +4,24 @@ use super::*;
 use miette::Diagnostic;
 use shisen_tracker::decoder::Event;
 use shisen_tracker::mock::{Source, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
-use shisen_tracker::sample::{GazePoint, Sample};
-
-fn tracker() -> Tracker<'static> {
-    let viewer = Viewer::new(ViewerConfig::default(), 3);
-    Tracker::new(TrackerConfig::default(), viewer, 3).unwrap()
-}
 
 /// The mock's samples of a second, what a decoder reads of them, and the bytes that it drops.
-fn read(sent_as: &str, read_as: &str) -> (Vec<Sample>, Vec<Sample>, u64) {
+fn read(sent_as: &str, read_as: &str) -> [u64; 3] {
     let protocol = |text: &str| text.parse::<ProtocolSpec>().unwrap();
-    let mut wire = Wire::new(tracker(), protocol(sent_as).protocol().clone());
+    let viewer = Viewer::new(ViewerConfig::default(), 3);
+    let tracker = Tracker::new(TrackerConfig::default(), viewer, 3).unwrap();
+    let mut wire = Wire::new(tracker, protocol(sent_as).protocol().clone());
     let mut decoder = protocol(read_as).decoder().unwrap();
-    let (mut sent, mut found, mut truth, mut dropped) = (Vec::new(), Vec::new(), tracker(), 0);
+    let (mut sent, mut found, mut dropped) = (0, 0, 0);
     while let Some(chunk) = wire.poll(Micros::from_millis(1_000)) {
-        sent.push(truth.next_sample().1);
+        sent += 1;
         decoder.feed(chunk.bytes(), chunk.arrival, &mut |event| match event {
-            Event::Sample(sample) => found.push(sample),
+            Event::Sample(_) => found += 1,
             Event::Dropped(of) => dropped += u64::from(of.bytes),
             _ => {}
         });
     }
-    (sent, found, dropped)
-}
-
-/// The distance of two samples: metres or radians, the larger.
-fn distance(sent: &Sample, found: &Sample) -> f32 {
-    let places = sent.head.position.zip(found.head.position);
-    let turns = sent.head.orientation.zip(found.head.orientation);
-    let apart = places.map_or(0.0, |(a, b)| a.value.distance(b.value));
-    apart.max(turns.map_or(0.0, |(a, b)| a.value.angle_between(b.value)))
-}
-
-fn point(sample: &Sample) -> Option<glam::Vec2> {
-    match sample.gaze_point?.value {
-        GazePoint::Raw(point) | GazePoint::Plane(point) => Some(point),
-        GazePoint::Normalized(_) => None,
-    }
+    [sent, found, dropped]
 }
 
 /// Settings by protocol; a decoder with the usual ones drops the bytes of those with `!`.
@@ -80,30 +61,17 @@ const SETTINGS: [(&str, &str); 7] = [
 #[test]
 fn what_is_set_at_both_ends_is_read() {
     for (name, settings) in SETTINGS {
-        // The head of a HID eye tracker is sent without its roll.
-        let most = if name == "hid" { 0.2 } else { 3e-3 };
-        let (_, usual, _) = read(name, name);
         for setting in settings.split(' ') {
             let shows = setting.starts_with('!');
             let setting = format!("{name}?{}", setting.trim_start_matches('!'));
-            let (sent, found, dropped) = read(&setting, &setting);
-            assert!(found.len() + 1 >= sent.len(), "{setting}: {}", found.len());
-            assert_eq!(dropped, 0, "{setting}");
-            for (sent, found) in sent.iter().zip(&found) {
-                let apart = distance(sent, found);
-                assert!(apart < most, "{setting}: {apart}");
-            }
-            for (a, b) in found.iter().zip(&usual) {
-                if let (Some(a), Some(b)) = (point(a), point(b)) {
-                    assert!(a.distance(b) < 1e-3, "{setting}: {a} {b}");
-                }
-            }
+            let [sent, found, dropped] = read(&setting, &setting);
+            assert!(
+                found + 1 >= sent && dropped == 0,
+                "{setting}: {found} {dropped}"
+            );
             if shows {
-                let (_, _, dropped) = read(&setting, name);
-                assert!(
-                    10 * dropped >= 9 * sent.len() as u64,
-                    "{setting}: {dropped}"
-                );
+                let [.., dropped] = read(&setting, name);
+                assert!(10 * dropped >= 9 * sent, "{setting}: {dropped}");
             }
         }
     }

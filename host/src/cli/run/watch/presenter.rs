@@ -90,7 +90,7 @@ impl Presenter {
             while let Some(event) = self.window.event()? {
                 match event {
                     Event::Closed => return Ok(Ending::Closed),
-                    Event::Size { width, height } if canvas.size() != [width, height] => {
+                    Event::Size(width, height) if canvas.size() != [width, height] => {
                         canvas = Canvas::new(width, height);
                         self.stale = true;
                     }
@@ -156,13 +156,13 @@ impl Presenter {
 
     fn take(&mut self, event: Event, dashboard: &mut Dashboard<'_>) {
         match event {
-            Event::Mouse { x, y } => self.pointer = (x, y),
+            Event::Mouse(x, y) => self.pointer = (x, y),
             Event::Button(held) => self.held = held,
             Event::Key(key) => self.key(key, dashboard),
-            Event::Size { .. } | Event::Exposed | Event::Closed => {}
+            Event::Size(..) | Event::Exposed | Event::Closed => {}
         }
         self.status.mouse = self.follows || self.held;
-        self.stale |= self.status.mouse || !matches!(event, Event::Mouse { .. });
+        self.stale |= self.status.mouse || !matches!(event, Event::Mouse(..));
     }
 
     fn key(&mut self, key: char, dashboard: &mut Dashboard<'_>) {
