@@ -16,13 +16,11 @@ pub struct Design {
     pub c1: f64,
     /// Half the screen's width: equations 20 and 40.
     pub b1: f64,
-    /// The viewpoint's distance from the screen; `None` in parallel
-    /// projection. Equation 22.
+    /// The viewpoint's distance from the screen; `None` in parallel projection. Equation 22.
     pub d1: Option<f64>,
     /// The parametric angle of the mirror at the picture's edge, radians.
     pub beta1: f64,
-    /// The full angle of view across the picture, radians; 0 in parallel
-    /// projection.
+    /// The full angle of view across the picture, radians; 0 in parallel projection.
     pub field_of_view: f64,
     /// The largest |θ − `r_d`|, in percent of the picture's radius.
     pub error_percent: f64,
@@ -283,8 +281,7 @@ mod tests {
         let exact: f64 = digits.parse().unwrap();
         let places = digits.split_once('.').map_or(0, |(_, places)| places.len());
         let unit = 10f64.powi(-(places as i32));
-        // Half a unit of the last place, and one in a thousand for its own
-        // rounding.
+        // Half a unit of the last place, and one in a thousand for its own rounding.
         assert!((found - exact).abs() <= 0.501 * unit, "{found}: {digits}");
     }
 
