@@ -99,8 +99,7 @@ impl<const W: usize> Baked<W>
 where
     Simd: Runs<W>,
 {
-    /// Bakes a scene for nodes of `W` children. The same scene always gives
-    /// the same bytes.
+    /// Bakes a scene for nodes of `W` children. The same scene always gives the same bytes.
     ///
     /// # Errors
     /// A mesh, an object or a number of bytes that the core would refuse.
@@ -131,8 +130,7 @@ where
         for source in &scene.materials {
             tables.add_material(source, &mut textures);
         }
-        // The tree over instances comes first, whose size is known only once
-        // the instances are.
+        // The tree over instances comes first, whose size is known only once the instances are.
         let mut placed = Vec::new();
         for (number, object) in scene.objects.iter().enumerate() {
             let (mut instance, slack) = instance(scene, number, object)?;

@@ -127,8 +127,7 @@ impl Wall {
     pub const FARTHEST: f64 = 1.0e6;
     /// Most pixels along a side.
     pub const MOST_PIXELS: u32 = 16_384;
-    /// Shortest edge, and the distance from its plane up to which an eye
-    /// counts as in it, metres.
+    /// Shortest edge, and the distance from its plane up to which an eye counts as in it, metres.
     pub const CLOSEST: f64 = 1.0e-6;
     /// Most bytes in a name; leaves room for the eye and the file type.
     const LONGEST_NAME: usize = 100;
@@ -270,8 +269,7 @@ impl<'a> From<&'a DomeScreen> for Screen<'a> {
     }
 }
 
-/// A room that needs no file: a 3 m cube centred on the origin, or a dome over
-/// its floor.
+/// A room that needs no file: a 3 m cube centred on the origin, or a dome over its floor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BuiltInCave {
     /// `three-wall`: front, right and floor.
@@ -390,29 +388,24 @@ impl Cave {
     }
 
     fn cube(pixels: [u32; 2], is_whole: bool) -> Result<Self, RoomError> {
-        let wall = |name: &str, lower_left: [f64; 3], lower_right: [f64; 3], upper_left| {
-            Wall::new(
-                name,
-                1.5 * DVec3::from(lower_left),
-                1.5 * DVec3::from(lower_right),
-                1.5 * DVec3::from_array(upper_left),
-                pixels,
-            )
-        };
         // Seen from the middle. Of the floor and the ceiling, the edge at
         // the front wall is the upper one and the lower one.
-        let front = wall("front", [-1., -1., -1.], [1., -1., -1.], [-1., 1., -1.])?;
-        let right = wall("right", [1., -1., -1.], [1., -1., 1.], [1., 1., -1.])?;
-        let floor = wall("floor", [-1., -1., 1.], [1., -1., 1.], [-1., -1., -1.])?;
-        let walls = if is_whole {
-            let left = wall("left", [-1., -1., 1.], [-1., -1., -1.], [-1., 1., 1.])?;
-            let back = wall("back", [1., -1., 1.], [-1., -1., 1.], [1., 1., 1.])?;
-            let ceiling = wall("ceiling", [-1., 1., -1.], [1., 1., -1.], [-1., 1., 1.])?;
-            vec![front, left, right, back, floor, ceiling]
-        } else {
-            vec![front, right, floor]
-        };
-        Self::new(walls)
+        let cube = [
+            ("front", [-1., -1., -1.], [1., -1., -1.], [-1., 1., -1.]),
+            ("left", [-1., -1., 1.], [-1., -1., -1.], [-1., 1., 1.]),
+            ("right", [1., -1., -1.], [1., -1., 1.], [1., 1., -1.]),
+            ("back", [1., -1., 1.], [-1., -1., 1.], [1., 1., 1.]),
+            ("floor", [-1., -1., 1.], [1., -1., 1.], [-1., -1., -1.]),
+            ("ceiling", [-1., 1., -1.], [1., 1., -1.], [-1., 1., 1.]),
+        ];
+        let mut cave = Self::default();
+        for (name, lower_left, lower_right, upper_left) in cube {
+            if is_whole || ["front", "right", "floor"].contains(&name) {
+                let [a, b, c] = [lower_left, lower_right, upper_left].map(|c| 1.5 * DVec3::from(c));
+                cave.add_wall(Wall::new(name, a, b, c, pixels)?)?;
+            }
+        }
+        Ok(cave)
     }
 }
 

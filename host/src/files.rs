@@ -44,8 +44,7 @@ impl Fault {
 /// Reads a whole regular file: a device or a pipe might never end.
 ///
 /// # Errors
-/// What the system says; [`io::ErrorKind::InvalidInput`] for anything that is
-/// not a regular file.
+/// What the system says; [`io::ErrorKind::InvalidInput`] for anything that is not a regular file.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     if std::fs::metadata(path)?.is_file() {
         std::fs::read(path)
@@ -159,29 +158,18 @@ mod tests {
         let pipe = folder.path().join("pipe");
         let made = std::process::Command::new("mkfifo").arg(&pipe).status();
         assert!(made.unwrap().success());
-        let reader = std::thread::spawn({
-            let pipe = pipe.clone();
-            move || std::fs::read_to_string(pipe).unwrap()
-        });
+        let other = pipe.clone();
+        let reader = std::thread::spawn(move || std::fs::read_to_string(other).unwrap());
         put(&pipe, "through").unwrap();
         assert_eq!(reader.join().unwrap(), "through");
         let kind = std::fs::symlink_metadata(&pipe).unwrap().file_type();
         assert!(kind.is_fifo());
 
-        // Devices by links, so that no test can take the machine's own away.
-        for (device, expected) in [
-            ("/dev/null", None),
-            ("/dev/full", Some(io::ErrorKind::StorageFull)),
-        ] {
-            if !Path::new(device).exists() {
-                continue;
-            }
-            let link = folder.path().join("device");
-            std::os::unix::fs::symlink(device, &link).unwrap();
-            assert_eq!(put(&link, "away").err().map(|e| e.kind()), expected);
-            let kind = std::fs::metadata(device).unwrap().file_type();
-            assert!(kind.is_char_device(), "{device}");
-            std::fs::remove_file(&link).unwrap();
-        }
+        // A device by a link, so that no test can take the machine's own away.
+        let link = folder.path().join("device");
+        std::os::unix::fs::symlink("/dev/null", &link).unwrap();
+        put(&link, "away").unwrap();
+        let kind = std::fs::metadata("/dev/null").unwrap().file_type();
+        assert!(kind.is_char_device());
     }
 }

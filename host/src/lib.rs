@@ -51,10 +51,9 @@
 //!                           └─────────────────┘
 //! ```
 //!
-//! The core depends on neither of the others, the driver on the core for the types of the
-//! gaze (and of the pixels that a display controller sends by `link`), and this crate on
-//! both. `core/capi` is the core and the driver for C, and `tests/firmware` both on a
-//! Cortex-M7, in place of this crate.
+//! The core depends on neither of the others, the driver on the core for the types of the gaze (and
+//! of the pixels that a display controller sends by `link`), and this crate on both. `core/capi` is
+//! the core and the driver for C, and `tests/firmware` both on a Cortex-M7, in place of this crate.
 //!
 //! # The reasons
 //!

@@ -42,7 +42,7 @@ pub use observer::Observer;
 use rayon::ThreadPool;
 use shisen_core::frame::{
     Budget, LevelOfDetail, Pixel, Renderer, Settings, Spectrum, SpectrumError, Statistics,
-    SurroundingsError, Tile, TileJob, View, Workspace,
+    Surroundings, SurroundingsError, Tile, TileJob, View, Workspace,
 };
 use shisen_core::scene::{EffectSet, Scene};
 use shisen_core::{Runs, Simd};
@@ -52,8 +52,7 @@ use std::time::Instant;
 use thiserror::Error;
 use xxhash_rust::xxh3::Xxh3;
 
-/// How to render a frame. Only `settings`, `effects` and `dispersion` change
-/// what is in it.
+/// How to render a frame. Only `settings`, `effects` and `dispersion` change what is in it.
 #[derive(Debug, Clone, Copy)]
 pub struct Options {
     /// Bounces, samples, and how primary rays go.
@@ -233,8 +232,10 @@ where
         Filling::Background | Filling::Previous(_) => None,
     };
     let source = match (&capture, filling) {
-        (Some((plan, capture)), _) => {
-            Source::Surroundings(plan.surroundings(&capture.hemispheres)?)
+        (Some((pose, capture)), _) => {
+            let pictures = capture.hemispheres.each_ref();
+            let (size, pixels) = (pictures[0].width, pictures.map(Picture::core_pixels));
+            Source::Surroundings(Surroundings::new(*pose, size, pixels)?)
         }
         (None, Filling::Previous(frame)) => {
             fill::check_previous(frame, &pictures)?;
@@ -330,9 +331,8 @@ pub struct DomePicture {
     pub seconds: f64,
 }
 
-/// Renders one picture, such as a dome master, in place: threads take bands of
-/// [`Options::tile`] rows of it. `progress` is called with the bands finished so
-/// far and their total.
+/// Renders one picture, such as a dome master, in place: threads take bands of [`Options::tile`]
+/// rows of it. `progress` is called with the bands finished so far and their total.
 ///
 /// # Errors
 /// A picture that is too large, threads that cannot be started.

@@ -104,8 +104,7 @@ pub enum Light {
     Point {
         /// Metres, in the world.
         position: DVec3,
-        /// Linear RGB: irradiance at any distance, or at 1 m where
-        /// `inverse_square` is set.
+        /// Linear RGB: irradiance at any distance, or at 1 m where `inverse_square` is set.
         colour: [f32; 3],
         /// Whether it falls off with distance (Whitted's does not).
         inverse_square: bool,
@@ -118,15 +117,13 @@ pub enum Light {
         colour: [f32; 3],
     },
     /// From all over a rectangle or parallelogram, which is not itself seen. For a lamp that is
-    /// seen, add an object in its place with the same colour as its emission that casts no
-    /// shadow.
+    /// seen, add an object in its place with the same colour as its emission that casts no shadow.
     Rectangle {
         /// Its middle: metres, in the world.
         centre: DVec3,
         /// From there to the middle of its right side: metres.
         right: DVec3,
-        /// From there to the middle of its upper side: metres. Light goes towards
-        /// right × up.
+        /// From there to the middle of its upper side: metres. Light goes towards right × up.
         up: DVec3,
         /// Linear RGB radiance, which falls off by the inverse square of the distance. A
         /// surface in a surrounding of radiance 1 shows its reflectance.

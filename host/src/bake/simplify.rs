@@ -65,11 +65,10 @@ impl PolygonLevels {
         mesh.triangles.len() > *self.faces.start() as usize
     }
 
-    /// The largest |faces seen − equation 10| of any pixel, as a share of
-    /// MAX − MIN: of rays that see the rung nearest to their level v, which is
-    /// round((1 − v)·(rungs − 1)), and of pixels that share a rung with their
-    /// block, [`FACE_TOLERANCE`] at most from their own. `faces` are those of
-    /// each rung, the finest first; 0 where there is but one.
+    /// The largest |faces seen − equation 10| of any pixel, as a share of MAX − MIN: of rays that
+    /// see the rung nearest to their level v, which is round((1 − v)·(rungs − 1)), and of pixels
+    /// that share a rung with their block, [`FACE_TOLERANCE`] at most from their own. `faces` are
+    /// those of each rung, the finest first; 0 where there is but one.
     pub fn largest_deviation(&self, faces: &[u32]) -> f64 {
         let (Some(&finest), true) = (faces.first(), faces.len() > 1) else {
             return 0.0;
@@ -212,9 +211,8 @@ impl<'m> Ladder<'m> {
         &self.versions
     }
 
-    /// The triangles of each rung, ascending numbers into
-    /// [`versions`](Self::versions). A rung may be the same as the one before
-    /// it.
+    /// The triangles of each rung, ascending numbers into [`versions`](Self::versions). A rung may
+    /// be the same as the one before it.
     pub fn rungs(&self) -> &[Vec<u32>] {
         &self.rungs
     }
@@ -298,8 +296,7 @@ impl Versions {
     fn simplify(&mut self, target: u32, asked: u32) -> Result<Vec<u32>, LadderError> {
         self.collapse(target);
         if self.indices.len() > 3 * (target as usize + 1) {
-            // What many small steps leave can be stuck where one from the
-            // start is not.
+            // What many small steps leave can be stuck where one from the start is not.
             let start = self.weld.faces.as_flattened().to_vec();
             let stuck = std::mem::replace(&mut self.indices, start);
             self.collapse(target);

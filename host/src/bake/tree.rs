@@ -65,8 +65,7 @@ impl Boundable for Bounds {
     }
 }
 
-/// A tree with up to `W` children a node and up to `leaf_size` primitives a
-/// leaf.
+/// A tree with up to `W` children a node and up to `leaf_size` primitives a leaf.
 #[derive(Debug, Clone)]
 pub(super) struct WideTree<const W: usize> {
     /// Parents before children; the root is the first. Indices are this tree's own, from 0.

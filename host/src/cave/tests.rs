@@ -1,6 +1,7 @@
 //! Rooms that cannot be used, and light that meets a dome.
 
 use super::*;
+use crate::files::description::tests::check_faults;
 use glam::DVec2;
 use shisen_core::frame::View;
 
@@ -110,43 +111,34 @@ fn walls_and_domes_come_from_toml() {
     assert_eq!(small.axes().z_axis, DVec3::NEG_Y);
 }
 
-/// One fault a line: what is replaced in the room's file, by what, the number of the line that
-/// the fault points at, and a part of the message.
+/// As `check_faults` reads them.
 const FAULTS: &str = r#"
-"floor" | "Front" | 9 | two walls
-[640, 480] | [640, 0] | 13 | 640 × 0
-pixels | pixel | 13 | unknown field `pixel`
-upper_left = [-1, 1, -1] | | 2 | upper_left
-[-1, 1, -1] | [-1, -1, -1] | 6 | no height
-[-1, 1, -1] | [-1, nan, -1] | 6 | upper left corner
-[-1, 1, -1] | [3, -1, -1] | 6 | on one line
-[1, -1, -1] | [-1, -1, -1] | 5 | no width
-"sky" | "FLOOR" | 16 | as another screen
-"small" | "Sky" | 24 | as another screen
-2.5 | 0 | 17 | radius of 0 m
-2.5 | 1e7 | 17 | radius of 10000000 m
-[0, -1.0, 0.5] | [0, inf, 0.5] | 18 | inf
-30 | 361 | 19 | tilted by 361°
-200 | 0 | 20 | field of view of 0°
-200 | 360.5 | 20 | field of view of 360.5°
-1640 | 0 | 21 | 0 × 0
-1640 | 16385 | 21 | 16385 × 16385
-radius = 1 | | 23 | radius
+"floor" | "Front" | two walls
+[640, 480] | [640, 0] | 640 × 0
+pixels | pixel | unknown field `pixel`
+upper_left = [-1, 1, -1] | | upper_left | [[wall]]
+[-1, 1, -1] | [-1, -1, -1] | no height
+[-1, 1, -1] | [-1, nan, -1] | upper left corner
+[-1, 1, -1] | [3, -1, -1] | on one line
+[1, -1, -1] | [-1, -1, -1] | no width
+"sky" | "FLOOR" | as another screen
+"small" | "Sky" | as another screen
+2.5 | 0 | radius of 0 m
+2.5 | 1e7 | radius of 10000000 m
+[0, -1.0, 0.5] | [0, inf, 0.5] | inf
+30 | 361 | tilted by 361°
+200 | 0 | field of view of 0°
+200 | 360.5 | field of view of 360.5°
+1640 | 0 | 0 × 0
+1640 | 16385 | 16385 × 16385
+radius = 1 | | radius | *
 "#;
 
 #[test]
 fn faults_in_toml_point_at_their_line() {
-    for row in FAULTS.trim().lines() {
-        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
-        let &[from, to, line, message] = &cells[..] else {
-            panic!("{row}");
-        };
-        assert!(ROOM.contains(from), "{row}");
-        let error = Cave::from_toml(&ROOM.replacen(from, to, 1), "room.toml", [9, 9]).unwrap_err();
-        assert!(error.to_string().contains(message), "{row}: {error}");
-        assert_eq!(error.line(), line.parse().ok(), "{row}: {error}");
-        assert!(Diagnostic::help(&error).is_some(), "{row}: {error}");
-    }
+    check_faults(ROOM, FAULTS, |text| {
+        Cave::from_toml(text, "room.toml", [9, 9])
+    });
     let error = Cave::from_toml("", "room.toml", [9, 9]).unwrap_err();
     assert!(error.to_string().contains("no walls and no domes") && error.line().is_none());
 }

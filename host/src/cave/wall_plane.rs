@@ -35,8 +35,7 @@ impl WallPlane {
         })
     }
 
-    /// Lower left, lower right, upper right, upper left: against the clock as
-    /// the viewer sees them.
+    /// Lower left, lower right, upper right, upper left: against the clock as the viewer sees them.
     pub(crate) fn corners(&self) -> [DVec3; 4] {
         let lower_left = self.upper_left + self.down;
         [

@@ -285,8 +285,7 @@ mod tests {
         let exact: f64 = digits.parse().unwrap();
         let places = digits.split_once('.').map_or(0, |(_, places)| places.len());
         let unit = 10f64.powi(-(places as i32));
-        // Half a unit of the last place, and one in a thousand for its own
-        // rounding.
+        // Half a unit of the last place, and one in a thousand for its own rounding.
         assert!((found - exact).abs() <= 0.501 * unit, "{found}: {digits}");
     }
 

@@ -27,8 +27,7 @@ impl Mapping {
         }
     }
 
-    /// θ, the angle to the zenith of what is seen far away at `r_d`, both
-    /// radians, 0 to π/2.
+    /// θ, the angle to the zenith of what is seen far away at `r_d`, both radians, 0 to π/2.
     pub fn theta(self, mirror: &Mirror, r_d: f64) -> f64 {
         match self {
             Self::Mirror => mirror.theta(r_d),

@@ -164,14 +164,12 @@ impl NearField {
         (beyond(FRAC_PI_2) > 0.0).then(|| crossing(0.0, FRAC_PI_2, beyond))
     }
 
-    /// The largest displacement of what is at one distance, which may be
-    /// infinite.
+    /// The largest displacement of what is at one distance, which may be infinite.
     pub fn largest(&self, distance: f64) -> Displacement {
         self.largest_from(self.offset, distance)
     }
 
-    /// The largest displacement of surroundings anywhere from a nearest
-    /// distance to infinity.
+    /// The largest displacement of surroundings anywhere from a nearest distance to infinity.
     pub fn largest_beyond(&self, nearest: f64) -> Displacement {
         let (near, far) = (self.largest(nearest), self.largest(f64::INFINITY));
         if near.angle >= far.angle { near } else { far }

@@ -30,8 +30,7 @@ impl<F> Located<F> {
         }
     }
 
-    /// Where: the line, counted from 1; `None` where the fault is of the
-    /// whole file.
+    /// Where: the line, counted from 1; `None` where the fault is of the whole file.
     pub fn line(&self) -> Option<usize> {
         let text = self.source_code.inner().as_bytes();
         let start = self.span?.offset().min(text.len());
@@ -165,4 +164,46 @@ pub(crate) fn suggestion<'a>(
         }
         _ => format!("use one of: {}", names.join(", ")),
     })
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// The number of the first line with this part of a text.
+    pub(crate) fn line_of(text: &str, part: &str) -> usize {
+        1 + text
+            .split(part)
+            .next()
+            .unwrap_or(text)
+            .matches('\n')
+            .count()
+    }
+
+    /// Checks a table of one fault a line: what is replaced in a text, by what, a part of the
+    /// message, and the line that the fault points at, where it is not the replaced one: a part of
+    /// it, `*` for any but the first, `-` for none.
+    pub(crate) fn check_faults<T, F: Diagnostic>(
+        text: &str,
+        faults: &str,
+        read: impl Fn(&str) -> Result<T, Located<F>>,
+    ) {
+        for row in faults.trim().lines() {
+            let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+            let [from, to, says, ..] = cells[..] else {
+                panic!("{row}");
+            };
+            assert!(text.contains(from), "{row}");
+            let read = read(&text.replacen(from, &to.replace("\\n", "\n"), 1));
+            let error = read.err().expect(row);
+            assert!(error.to_string().contains(says), "{row}: {error}");
+            let medium = error.to_string().starts_with("the medium \"");
+            assert!(medium || error.help().is_some(), "{row}");
+            match *cells.get(3).unwrap_or(&from) {
+                "-" => assert_eq!(error.line(), None, "{row}"),
+                "*" => assert!(error.line().is_some_and(|line| line > 1), "{row}"),
+                place => assert_eq!(error.line(), Some(line_of(text, place)), "{row}: {error}"),
+            }
+        }
+    }
 }

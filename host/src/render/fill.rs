@@ -23,8 +23,7 @@ pub enum Filling<'f> {
     /// What a ray sees that meets nothing, up to the border: the paper's.
     #[default]
     Background,
-    /// The surroundings, captured once a frame through mirrored spheroids at the
-    /// head.
+    /// The surroundings, captured once a frame through mirrored spheroids at the head.
     Capture(CaptureOptions),
     /// What another frame of the same walls, eyes and sizes shows at the same
     /// place, such as the one before.
@@ -71,103 +70,45 @@ const TILE: u32 = 16;
 /// Steps that a tile gets in a round, if any.
 const LEAST_PART: u64 = 256;
 
-/// A capture that is still to be made.
-pub(super) struct Plan<'a, const W: usize> {
-    pose: DomePose,
-    options: CaptureOptions,
-    pub(super) views: [(View, Renderer<'a, W>); 2],
-    pub(super) tiles: Vec<(usize, Tile)>,
-}
-
-impl<'a, const W: usize> Plan<'a, W>
+/// Renders tiles within a number of steps, dealt out in rounds in equal parts to unfinished tiles;
+/// steps that a tile leaves go to the next round. The result does not depend on threads.
+fn trace_within<const W: usize>(
+    views: &[(View, Renderer<'_, W>)],
+    jobs: &mut [Job<'_>],
+    pool: &ThreadPool,
+    steps: u64,
+) -> (Statistics, f64)
 where
     Simd: Runs<W>,
 {
-    /// Around the middle of the eyes; `None` where nothing follows their gaze.
-    pub(super) fn new(
-        scene: &Scene<'a, W>,
-        spectrum: Spectrum<'a>,
-        eyes: &[Observer],
-        frame: &Options,
-        options: CaptureOptions,
-    ) -> Result<Option<Self>, RenderError> {
-        let mut gazes = eyes.iter().filter_map(|eye| eye.lod);
-        let Some(lod) = gazes.next() else {
-            return Ok(None);
+    let start = Instant::now();
+    let mut statistics = Statistics::default();
+    let mut pending: Vec<(TileJob, &mut Job<'_>)> = jobs
+        .iter_mut()
+        .map(|job| (TileJob::new(job.tile), job))
+        .collect();
+    loop {
+        let left = steps.saturating_sub(statistics.steps);
+        let served = pending.len().min((left / LEAST_PART) as usize);
+        let Some(part) = left.checked_div(served as u64) else {
+            break;
         };
-        let place = eyes.iter().map(|eye| eye.place).sum::<DVec3>() / eyes.len() as f64;
-        let sight = lod.gaze.line_of_sight();
-        let pose = DomePose {
-            position: place.as_vec3(),
-            room_from_capture: Mat3::from_cols(sight.right(), sight.up(), -sight.forward()),
-        };
-        let mut views = hemispheres(scene, pose, options, frame, spectrum)?;
-        // Eyes with a gaze each need what either skips.
-        if gazes.all(|other| same_field(&lod, &other)) {
-            let level = needed_below(&lod, options.size);
-            for (_, renderer) in &mut views {
-                *renderer = renderer.below_level(lod.gaze, level);
-            }
-        }
-        let tiles: Vec<_> = views
-            .iter()
-            .enumerate()
-            .flat_map(|(number, (view, _))| tiles(view, TILE).map(move |tile| (number, tile)))
-            .collect();
-        Ok(Some(Self {
-            pose,
-            options,
-            views,
-            tiles,
-        }))
+        let served = pending[..served].iter_mut();
+        statistics.add(&share_out(pool, served, |workspace, (tile, job)| {
+            let (view, renderer) = &views[job.picture];
+            let mut budget = Budget::steps(part);
+            // Tiles of a view's own grid fit it.
+            let outcome = tile.render(renderer, view, job.pixels, &mut budget, workspace);
+            debug_assert!(outcome.is_ok());
+        }));
+        pending.retain(|(tile, _)| !tile.is_finished());
     }
-
-    /// Renders tiles within a number of steps, dealt out in rounds in equal parts to unfinished
-    /// tiles; steps that a tile leaves go to the next round. The result does not depend on
-    /// threads.
-    fn trace_within(
-        &self,
-        jobs: &mut [Job<'_>],
-        pool: &ThreadPool,
-        steps: u64,
-    ) -> (Statistics, f64) {
-        let start = Instant::now();
-        let mut statistics = Statistics::default();
-        let mut pending: Vec<(TileJob, &mut Job<'_>)> = jobs
-            .iter_mut()
-            .map(|job| (TileJob::new(job.tile), job))
-            .collect();
-        loop {
-            let left = steps.saturating_sub(statistics.steps);
-            let served = pending.len().min((left / LEAST_PART) as usize);
-            let Some(part) = left.checked_div(served as u64) else {
-                break;
-            };
-            let served = pending[..served].iter_mut();
-            statistics.add(&share_out(pool, served, |workspace, (tile, job)| {
-                let (view, renderer) = &self.views[job.picture];
-                let mut budget = Budget::steps(part);
-                // Tiles of a view's own grid fit it.
-                let outcome = tile.render(renderer, view, job.pixels, &mut budget, workspace);
-                debug_assert!(outcome.is_ok());
-            }));
-            pending.retain(|(tile, _)| !tile.is_finished());
-        }
-        for (mut tile, job) in pending {
-            let (view, renderer) = &self.views[job.picture];
-            let given_up = tile.give_up(renderer, view, job.pixels);
-            debug_assert!(given_up.is_ok());
-        }
-        (statistics, start.elapsed().as_secs_f64())
+    for (mut tile, job) in pending {
+        let (view, renderer) = &views[job.picture];
+        let given_up = tile.give_up(renderer, view, job.pixels);
+        debug_assert!(given_up.is_ok());
     }
-
-    pub(super) fn surroundings<'p>(
-        &self,
-        hemispheres: &'p [Picture; 2],
-    ) -> Result<Surroundings<'p>, RenderError> {
-        let pictures = hemispheres.each_ref().map(Picture::core_pixels);
-        Ok(Surroundings::new(self.pose, self.options.size, pictures)?)
-    }
+    (statistics, start.elapsed().as_secs_f64())
 }
 
 /// The hemispheres of a capture, one ray a pixel: of several, some would pass the rim.
@@ -251,7 +192,7 @@ pub(crate) fn pixels_of(picture: &Picture, tile: Tile, pixels: &mut Vec<Pixel>) 
     }
 }
 
-/// Captures the surroundings; `None` where nothing follows the eyes' gaze.
+/// Captures the surroundings around the middle of the eyes; `None` where nothing follows their gaze.
 pub(super) fn capture<'a, const W: usize>(
     scene: &Scene<'a, W>,
     spectrum: Spectrum<'a>,
@@ -259,23 +200,40 @@ pub(super) fn capture<'a, const W: usize>(
     frame: &Options,
     options: CaptureOptions,
     pool: &ThreadPool,
-) -> Result<Option<(Plan<'a, W>, Capture)>, RenderError>
+) -> Result<Option<(DomePose, Capture)>, RenderError>
 where
     Simd: Runs<W>,
 {
-    let Some(plan) = Plan::new(scene, spectrum, eyes, frame, options)? else {
+    let mut gazes = eyes.iter().filter_map(|eye| eye.lod);
+    let Some(lod) = gazes.next() else {
         return Ok(None);
     };
-    let mut hemispheres = [
-        Picture::new(options.size, options.size)?,
-        Picture::new(options.size, options.size)?,
-    ];
+    let place = eyes.iter().map(|eye| eye.place).sum::<DVec3>() / eyes.len() as f64;
+    let sight = lod.gaze.line_of_sight();
+    let pose = DomePose {
+        position: place.as_vec3(),
+        room_from_capture: Mat3::from_cols(sight.right(), sight.up(), -sight.forward()),
+    };
+    let mut views = hemispheres(scene, pose, options, frame, spectrum)?;
+    // Eyes with a gaze each need what either skips.
+    if gazes.all(|other| same_field(&lod, &other)) {
+        let level = needed_below(&lod, options.size);
+        for (_, renderer) in &mut views {
+            *renderer = renderer.below_level(lod.gaze, level);
+        }
+    }
+    let tiles: Vec<_> = (0..)
+        .zip(&views)
+        .flat_map(|(number, (view, _))| tiles(view, TILE).map(move |tile| (number, tile)))
+        .collect();
+    let picture = || Picture::new(options.size, options.size);
+    let mut hemispheres = [picture()?, picture()?];
     let area = 2 * options.size as usize * options.size as usize;
     let mut pixels = vec![Pixel::default(); area];
-    let mut jobs = jobs(&plan.tiles, &mut pixels);
+    let mut jobs = jobs(&tiles, &mut pixels);
     let (statistics, seconds) = match options.steps {
-        Some(steps) => plan.trace_within(&mut jobs, pool, steps),
-        None => trace(&plan.views, &mut jobs, pool, &Source::Nothing, &|_, _| {}),
+        Some(steps) => trace_within(&views, &mut jobs, pool, steps),
+        None => trace(&views, &mut jobs, pool, &Source::Nothing, &|_, _| {}),
     };
     write_back(&jobs, hemispheres.iter_mut());
     let capture = Capture {
@@ -283,7 +241,7 @@ where
         statistics,
         seconds,
     };
-    Ok(Some((plan, capture)))
+    Ok(Some((pose, capture)))
 }
 
 /// Refuses a frame that has other pictures, places or sizes than `pictures`.

@@ -1,9 +1,8 @@
 //! The gaze's levels in f64: what the core's f32 is measured against.
 //!
-//! Equation numbers are those of Mochizuki & Makino, as in
-//! [`shisen_core::gaze`], and so is what happens where an equation has no
-//! value. Written for exactness, not for speed, and apart from the core: arc
-//! tangents are `libm`'s, and nothing is shared but the names of cases.
+//! Equation numbers are those of Mochizuki & Makino, as in [`shisen_core::gaze`], and so is what
+//! happens where an equation has no value. Written for exactness, not for speed, and apart from the
+//! core: arc tangents are `libm`'s, and nothing is shared but the names of cases.
 
 use glam::DVec3;
 use shisen_core::gaze::{Boundary, LineOfSightError, Zone};

@@ -7,8 +7,7 @@ use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use std::sync::Mutex;
 
-/// What each effect does in a frame, and what the frame takes without that:
-/// ray by ray.
+/// What each effect does in a frame, and what the frame takes without that: ray by ray.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Account {
     /// By effect.

@@ -1,9 +1,8 @@
 //! Scenes that need no file: the four of Mochizuki and Makino's Table 2 with any mesh, the grid of
 //! Miura's figures, and glass that disperses light.
 //!
-//! Eight animals, 2 m long, around a 3 m CAVE, or all behind its front wall;
-//! one point light without fall-off. The paper gives a picture of each;
-//! places and yaws are those of `tests/reference/cave-scenes.json`.
+//! The paper gives a picture of each of its scenes: eight animals around a 3 m CAVE, or behind its
+//! front wall. Places and yaws are those of `tests/reference/cave-scenes.json`.
 
 mod glass;
 
@@ -114,8 +113,7 @@ impl FromStr for PaperScene {
     }
 }
 
-/// One of the paper's scenes with eight of `mesh`, which is centred and
-/// scaled to 2 m along x.
+/// One of the paper's scenes with eight of `mesh`, which is centred and scaled to 2 m along x.
 ///
 /// # Errors
 /// [`FlatMesh`] where the mesh has no vertices or no extent along x.
@@ -160,9 +158,8 @@ pub fn paper_scene(which: PaperScene, mesh: TriangleMesh) -> Result<Scene, FlatM
     })
 }
 
-/// Meridians and parallels every 10°, 0.3° wide, white on black, on a sphere
-/// about the origin: what Miura's figures show. Its poles are straight up and
-/// down.
+/// Meridians and parallels every 10°, 0.3° wide, white on black, on a sphere about the origin: what
+/// Miura's figures show. Its poles are straight up and down.
 pub fn grid(radius: f32) -> Scene {
     let white = Material {
         diffuse: [1.0; 3],

@@ -12,8 +12,7 @@ pub struct DomeCamera {
     pub position: DVec3,
     /// Towards the middle of the picture; any length but zero.
     pub zenith: DVec3,
-    /// Towards the top of the picture, as far as that is square to the zenith;
-    /// not along it.
+    /// Towards the top of the picture, as far as that is square to the zenith; not along it.
     pub top: DVec3,
 }
 
@@ -64,9 +63,8 @@ pub struct CameraKey {
     pub camera: DomeCamera,
 }
 
-/// A camera's way through a scene: a Catmull-Rom spline through its keys, at
-/// rest before the first and after the last. Zenith and top turn in proportion
-/// to the frames between keys.
+/// A camera's way through a scene: a Catmull-Rom spline through its keys, at rest before the first
+/// and after the last. Zenith and top turn in proportion to the frames between keys.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CameraPath {
     keys: Vec<CameraKey>,

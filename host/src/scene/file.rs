@@ -25,20 +25,18 @@
 //! | `frame` | 1 to 99,999, each after the one before |
 //! | rotations | −360 to 360 |
 //!
-//! A positive yaw turns what points to −Z towards −X, a positive pitch
-//! raises it ([`Placement`]). `normals` and `normalise`
-//! are for meshes only. A texture multiplies `diffuse` and `emission`; meshes
-//! say in their files where they are on it, the built-in `square` is from 0 to
-//! 1 along x and against z, and on spheres and spheroids u goes round with the
-//! longitude and v up with the latitude. A material has an `index_of_refraction`
-//! or a `medium`: one of the file's or `fused-silica`, `quartz-o`, `quartz-e`,
-//! `n-bk7`, `sf11`, `diamond` or `water`; which have to be known at
+//! A positive yaw turns what points to −Z towards −X, a positive pitch raises it ([`Placement`]).
+//! `normals` and `normalise` are for meshes only. A texture multiplies `diffuse` and `emission`;
+//! meshes say in their files where they are on it, the built-in `square` is from 0 to 1 along x and
+//! against z, and on spheres and spheroids u goes round with the longitude and v up with the
+//! latitude. A material has an `index_of_refraction` or a `medium`: one of the file's or
+//! `fused-silica`, `quartz-o`, `quartz-e`, `n-bk7`, `sf11`, `diamond` or `water`; which have to be
+//! known at
 //! 587.56 nm; these and `absorption` are for materials
-//! with a `transmission`. `emission` is seen, but lights
-//! nothing, and a rectangle lights, but is not seen. A scene has at least one object and may have no
-//! light. Meshes and materials are numbered by name in the [`Scene`],
-//! objects and lights by place in the file. A key that is not described here
-//! is an error, not ignored.
+//! with a `transmission`. `emission` is seen, but lights nothing, and a rectangle lights, but is
+//! not seen. A scene has at least one object and may have no light. Meshes and materials are
+//! numbered by name in the [`Scene`], objects and lights by place in the file. A key that is not
+//! described here is an error, not ignored.
 
 #![allow(clippy::ref_option, reason = "a table's field is an option")]
 

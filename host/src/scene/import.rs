@@ -43,13 +43,12 @@ pub struct ImportError(String);
 
 /// Reads a triangle mesh. The extension, in upper or lower case, decides the format.
 ///
-/// Polygons become fans of triangles around their first corner, and triangles
-/// keep the file's order. Normals are made unit length; a mesh with a normal
-/// that has no direction, or with normals at only some of its vertices, comes
-/// without any. So does one with texture coordinates at only some of its
-/// vertices, or with one beyond [`TriangleMesh::FARTHEST_COORDINATE`], and
-/// without coordinates it has no textures. Textures are PNG files; others are
-/// not read. They multiply the diffuse reflectance.
+/// Polygons become fans of triangles around their first corner, and triangles keep the file's
+/// order. Normals are made unit length; a mesh with a normal that has no direction, or with normals
+/// at only some of its vertices, comes without any. So does one with texture coordinates at only
+/// some of its vertices, or with one beyond [`TriangleMesh::FARTHEST_COORDINATE`], and without
+/// coordinates it has no textures. Textures are PNG files; others are not read. They multiply the
+/// diffuse reflectance.
 ///
 /// - `.obj`: groups and objects become one mesh. Without normals and texture
 ///   coordinates the vertices are the file's, in its order; with either, each

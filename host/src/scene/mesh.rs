@@ -163,8 +163,7 @@ impl TriangleMesh {
             .collect()
     }
 
-    /// One metre along x and z about the origin, its front up, with u along x
-    /// and v against z.
+    /// One metre along x and z about the origin, its front up, with u along x and v against z.
     pub fn square() -> Self {
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         Self {

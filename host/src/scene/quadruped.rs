@@ -12,11 +12,9 @@ use meshopt::SimplifyOptions;
 use crate::scene::mesh::TriangleMesh;
 
 const TRIANGLES: usize = 5_804;
-/// Edge of a grid cell. The thinnest tip has to span three, or the surface
-/// net pinches.
+/// Edge of a grid cell. The thinnest tip has to span three, or the surface net pinches.
 const CELL: f32 = 0.07;
-/// Samples along each edge of a block that is filled at once where it lies
-/// far from the surface.
+/// Samples along each edge of a block that is filled at once where it lies far from the surface.
 const BLOCK: u32 = 4;
 /// Lowest corner of the sampled box. The box is symmetric in z.
 const LOW: Vec3 = Vec3::new(-4.9, -3.85, -1.96);
@@ -35,8 +33,7 @@ enum Part {
 
 use Part::{Ellipsoid, Limb};
 
-/// The left half and the middle, +X ahead and +Y up; the right half mirrors
-/// the left one.
+/// The left half and the middle, +X ahead and +Y up; the right half mirrors the left one.
 const PARTS: &[Part] = &[
     // Trunk: barrel, hips, shoulders, brisket and the line of the back.
     Ellipsoid(0.0, [-0.7, -0.15, 0.0], [3.0, 1.6, 1.62]),
@@ -132,8 +129,7 @@ fn field(p: Vec3) -> f32 {
     union.max(GROUND - p.y)
 }
 
-/// The field at every grid point; far from the surface, only its sign and
-/// that it is far are right.
+/// The field at every grid point; far from the surface, only its sign and that it is far are right.
 fn sample(shape: &RuntimeShape<u32, 3>) -> Vec<f32> {
     let mut samples = vec![0.0; shape.usize()];
     let [nx, ny, nz] = SAMPLES;

@@ -48,8 +48,7 @@ impl ImageError {
 }
 
 impl Image {
-    /// Bytes that the images of a scene may take together: an eighth of what a
-    /// baked scene may.
+    /// Bytes that the images of a scene may take together: an eighth of what a baked scene may.
     pub const MOST_BYTES: u64 = 1 << 29;
 
     /// An image of texels coded as sRGB, row by row from the top; `None` if a side is not 1 to
@@ -155,8 +154,7 @@ impl Image {
         self.height
     }
 
-    /// Red, green and blue as sRGB codes them, and a zero: row by row from the
-    /// top.
+    /// Red, green and blue as sRGB codes them, and a zero: row by row from the top.
     pub fn texels(&self) -> &[[u8; 4]] {
         &self.texels
     }

@@ -88,8 +88,7 @@ impl Weld {
         weld
     }
 
-    /// Sides of some faces, those of the same edge beside each other,
-    /// materials or not.
+    /// Sides of some faces, those of the same edge beside each other, materials or not.
     fn sides(&self, faces: &[[u32; 3]]) -> Vec<Side> {
         let at = |vertex: u32| self.first_at_place[vertex as usize];
         let mut sides: Vec<Side> = faces

@@ -1,13 +1,11 @@
 //! Bourke's mesh for image warping: text that players of dome masters read
 //! ("Mesh format for image warping", 2006).
 //!
-//! The first line is the mesh's type, 2 for a grid of rows and columns; the
-//! second its columns and rows; then a line a node, from the lower left one, row
-//! by row: x y u v i. (x, y) is on the projector's picture, y from −1 at its
-//! lower edge to 1 and x from minus to plus its width by height; (u, v) is on
-//! the dome master's square, 0 to 1 from its lower left corner; i is the
-//! brightness, 1 on the dome, and −1 for nodes that are not drawn, nor the cells
-//! around them.
+//! The first line is the mesh's type, 2 for a grid of rows and columns; the second its columns and
+//! rows; then a line a node, from the lower left one, row by row: x y u v i. (x, y) is on the
+//! projector's picture, y from −1 at its lower edge to 1 and x from minus to plus its width by
+//! height; (u, v) is on the dome master's square, 0 to 1 from its lower left corner; i is the
+//! brightness, 1 on the dome, and −1 for nodes that are not drawn, nor the cells around them.
 
 use super::Warp;
 use std::io::{self, Write};

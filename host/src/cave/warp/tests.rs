@@ -1,5 +1,5 @@
 use super::*;
-use miette::Diagnostic;
+use crate::files::description::tests::check_faults;
 
 const PROJECTOR: &str = r#"
 name = "back"
@@ -73,38 +73,28 @@ fn angles_are_those_that_a_projector_is_turned_by() {
     assert_eq!((-up.z_axis, up.y_axis), (DVec3::Y, DVec3::Z));
 }
 
-/// One fault a line: what is replaced in the projector's file, by what, the number of the line
-/// that the fault points at, and a part of the message.
+/// As `check_faults` reads them.
 const FAULTS: &str = r#"
-"back" | "a/b" | 2 | "a/b"
-0.2 | nan | 3 | NaN
-[0, 0.6, -1] | [0, 0, 0] | 4 | looks along 0, 0, 0
-[0, 1, 0] | [0, 1.2, -2] | 5 | what is up
-up = | yaw_degrees = 10 # | 5 | both of look
-horizontal_degrees = 60 | horizontal_degrees = 180 | 6 | 180°
-horizontal_degrees = 60 | throw = 0 | 6 | throw is 0
-horizontal_degrees = 60 | | - | none of horizontal_degrees
-lens_shift = [0.1, 0.5] | throw = 1.2 | 7 | both of horizontal
-lens_shift = [0.1, 0.5] | vertical_degrees = 0 | 7 | vertical
-[0.1, 0.5] | [0.1, 2.5] | 7 | shifted by 0.1, 2.5
-[1920, 1200] | [1920, 0] | 8 | 1920 × 0
-lens_shift | shift | 7 | unknown field `shift`
+"back" | "a/b" | "a/b"
+0.2 | nan | NaN
+[0, 0.6, -1] | [0, 0, 0] | looks along 0, 0, 0
+[0, 1, 0] | [0, 1.2, -2] | what is up
+up = | yaw_degrees = 10 # | both of look
+horizontal_degrees = 60 | horizontal_degrees = 180 | 180°
+horizontal_degrees = 60 | throw = 0 | throw is 0
+horizontal_degrees = 60 | | none of horizontal_degrees | -
+lens_shift = [0.1, 0.5] | throw = 1.2 | both of horizontal
+lens_shift = [0.1, 0.5] | vertical_degrees = 0 | vertical
+[0.1, 0.5] | [0.1, 2.5] | shifted by 0.1, 2.5
+[1920, 1200] | [1920, 0] | 1920 × 0
+lens_shift | shift | unknown field `shift`
 "#;
 
 #[test]
 fn faults_of_projectors_point_at_their_line() {
-    for row in FAULTS.trim().lines() {
-        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
-        let &[from, to, line, message] = &cells[..] else {
-            panic!("{row}");
-        };
-        assert!(PROJECTOR.contains(from), "{from}");
-        let text = PROJECTOR.replacen(from, to, 1);
-        let error = Projector::from_toml(&text, "back.toml").unwrap_err();
-        assert!(error.to_string().contains(message), "{from}: {error}");
-        assert_eq!(error.line(), line.parse().ok(), "{from}: {error}");
-        assert!(Diagnostic::help(&error).is_some(), "{from}: {error}");
-    }
+    check_faults(PROJECTOR, FAULTS, |text| {
+        Projector::from_toml(text, "back.toml")
+    });
     let angles = PROJECTOR.replace("look = [0, 0.6, -1]\nup = [0, 1, 0]", "yaw_degrees = 400");
     let error = Projector::from_toml(&angles, "back.toml").unwrap_err();
     assert_eq!(error.line(), Some(4), "{error}");

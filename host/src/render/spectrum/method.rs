@@ -9,8 +9,7 @@ pub enum Method {
     Comb,
     /// As a comb, each ray taking all of its wavelengths.
     Split,
-    /// As in Kishioka's paper: the centres of n equal parts of 380 to 750 nm,
-    /// in Endo's colours.
+    /// As in Kishioka's paper: the centres of n equal parts of 380 to 750 nm, in Endo's colours.
     Paper,
 }
 

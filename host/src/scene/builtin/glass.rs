@@ -52,15 +52,13 @@ impl PrismBench {
         DVec3::new(-sine, 0.0, -cosine)
     }
 
-    /// The angles of the outward normals of the face that is looked on, and of
-    /// the one beyond.
+    /// The angles of the outward normals of the face that is looked on, and of the one beyond.
     pub fn faces(&self) -> [f64; 2] {
         let half = 0.5 * self.deviation;
         [half + 7.0 * FRAC_PI_6, half - FRAC_PI_6]
     }
 
-    /// From an edge to the middle across: metres. Half of that is a face's
-    /// distance.
+    /// From an edge to the middle across: metres. Half of that is a face's distance.
     fn circumradius() -> f64 {
         Self::SIDE / libm::sqrt(3.0)
     }
@@ -169,8 +167,7 @@ fn checker(greys: [f32; 2], repeats: f32) -> Material {
     }
 }
 
-/// A slit of light seen through a 60° prism of SF11, turned so that the d line
-/// is straight ahead.
+/// A slit of light seen through a 60° prism of SF11, turned so that the d line is straight ahead.
 pub fn prism() -> Scene {
     PrismBench::new(line::D).scene()
 }

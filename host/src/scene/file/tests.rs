@@ -1,6 +1,7 @@
 //! The documented example, and faults at their lines.
 
 use super::*;
+use crate::files::description::tests::{check_faults, line_of};
 use crate::scene::Light;
 use crate::scene::texture::tests::{grey_png, texels};
 use miette::Diagnostic;
@@ -94,13 +95,7 @@ fn the_least_scene_is_one_object() {
     assert!(error.to_string().contains("no objects") && error.line().is_none());
 }
 
-fn line_of(text: &str) -> usize {
-    let place = EXAMPLE.find(text).expect("the example has this text");
-    1 + EXAMPLE[..place].matches('\n').count()
-}
-
-/// One fault a line: what is replaced in the example, by what, a part of the message, and the
-/// text of the line that the fault points at, where it is not the replaced one.
+/// As `check_faults` reads them.
 const FAULTS: &str = r#"
 ambient = [0.1, 0.1 | ambient = [-0.1, 0.1 | `ambient` is -0.1
 ambient | ambiant | unknown field `ambiant`
@@ -160,21 +155,7 @@ texture = "tiles" | absorption = [0, 0, 0] | `absorption` is for materials
 
 #[test]
 fn faults_point_at_their_line_and_help() {
-    for row in FAULTS.trim().lines() {
-        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
-        let [from, to, says, ..] = cells[..] else {
-            panic!("{row}");
-        };
-        assert!(EXAMPLE.contains(from), "{row}");
-        let error = read(&EXAMPLE.replacen(from, &to.replace("\\n", "\n"), 1)).unwrap_err();
-        assert!(error.to_string().contains(says), "{row}: {error}");
-        let medium = error.to_string().starts_with("the medium \"");
-        assert!(medium || Diagnostic::help(&error).is_some(), "{row}");
-        match *cells.get(3).unwrap_or(&from) {
-            "*" => assert!(error.line().is_some_and(|line| line > 1), "{row}"),
-            place => assert_eq!(error.line(), Some(line_of(place)), "{row}: {error}"),
-        }
-    }
+    check_faults(EXAMPLE, FAULTS, read);
 }
 
 #[test]
@@ -241,6 +222,6 @@ fn meshes_that_cannot_be_loaded_or_used_are_named() {
     for (load, says, place) in cases {
         let error = Scene::from_toml(EXAMPLE, "a.toml", Path::new(""), |_| load()).unwrap_err();
         assert!(error.to_string().contains(says), "{error}");
-        assert_eq!(error.line(), Some(line_of(place)), "{error}");
+        assert_eq!(error.line(), Some(line_of(EXAMPLE, place)), "{error}");
     }
 }

@@ -160,7 +160,6 @@ impl Importer<'_> {
         // The last is taken first: this keeps the document's order.
         open.reverse();
         let mut visited = vec![false; document.nodes().len()];
-        let (mut bare, mut unmapped) = (false, false);
         while let Some((node, parent)) = open.pop() {
             if std::mem::replace(&mut visited[node.index()], true) {
                 return Err(self.fault(format!(
@@ -170,17 +169,17 @@ impl Importer<'_> {
             }
             let transform = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
             for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
-                self.add_primitive(&primitive, transform, &mut mesh, &mut bare)?;
-                unmapped |= mesh.coordinates.len() < mesh.positions.len();
+                self.add_primitive(&primitive, transform, &mut mesh)?;
             }
             let first_child = open.len();
             open.extend(node.children().map(|child| (child, transform)));
             open[first_child..].reverse();
         }
-        if bare {
+        // A primitive lacks them.
+        if mesh.normals.len() < mesh.positions.len() {
             mesh.normals.clear();
         }
-        if unmapped {
+        if mesh.coordinates.len() < mesh.positions.len() {
             mesh.coordinates.clear();
         }
         mesh.normals = unit_normals(mesh.normals);
@@ -194,14 +193,12 @@ impl Importer<'_> {
         Ok(mesh)
     }
 
-    /// Appends a primitive's triangles; `bare` becomes true if it lacks
-    /// normals. Triangles without a material get `u32::MAX` for now.
+    /// Appends a primitive's triangles. Those without a material get `u32::MAX` for now.
     fn add_primitive(
         &self,
         primitive: &Primitive<'_>,
         transform: Mat4,
         mesh: &mut TriangleMesh,
-        bare: &mut bool,
     ) -> Result<(), ImportError> {
         match primitive.mode() {
             Mode::Triangles => {}
@@ -226,14 +223,12 @@ impl Importer<'_> {
         }
         mesh.positions
             .extend(positions.map(|p| transform.transform_point3(Vec3::from_array(p)).to_array()));
-        match primitive.get(&Semantic::Normals) {
-            Some(accessor) if accessor.count() == count => {
-                let matrix = normal_matrix(transform);
-                let normals = self.items(accessor, vectors, || reader.read_normals())?;
-                let turned = normals.map(|n| (matrix * Vec3::from_array(n)).to_array());
-                mesh.normals.extend(turned);
-            }
-            _ => *bare = true,
+        let normals = primitive.get(&Semantic::Normals);
+        if let Some(accessor) = normals.filter(|normals| normals.count() == count) {
+            let matrix = normal_matrix(transform);
+            let normals = self.items(accessor, vectors, || reader.read_normals())?;
+            let turned = normals.map(|n| (matrix * Vec3::from_array(n)).to_array());
+            mesh.normals.extend(turned);
         }
         let places = primitive.get(&Semantic::TexCoords(0));
         if let Some(accessor) = places.filter(|places| places.count() == count) {

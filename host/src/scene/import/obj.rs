@@ -36,8 +36,7 @@ struct Geometry {
     /// For each triangle, the face that it is a part of.
     faces: Vec<u32>,
     lines: Vec<Option<usize>>,
-    /// For each face, one more than its place in `names`; 0 before the first
-    /// `usemtl`.
+    /// For each face, one more than its place in `names`; 0 before the first `usemtl`.
     material_names: Vec<u32>,
     names: Vec<String>,
     libraries: Vec<String>,
@@ -277,8 +276,7 @@ impl Geometry {
         Ok(())
     }
 
-    /// Fills in the materials. Faces whose material no library has get the
-    /// default one.
+    /// Fills in the materials. Faces whose material no library has get the default one.
     fn paint(&self, path: &Path, mesh: &mut TriangleMesh) -> Result<(), ImportError> {
         let mut places = HashMap::new();
         let mut textures = Textures::new();

@@ -184,8 +184,7 @@ fn least_size(element: &ElementDef, encoding: Encoding) -> u128 {
     least.max(1)
 }
 
-/// Refuses counts in the header that the payload cannot hold, before anything
-/// is allocated by them.
+/// Refuses counts in the header that the payload cannot hold, before anything is allocated by them.
 fn check_claims(path: &Path, header: &Header, payload: usize) -> Result<(), ImportError> {
     let mut claimed = 0;
     for element in header.elements.values() {
@@ -278,14 +277,6 @@ mod tests {
             faces.len(),
             faces.join("\n")
         )
-    }
-
-    #[test]
-    fn polygons_become_fans() {
-        let mesh = mesh(ascii(&["3 0 1 2", "4 0 1 2 3"]).as_bytes()).unwrap();
-        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 1, 2], [0, 2, 3]]);
-        assert_eq!(mesh.positions[2], [1.0, 1.0, 0.0]);
-        assert!(mesh.normals.is_empty());
     }
 
     #[test]
