@@ -164,9 +164,9 @@ impl<'r> Met<'r> {
                 *met = true;
             }
         });
-        let name = |number: usize| match names.get(number) {
-            Some(name) => name.clone(),
-            None => format!("material {number}"),
+        let name = |number: usize| {
+            let name = names.get(number).cloned();
+            name.unwrap_or_else(|| format!("material {number}"))
         };
         let materials = records.materials.iter().enumerate();
         let lights = records.lights.iter().zip(0..);

@@ -3,7 +3,7 @@
 use super::follow::EndArguments;
 use super::monitor::show;
 use super::sample::Records;
-use super::{Interrupt, Recorded, goes_over_a_line, protocol};
+use super::{Interrupt, goes_over_a_line, protocol};
 use crate::cli::prelude::*;
 use crate::tracker::pty::Pty;
 use crate::tracker::serve::{Begin, LineState, SILENT};
@@ -15,6 +15,8 @@ use shisen_tracker::protocol::Protocol;
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::io;
+use std::iter::Peekable;
+use std::vec::IntoIter;
 
 /// Simulates a viewer and a tracker
 #[derive(Debug, Args)]
@@ -115,7 +117,7 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     }
     let over = samples.last().map_or(Micros(0), |last| last.arrival);
     let recorded = samples.len() as u64;
-    let samples = Recorded::new(samples);
+    let samples = Recorded(samples.into_iter().peekable());
     let played = line(path, samples, &protocol, &arguments.end, Some(over))?;
     if let Some(sent) = played.filter(|&sent| sent < recorded) {
         warn(&format!(
@@ -177,19 +179,15 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
     Ok(())
 }
 
-/// Says what a recording waits for.
-fn say_stage(stage: LineState, path: &Path, protocol: &ProtocolSpec) {
-    let path = path.display();
-    say(&match stage {
-        LineState::NoReader => format!("waiting until somebody opens {path}"),
-        LineState::SettingUp if protocol.is_told() => format!(
-            "{path} was opened; waiting until the device is told what to send, or nothing is \
-             said for {} s",
-            SILENT.as_secs()
-        ),
-        LineState::SettingUp => format!("{path} was opened"),
-        LineState::Sending => "the recording begins".to_owned(),
-    });
+/// Recorded samples in the order of their arrival, each at its time.
+struct Recorded(Peekable<IntoIter<Sample>>);
+
+impl Source for Recorded {
+    type Item = Sample;
+
+    fn poll(&mut self, until: Micros) -> Option<Sample> {
+        self.0.next_if(|sample| sample.arrival <= until)
+    }
 }
 
 fn on_a_line(protocol: Option<ProtocolSpec>) -> Result<ProtocolSpec, Failure> {
@@ -222,7 +220,18 @@ fn line(
     let name = pty.name().display();
     say(&format!("{shown} speaks {protocol}, at {name}"));
     let last = end.span();
-    let mut reached = |stage| say_stage(stage, path, protocol);
+    let mut reached = |stage| {
+        say(&match stage {
+            LineState::NoReader => format!("waiting until somebody opens {shown}"),
+            LineState::SettingUp if protocol.is_told() => format!(
+                "{shown} was opened; waiting until the device is told what to send, or nothing is \
+                 said for {} s",
+                SILENT.as_secs()
+            ),
+            LineState::SettingUp => format!("{shown} was opened"),
+            LineState::Sending => "the recording begins".to_owned(),
+        });
+    };
     let begin = match over {
         None => Begin::AtOnce,
         Some(_) => Begin::WithReader(&mut reached),
