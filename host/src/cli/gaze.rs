@@ -7,7 +7,7 @@ use crate::cli::prelude::*;
 use crate::render::gaze_reference::{self, Limits};
 use glam::{DVec3, Vec3};
 use shisen_core::gaze::{
-    Boundary, Detail, FaceRange, Gaze, LineOfSight, VisualField, VisualFieldError,
+    Boundary, Detail, FaceRange, Gaze, LineOfSight, VisualField, VisualFieldError as Error,
     VisualFieldLimits, Zone,
 };
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
@@ -19,13 +19,8 @@ const LONGEST_LINE: u64 = 4096;
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// Where the viewer looks: X,Y,Z of any length but zero, or as in `shisen cave --look`
-    #[arg(
-        long,
-        value_name = "X,Y,Z",
-        default_value = "0,0,-1",
-        allow_hyphen_values = true,
-        value_parser = vector
-    )]
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,-1", allow_hyphen_values = true,
+          value_parser = vector)]
     look: DVec3,
     /// Where the top of the viewer's head points, not parallel to --look [default: 0,1,0, or as in
     /// `shisen cave` for a look straight up or down]
@@ -90,9 +85,9 @@ fn up_to(most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
 }
 
 /// Words an error of the limits in degrees, with the names of the options.
-fn in_degrees(error: VisualFieldError) -> String {
+fn in_degrees(error: Error) -> String {
     match error {
-        VisualFieldError::BelowCentral {
+        Error::BelowCentral {
             side,
             limit,
             central,
@@ -102,12 +97,12 @@ fn in_degrees(error: VisualFieldError) -> String {
             limit.to_degrees(),
             central.to_degrees()
         ),
-        VisualFieldError::TooFar { side, limit, most } => format!(
+        Error::TooFar { side, limit, most } => format!(
             "--field-{side} {:.4}: give at most {:.0} degrees",
             limit.to_degrees(),
             most.to_degrees()
         ),
-        VisualFieldError::Central { central } => format!(
+        Error::Central { central } => format!(
             "--central {}: give 0.0001 degrees or more",
             central.to_degrees()
         ),

@@ -22,9 +22,14 @@ use clap::Subcommand;
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::clock::ClockEstimator;
 use shisen_tracker::estimate::{Event, GazeEstimator};
+use shisen_tracker::mock::Source;
+use shisen_tracker::sample::Sample;
+use shisen_tracker::time::Micros;
+use std::iter::Peekable;
 use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::vec::IntoIter;
 
 /// Eye and head trackers
 #[derive(Debug, Subcommand)]
@@ -180,5 +185,22 @@ impl Interrupt {
 
     pub fn came(&self) -> bool {
         self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// Recorded samples in the order of their arrival, each at its time.
+pub struct Recorded(Peekable<IntoIter<Sample>>);
+
+impl Recorded {
+    pub fn new(samples: Vec<Sample>) -> Self {
+        Self(samples.into_iter().peekable())
+    }
+}
+
+impl Source for Recorded {
+    type Item = Sample;
+
+    fn poll(&mut self, until: Micros) -> Option<Sample> {
+        self.0.next_if(|sample| sample.arrival <= until)
     }
 }

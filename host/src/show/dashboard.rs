@@ -54,7 +54,7 @@ pub struct About {
 }
 
 /// A frame to draw.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Frame {
     /// Its session.
     pub about: Arc<About>,

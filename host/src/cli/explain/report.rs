@@ -123,9 +123,10 @@ pub(super) struct NotSimulated {
 
 /// Why nothing in a scene asks for an effect.
 pub(super) fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
+    let mut instances = records.instances.iter();
     match effect {
         EffectSet::SHADOWS if records.lights.is_empty() => "there is no light to keep out",
-        EffectSet::SHADOWS if !records.instances.iter().any(occludes) => {
+        EffectSet::SHADOWS if !instances.any(|one| one.flags & flag::OCCLUDES != 0) => {
             "nothing keeps light from anything"
         }
         EffectSet::REFLECTION => "no material is a mirror",
@@ -142,10 +143,6 @@ pub(super) fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
         EffectSet::GRATICULE => "no material has meridians and parallels",
         _ => "nothing in the scene asks for it",
     }
-}
-
-fn occludes(instance: &shisen_core::scene::format::Instance) -> bool {
-    instance.flags & flag::OCCLUDES != 0
 }
 
 /// The materials and lights that rays can meet, and their names.

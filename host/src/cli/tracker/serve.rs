@@ -3,7 +3,7 @@
 use super::follow::EndArguments;
 use super::monitor::show;
 use super::sample::Records;
-use super::{Interrupt, goes_over_a_line, protocol};
+use super::{Interrupt, Recorded, goes_over_a_line, protocol};
 use crate::cli::prelude::*;
 use crate::tracker::pty::Pty;
 use crate::tracker::serve::{Begin, LineState, SILENT};
@@ -15,8 +15,6 @@ use shisen_tracker::protocol::Protocol;
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::io;
-use std::iter::Peekable;
-use std::vec::IntoIter;
 
 /// Simulates a viewer and a tracker
 #[derive(Debug, Args)]
@@ -117,7 +115,7 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     }
     let over = samples.last().map_or(Micros(0), |last| last.arrival);
     let recorded = samples.len() as u64;
-    let samples = Recorded(samples.into_iter().peekable());
+    let samples = Recorded::new(samples);
     let played = line(path, samples, &protocol, &arguments.end, Some(over))?;
     if let Some(sent) = played.filter(|&sent| sent < recorded) {
         warn(&format!(
@@ -177,17 +175,6 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
         ));
     }
     Ok(())
-}
-
-/// Recorded samples in the order of their arrival, each at its time.
-struct Recorded(Peekable<IntoIter<Sample>>);
-
-impl Source for Recorded {
-    type Item = Sample;
-
-    fn poll(&mut self, until: Micros) -> Option<Sample> {
-        self.0.next_if(|sample| sample.arrival <= until)
-    }
 }
 
 fn on_a_line(protocol: Option<ProtocolSpec>) -> Result<ProtocolSpec, Failure> {
