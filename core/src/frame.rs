@@ -177,7 +177,7 @@ where
             Mode::Tile => Some(Together {
                 block: |rendering, screen, work| rendering.render_together(screen, work),
                 dome_block: if goes_in_blocks(&scene) {
-                    Some(|rendering, dome, work| rendering.render_together(dome, work))
+                    Some(block::Rendering::render_together)
                 } else {
                     None
                 },

@@ -30,9 +30,10 @@ mod run;
 mod spectrum;
 pub mod tracker;
 
+use crate::live;
 use clap::Parser;
 use output::failure::{Failure, misuse};
-use program::{Examples, Program, Schemas, schema};
+use program::{Either, Examples, Program, Schemas, schema};
 use std::process::ExitCode;
 
 /// Renders what a viewer sees on the walls of a CAVE.
@@ -88,8 +89,14 @@ impl Elsewhere {
 impl Program for Shisen {
     const EXAMPLES: Examples = include_str!("cli/help.txt");
     const SCHEMAS: Schemas = &[
-        ("cave", schema::<cave::report::Json>),
-        ("run", schema::<run::report::Json>),
+        (
+            "cave",
+            schema::<Either<cave::report::Report, cave::report::TrackedFrames>>,
+        ),
+        (
+            "run",
+            schema::<Either<run::report::Report, live::FrameRecord>>,
+        ),
         ("bake", schema::<bake::Report>),
         ("inspect", schema::<inspect::Report>),
         ("explain", schema::<explain::report::Report>),

@@ -301,6 +301,11 @@ pub fn within<T: FromStr + PartialOrd + Clone + Send + Sync + 'static>(
     }
 }
 
+/// The parser of an angle by which a viewer turns, degrees.
+pub fn turn(text: &str) -> Result<f32, String> {
+    within(0.0..=180.0, "degrees from 0 to 180")(text)
+}
+
 pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
     whole(NonZeroUsize::MIN..=MOST_THREADS)(text)
 }

@@ -75,14 +75,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
              ray is traced for dispersion alone: explain comb or split"
         ));
     }
+    let quiet = |_, _| {};
     let seconds = |effects| {
         let options = Options { effects, ..options };
         let frame = with_scene!(&baked, |scene| render::cave(
-            &scene,
-            &cave,
-            &observers,
-            &options,
-            &|_, _| {}
+            &scene, &cave, &observers, &options, &quiet
         ));
         Ok(frame?.seconds)
     };

@@ -265,13 +265,13 @@ impl Prepared {
             seen
         };
         let run = |engine: &mut dyn Engine| part(engine, &mut observe);
-        let capture = arguments.capture;
+        let how = arguments.capture;
         let played = with_scene!(&self.baked, |scene| with_engine(
             (scene, spectrum),
             cave,
             &eyes,
             options,
-            capture,
+            how,
             share,
             run
         ))?;

@@ -45,6 +45,15 @@ pub enum Request<P> {
     Print(String),
 }
 
+/// One of two types, for the schema of a command that prints or writes both.
+#[derive(JsonSchema)]
+#[serde(untagged)]
+#[allow(dead_code, reason = "only its schema is used")]
+pub enum Either<A, B> {
+    First(Box<A>),
+    Second(Box<B>),
+}
+
 /// Returns the keys of a type, their types and their documentation.
 pub fn schema<T: JsonSchema>() -> Schema {
     let settings = SchemaSettings::draft2020_12().for_serialize();

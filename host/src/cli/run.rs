@@ -20,7 +20,7 @@ use crate::live::{Latch, SessionSettings, SwapLock};
 use crate::render::CaptureOptions;
 use crate::show::stereo::Stereo;
 use files::Log;
-use frames::{Frames, Output};
+use frames::Frames;
 use report::{Report, Surroundings, Together};
 
 /// Follows a tracker frame after frame, within a budget
@@ -147,8 +147,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let prepared = arguments.live().prepare(&arguments.time)?;
     let interrupt = Interrupt::watched();
-    let output = Output::open(arguments, &prepared, lock.share())?;
-    let mut frames = Frames::new(arguments, &interrupt, None, output);
+    let mut frames = Frames::open(arguments, &interrupt, None, &prepared, lock.share())?;
     frames.begin(&prepared);
     prepared.obey(&mut frames, lock)?;
     frames.finish().1
@@ -159,9 +158,8 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let log = arguments.record.as_deref().map(Log::create).transpose()?;
     let mut prepared = arguments.live().prepare(&arguments.time)?;
     let interrupt = Interrupt::watched();
-    let output = Output::open(arguments, &prepared, lock.share())?;
+    let mut frames = Frames::open(arguments, &interrupt, log, &prepared, lock.share())?;
     let tracker = arguments.live.listen(&arguments.tracker.spec)?;
-    let mut frames = Frames::new(arguments, &interrupt, log, output);
     let mut earlier = 0;
     // Once for each scene and level of detail that is asked for.
     loop {

@@ -6,15 +6,6 @@ use crate::cli::output::ray_counts::RayCounts;
 use crate::cli::prelude::*;
 use crate::show::lod::Coverage;
 
-/// The report of one frame, or with --tracker of several.
-#[derive(JsonSchema)]
-#[serde(untagged)]
-#[allow(dead_code, reason = "only its schema is used")]
-pub(in crate::cli) enum Json {
-    Frame(Box<Report>),
-    Frames(TrackedFrames),
-}
-
 /// A frame.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(in crate::cli) struct Report {

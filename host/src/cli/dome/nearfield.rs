@@ -263,10 +263,8 @@ fn viewpoint_chart(title: &str, near: &NearField) -> Chart {
     let least = libm::floor(libm::log10(least.max(1.0e-6)));
     let label = "nearest surface, equatorial radii";
     let nearest = Axis::linear("nearest", label, range.clone());
-    let (label, range) = (
-        "largest displacement, pixels at 4096",
-        libm::pow(10.0, least)..1.0e3,
-    );
+    let label = "largest displacement, pixels at 4096";
+    let range = libm::pow(10.0, least)..1.0e3;
     let largest = Axis::linear("displacement_px", label, range);
     let axes = [nearest, largest].map(logarithmic);
     let title = format!("{title}: largest displacement");

@@ -130,7 +130,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let distance = is_grid.then(|| arguments.distance.unwrap_or(DISTANCE));
     let mirror = &arguments.mirror;
     let optics = mirror.optics(arguments.mirrored, field_of_view, distance)?;
-    let placed = placed(arguments);
+    let placed = (arguments.at.is_some() || arguments.tilt.is_some()).then(|| {
+        let position = arguments.at.map_or(glam::DVec3::ZERO, |at| at.0);
+        DomeCamera::tilted(position, arguments.tilt.unwrap_or(0.0).to_radians())
+    });
     // Checked before anything large is loaded.
     let camera = placed.unwrap_or(DomeCamera::UPRIGHT);
     view(optics.projection, &camera, arguments.size)?;
@@ -229,15 +232,6 @@ fn field_of_view(arguments: &Arguments) -> Result<f32, Failure> {
     Err(misuse!(
         "the field of view is {degrees} degrees: give --fov above 0, to 360"
     ))
-}
-
-fn placed(arguments: &Arguments) -> Option<DomeCamera> {
-    if arguments.at.is_none() && arguments.tilt.is_none() {
-        return None;
-    }
-    let position = arguments.at.map_or(glam::DVec3::ZERO, |at| at.0);
-    let tilt = arguments.tilt.unwrap_or(0.0).to_radians();
-    Some(DomeCamera::tilted(position, tilt))
 }
 
 impl fmt::Display for Report {

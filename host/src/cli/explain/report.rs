@@ -123,9 +123,10 @@ pub(super) struct NotSimulated {
 
 /// Why nothing in a scene asks for an effect.
 pub(super) fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
+    let mut instances = records.instances.iter();
     match effect {
         EffectSet::SHADOWS if records.lights.is_empty() => "there is no light to keep out",
-        EffectSet::SHADOWS if !records.instances.iter().any(occludes) => {
+        EffectSet::SHADOWS if !instances.any(|one| one.flags & flag::OCCLUDES != 0) => {
             "nothing keeps light from anything"
         }
         EffectSet::REFLECTION => "no material is a mirror",
@@ -144,10 +145,6 @@ pub(super) fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
     }
 }
 
-fn occludes(instance: &shisen_core::scene::format::Instance) -> bool {
-    instance.flags & flag::OCCLUDES != 0
-}
-
 /// The materials and lights that rays can meet, and their names.
 pub(super) struct Met<'r> {
     materials: Vec<(String, &'r Material)>,
@@ -164,9 +161,9 @@ impl<'r> Met<'r> {
                 *met = true;
             }
         });
-        let name = |number: usize| match names.get(number) {
-            Some(name) => name.clone(),
-            None => format!("material {number}"),
+        let name = |number: usize| {
+            let name = names.get(number).cloned();
+            name.unwrap_or_else(|| format!("material {number}"))
         };
         let materials = records.materials.iter().enumerate();
         let lights = records.lights.iter().zip(0..);

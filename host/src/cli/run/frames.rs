@@ -14,33 +14,10 @@ use crate::render::Observer;
 use crate::show::dashboard::About;
 use glam::Vec3;
 
-pub(super) enum Output {
+enum Output {
     None,
     Files(Files),
     Window(Box<Watch>),
-}
-
-impl Output {
-    pub(super) fn open(
-        arguments: &Arguments,
-        prepared: &Prepared,
-        share: Share,
-    ) -> Result<Self, Failure> {
-        let (out, stereo, cave) = (&arguments.out, arguments.stereo, &prepared.cave);
-        Ok(match arguments.view {
-            View::None => Self::None,
-            View::Png => {
-                make_writable(out)?;
-                Self::Files(Files {
-                    folder: out.clone(),
-                    stereo,
-                    cave: cave.clone(),
-                    share,
-                })
-            }
-            View::Window => Self::Window(Box::new(Watch::open(cave, stereo, out)?)),
-        })
-    }
 }
 
 /// Sends frames to their output, until there are enough.
@@ -62,13 +39,29 @@ pub(super) struct Frames<'s> {
 }
 
 impl<'s> Frames<'s> {
-    pub(super) fn new(
+    /// Opens the output, a folder or a window.
+    pub(super) fn open(
         arguments: &'s Arguments,
         interrupt: &'s Interrupt,
         log: Option<Log>,
-        output: Output,
-    ) -> Self {
-        Self {
+        prepared: &Prepared,
+        share: Share,
+    ) -> Result<Self, Failure> {
+        let (out, stereo, cave) = (&arguments.out, arguments.stereo, &prepared.cave);
+        let output = match arguments.view {
+            View::None => Output::None,
+            View::Png => {
+                make_writable(out)?;
+                Output::Files(Files {
+                    folder: out.clone(),
+                    stereo,
+                    cave: cave.clone(),
+                    share,
+                })
+            }
+            View::Window => Output::Window(Box::new(Watch::open(cave, stereo, out)?)),
+        };
+        Ok(Self {
             arguments,
             interrupt,
             end: None,
@@ -80,7 +73,7 @@ impl<'s> Frames<'s> {
             change: None,
             failure: None,
             shortfall: Shortfall::default(),
-        }
+        })
     }
 
     pub(super) fn begin(&mut self, prepared: &Prepared) {
@@ -145,7 +138,7 @@ impl<'s> Frames<'s> {
         let Output::Window(watch) = &mut self.output else {
             return true;
         };
-        while let Some(command) = watch.command() {
+        while let Ok(command) = watch.commands.try_recv() {
             match command {
                 Command::Change(change) => {
                     self.change = Some(change);

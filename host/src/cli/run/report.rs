@@ -5,23 +5,10 @@ use super::watch::Watched;
 use crate::cli::arguments::filling::Fill;
 use crate::cli::play::{Interference, Played, Prepared};
 use crate::cli::prelude::*;
-use crate::live::{
-    Allowance, FrameBudget, FrameRecord, Leg, Quality, SessionReport, Share, Summary,
-};
+use crate::live::{Allowance, FrameBudget, Leg, Quality, SessionReport, Share, Summary};
 use crate::render::frame_hash;
 use hdrhistogram::Histogram;
 use std::collections::BTreeMap;
-
-/// The JSON that the command writes.
-#[derive(JsonSchema)]
-#[serde(untagged)]
-#[allow(dead_code, reason = "only its schema is used")]
-pub(in crate::cli) enum Json {
-    /// The report on standard output.
-    Report(Box<Report>),
-    /// A line of the file of --record.
-    Record(Box<FrameRecord>),
-}
 
 /// The session. Where a key changed the scene or the level of detail, the frames since then.
 #[derive(Debug, Serialize, JsonSchema)]

@@ -1,7 +1,7 @@
 //! What a tracker sends, for reports.
 
 use super::announcer::Announcer;
-use super::drops::{ByReason, by_reason};
+use super::drops::{by_reason, in_words};
 use super::features::FeatureReport;
 use crate::cli::prelude::*;
 use crate::live::TrackerEvent;
@@ -410,7 +410,7 @@ impl fmt::Display for Record {
         }
         let (rate, lost, dropped) = (self.rate_hz, self.lost, self.dropped);
         write!(f, "  {rate:.0} Hz  lost {lost}  ")?;
-        write!(f, "dropped {dropped}{}", ByReason(&self.dropped_by))?;
+        write!(f, "dropped {dropped}{}", in_words(&self.dropped_by))?;
         match (self.late_us, self.clock) {
             (Some(late), _) => write!(f, "  late {:.1} ms", late as f64 * 1.0e-3),
             (None, STANDS_STILL) => write!(f, "  latency: the device's clock stands still"),

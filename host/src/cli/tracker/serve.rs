@@ -165,21 +165,6 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
     Ok(())
 }
 
-/// Says what a recording waits for.
-fn say_stage(stage: LineState, path: &Path, protocol: &ProtocolSpec) {
-    let path = path.display();
-    say(&match stage {
-        LineState::NoReader => format!("waiting until somebody opens {path}"),
-        LineState::SettingUp if protocol.is_told() => format!(
-            "{path} was opened; waiting until the device is told what to send, or nothing is \
-             said for {} s",
-            SILENT.as_secs()
-        ),
-        LineState::SettingUp => format!("{path} was opened"),
-        LineState::Sending => "the recording begins".to_owned(),
-    });
-}
-
 fn on_a_line(protocol: Option<ProtocolSpec>) -> Result<ProtocolSpec, Failure> {
     Ok(protocol.map_or_else(|| Protocol::NAMES[0].parse(), Ok)?)
 }
@@ -210,7 +195,18 @@ fn line(
     let name = pty.name().display();
     say(&format!("{shown} speaks {protocol}, at {name}"));
     let last = end.span();
-    let mut reached = |stage| say_stage(stage, path, protocol);
+    let mut reached = |stage| {
+        say(&match stage {
+            LineState::NoReader => format!("waiting until somebody opens {shown}"),
+            LineState::SettingUp if protocol.is_told() => format!(
+                "{shown} was opened; waiting until the device is told what to send, or nothing is \
+                 said for {} s",
+                SILENT.as_secs()
+            ),
+            LineState::SettingUp => format!("{shown} was opened"),
+            LineState::Sending => "the recording begins".to_owned(),
+        });
+    };
     let reached = over.map(|_| &mut reached as &mut dyn FnMut(LineState));
     let over = over.map(|over| over.after(LINGER));
     let (mut sent, mut whole) = (0, false);

@@ -9,7 +9,7 @@ use clap::Args;
 use glam::Quat;
 use serde_json::json;
 use shisen::cli::arguments::filling::CaptureArguments;
-use shisen::cli::arguments::within;
+use shisen::cli::arguments::turn;
 use shisen::cli::output::failure::Failure;
 use shisen::live::quantiles::median;
 use shisen::render::{self, Filling, Frame};
@@ -36,8 +36,7 @@ pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     capture: CaptureArguments,
     /// How far to the left the viewer looked in the frame before: degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = 10.0,
-          value_parser = within(0.0..=180.0, "degrees from 0 to 180"))]
+    #[arg(long, value_name = "DEGREES", default_value_t = 10.0, value_parser = turn)]
     turn: f32,
 }
 
