@@ -177,7 +177,9 @@ where
             Mode::Tile => Some(Together {
                 block: |rendering, screen, work| rendering.render_together(screen, work),
                 dome_block: if goes_in_blocks(&scene) {
-                    Some(block::Rendering::render_together)
+                    // By name it would lack a lifetime.
+                    #[allow(clippy::redundant_closure_for_method_calls)]
+                    Some(|rendering, dome, work| rendering.render_together(dome, work))
                 } else {
                     None
                 },
