@@ -376,9 +376,8 @@ fn write_file(
     })
 }
 
-/// How far apart the colours of two pictures are, pixel by pixel, as a display
-/// shows them: CIEDE2000 of the colours clipped to sRGB. A difference up to about 1 is not seen.
-/// Compares as many pixels as the smaller picture has.
+/// How far apart the colours of two pictures are, pixel by pixel as far as both go: CIEDE2000 of
+/// the colours clipped to sRGB. A difference up to about 1 is not seen.
 pub fn colour_differences(one: &Picture, other: &Picture) -> Vec<f32> {
     let pairs = one.pixels.par_iter().zip(&other.pixels);
     pairs

@@ -30,8 +30,7 @@ const MORE_THAN_NEEDED: u64 = 1 << 50;
 #[derive(Debug, Clone)]
 pub struct Governor {
     governs: bool,
-    /// The ladders of frames without and with a known gaze: without one they need more of
-    /// everything, and have no field to narrow.
+    /// Without and with a known gaze: without one, frames need more and have no field to narrow.
     ladders: [Ladder; 2],
     has_gaze: bool,
     pub(super) speed: Speed,
@@ -102,8 +101,7 @@ impl Governor {
             self.ladder_mut().choose(steps as f64);
         }
         let rung = self.ladder().rung;
-        // Late is better than a hole where the viewer looks. Without a gaze the least
-        // quality covers all walls.
+        // Without a gaze the least quality covers all walls.
         let is_time = matches!(allowance, Allowance::Time(_));
         let least = if is_time && self.has_gaze && self.governs {
             self.ladder().least()
@@ -141,8 +139,7 @@ impl Governor {
         &mut self.ladders[usize::from(self.has_gaze)]
     }
 
-    /// Tells the next frame's line of sight in the room, or that there is none. Frames with
-    /// and without a gaze each keep their own quality.
+    /// Takes the next frame's line of sight in the room, or that there is none.
     pub fn follow(&mut self, gaze: Option<Vec3>) {
         self.has_gaze = gaze.is_some();
         if let Some(forward) = gaze {
@@ -150,21 +147,18 @@ impl Governor {
         }
     }
 
-    /// Forgets the newest frames, which looked elsewhere: the next need is what is known of
-    /// its own line of sight.
+    /// Forgets the newest frames, which looked elsewhere.
     pub fn look_back(&mut self) {
         self.ladder_mut().forget_newest();
     }
 
-    /// All of a frame at the rung above, for a frame that is not shown: as long as its cost is
-    /// a guess, quality may never rise to it.
+    /// All of a frame at the rung above, to learn its cost: quality may never rise to a guess.
     pub fn better(&self) -> Option<Decision> {
         let rung = self.ladder().rung.checked_sub(1);
         rung.filter(|_| self.governs).map(Decision::whole)
     }
 
-    /// All of a frame at this rung, the one above and the one below, for frames that are not
-    /// shown: their ratios differ from place to place.
+    /// All of a frame at this rung and its neighbours: their ratios differ from place to place.
     pub fn around(&self) -> impl Iterator<Item = Decision> + use<> {
         let rung = self.ladder().rung;
         let rungs = [Some(rung), rung.checked_sub(1), Some(rung + 1)];
@@ -214,8 +208,7 @@ mod tests {
         governor.learn(&Decision::whole(rung), steps, FrameCost { steps, seconds });
     }
 
-    /// Plays frames of these needs at full quality; returns their rungs, and the frames that
-    /// needed more than `steps`.
+    /// Plays frames of these needs at full quality; returns their rungs, and the short ones.
     fn play(
         governor: &mut Governor,
         steps: u64,

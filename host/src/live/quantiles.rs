@@ -5,8 +5,7 @@ pub fn median(of: Vec<f64>) -> f64 {
     quantile(&sorted(of), 0.5)
 }
 
-/// The median ratio of pairs measured in turns: changes of the machine's speed affect both of a
-/// pair.
+/// The median ratio of pairs measured in turns: the machine's speed affects both of a pair.
 pub fn median_ratio(of: &[f64], to: &[f64]) -> f64 {
     median(of.iter().zip(to).map(|(of, to)| of / to).collect())
 }

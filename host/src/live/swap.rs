@@ -49,8 +49,7 @@ impl From<&Estimate> for Look {
 }
 
 impl Look {
-    /// The same head with the eyes towards a direction of the room, if one is given. That
-    /// direction is certain: the field is not widened.
+    /// The same head with the eyes towards a direction of the room, which is certain, if given.
     #[must_use]
     pub fn towards(self, forward: Option<Vec3>) -> Self {
         let ups = [self.up, Vec3::Y, Vec3::NEG_Z];
@@ -187,8 +186,7 @@ pub trait SwapLock {
         Ok(None)
     }
 
-    /// Reports the result of a frame here; the leader gets the results of all machines, once
-    /// all are done.
+    /// Reports the result of a frame here; the leader gets those of all machines, once done.
     fn gather(&mut self, own: &FrameResult) -> Result<GatheredResults, SwapError> {
         let mut gathered = GatheredResults::default();
         gathered.add(own);
@@ -216,8 +214,7 @@ pub trait SwapLock {
 pub struct Waits {
     /// How long the leader waited for the last of the others after it was ready.
     pub waited: Histogram<u64>,
-    /// The time between the first and the last machine to be ready, each counted from the
-    /// order on its own clock.
+    /// From the first to the last machine to be ready, each counted from the order.
     pub spread: Histogram<u64>,
 }
 

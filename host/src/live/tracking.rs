@@ -150,8 +150,7 @@ impl LiveTracker {
         &self.shared.home
     }
 
-    /// Waits for the last sample that is expected before a time, by the rhythm of recent ones.
-    /// Returns false where it does not come until then.
+    /// Waits for the last sample that is expected before a time; false where it does not come.
     pub fn wait(&self, until: Instant) -> bool {
         let shared = &self.shared;
         let mut following = shared.lock();

@@ -129,8 +129,7 @@ impl Line {
 
 const LARGEST: f64 = 1.0e300;
 
-/// Whether an axis can have a range: the charts' library would not end on a logarithmic axis from
-/// 0.
+/// Whether an axis can have a range: `plotters` would not end on a logarithmic one from 0.
 pub fn is_drawable(range: &Range<f64>, logarithmic: bool) -> bool {
     let least = if logarithmic { 1.0 / LARGEST } else { -LARGEST };
     least <= range.start && range.start < range.end && range.end <= LARGEST

@@ -18,8 +18,7 @@ pub(crate) fn dots(text: &str) -> impl Iterator<Item = (u32, u32)> {
     })
 }
 
-/// The rows from the top, the leftmost column in the lowest bit. Letters that the font does not
-/// have become question marks.
+/// The rows from the top, the leftmost column in the lowest bit; `?` for unknown letters.
 fn glyph(character: char) -> [u8; 8] {
     BASIC_FONTS
         .get(character)

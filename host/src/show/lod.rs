@@ -88,8 +88,7 @@ impl OutsideDifference {
         (self.pixels > 0).then(|| libm::sqrt(self.squares / self.pixels as f64))
     }
 
-    /// The peak signal-to-noise ratio, decibels; `None` where no pixel is outside or none
-    /// differs.
+    /// The peak signal-to-noise ratio, decibels; `None` without pixels or differences.
     pub fn psnr(&self) -> Option<f64> {
         let error = self.root_mean_square().filter(|&error| error > 0.0)?;
         Some(20.0 * libm::log10(255.0 / error))

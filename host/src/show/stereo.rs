@@ -69,8 +69,7 @@ const DUBOIS: [[[f32; 3]; 2]; 3] = [
 ];
 
 impl Stereo {
-    /// The eyes in the order in which they are shown: by time, from the left, from above, or
-    /// behind red and behind cyan.
+    /// The eyes in the order in which they are shown, or behind red and behind cyan.
     pub const fn eye_order(self) -> &'static [Eye] {
         match self {
             Self::Mono => &[],

@@ -3,6 +3,7 @@
 use super::live::{Plugged, Port};
 use super::notice::{Features, LiveError};
 use super::spec::{HidName, HidSpec};
+use shisen_tracker::decoder::Decoder;
 use shisen_tracker::head::osvr_hdk;
 use shisen_tracker::hid::device::{Device, Found, devices};
 use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, Mode, ReportError};
@@ -49,28 +50,26 @@ pub(super) fn plug(spec: &HidSpec) -> Result<Plugged, LiveError> {
     let path = one_of(&all, &spec.name)?;
     let mut device = Device::open(&path).map_err(at(&path))?;
     let found = all.iter().find(|found| found.path == path);
-    if found.is_some_and(|found| osvr_hdk::USB_IDS.contains(&found.id)) {
-        return Ok(Plugged {
-            port: Port::Hid(device),
-            path,
-            decoder: Box::new(osvr_hdk::OsvrHdk::new()),
-            features: None,
-        });
-    }
-    let descriptor = device.descriptor().map_err(at(&path))?;
-    let tracker = EyeTracker::new(&descriptor, spec.axes);
-    let tracker = tracker.map_err(|reason| LiveError::Layout(path.clone(), reason))?;
-    let mut features = read_features(&mut device, &tracker);
-    let [.., control] = tracker.feature_reports();
-    if let (Some((id, _)), Some(request)) = (control, tracker.mode_request(Mode::ALL)) {
-        let asked = device.set_feature(id, &request);
-        features.refused = asked.err().map(|reason| reason.to_string());
-    }
+    let is_osvr = found.is_some_and(|found| osvr_hdk::USB_IDS.contains(&found.id));
+    let (decoder, features): (Box<dyn Decoder + Send>, _) = if is_osvr {
+        (Box::new(osvr_hdk::OsvrHdk::new()), None)
+    } else {
+        let descriptor = device.descriptor().map_err(at(&path))?;
+        let tracker = EyeTracker::new(&descriptor, spec.axes);
+        let tracker = tracker.map_err(|reason| LiveError::Layout(path.clone(), reason))?;
+        let mut features = read_features(&mut device, &tracker);
+        let [.., control] = tracker.feature_reports();
+        if let (Some((id, _)), Some(request)) = (control, tracker.mode_request(Mode::ALL)) {
+            let asked = device.set_feature(id, &request);
+            features.refused = asked.err().map(|reason| reason.to_string());
+        }
+        (Box::new(tracker), Some(features))
+    };
     Ok(Plugged {
         port: Port::Hid(device),
         path,
-        decoder: Box::new(tracker),
-        features: Some(features),
+        decoder,
+        features,
     })
 }
 

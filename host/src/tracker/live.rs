@@ -284,21 +284,17 @@ impl Live {
             return;
         }
         let reason = error.full_text();
-        match &mut self.refusal {
-            Some(refusal) if refusal.reason == reason => {
-                if !refusal.reported && now.since(refusal.since) >= REFUSAL_GRACE {
-                    refusal.reported = true;
-                    sink(Notice::Refused(reason));
-                }
-            }
-            _ => {
-                self.refusal = Some(Refusal {
-                    reason,
-                    since: now,
-                    reported: false,
-                });
-            }
+        let known = self.refusal.take().filter(|known| known.reason == reason);
+        let mut refusal = known.unwrap_or(Refusal {
+            reason,
+            since: now,
+            reported: false,
+        });
+        if !refusal.reported && now.since(refusal.since) >= REFUSAL_GRACE {
+            refusal.reported = true;
+            sink(Notice::Refused(refusal.reason.clone()));
         }
+        self.refusal = Some(refusal);
     }
 }
 

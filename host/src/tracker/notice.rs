@@ -31,8 +31,7 @@ pub enum Notice {
         /// The system's message.
         reason: String,
     },
-    /// The device is plugged in again but has refused to open for a while. Sent once for
-    /// each reason; holds the reason and what to do about it.
+    /// A device that is plugged in again refuses to open: why, and what to do, once a reason.
     Refused(String),
     /// Nothing comes that the decoder understands.
     Trouble(Trouble),
@@ -47,8 +46,7 @@ pub enum Notice {
 pub struct Trouble {
     /// What is wrong.
     pub failure: Failure,
-    /// The number of fields in the records that come in, where the decoder expects another
-    /// ([`Decoder::fields_seen`](shisen_tracker::decoder::Decoder::fields_seen)).
+    /// The fields of records that come in, where the decoder expects another number.
     pub fields_seen: Option<usize>,
 }
 

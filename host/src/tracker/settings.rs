@@ -8,7 +8,7 @@ use shisen_tracker::head::axes::Axes;
 use shisen_tracker::head::fastrak;
 use shisen_tracker::head::flock::{self, Mode, Range};
 use shisen_tracker::head::hatire::{self, Translation};
-use shisen_tracker::head::liberty::{self, Model};
+use shisen_tracker::head::liberty::{self, Model, Size};
 use shisen_tracker::head::polhemus::{Family, Format, ItemList, Units};
 use shisen_tracker::hid::eye_tracker;
 use shisen_tracker::protocol::{Asked, Protocol};
@@ -37,8 +37,7 @@ impl<'a> Options<'a> {
         Some(self.0.remove(at).1)
     }
 
-    /// Sets `to` to what `read` makes of a key's value; a value of which it makes `None` is an
-    /// error.
+    /// Sets `to` to what `read` makes of a key's value; `None` is an error.
     pub(super) fn set<T, To: From<T>>(
         &mut self,
         to: &mut To,
@@ -67,22 +66,24 @@ impl<'a> Options<'a> {
     }
 
     pub(super) fn flag<To: From<bool>>(&mut self, to: &mut To, key: &str) -> Result<(), Fault> {
-        self.word(to, key, &[("0", false), ("1", true)])
+        self.word(to, key, "0 1", [false, true])
     }
 
-    /// Sets what one of some words stands for.
-    fn word<T: Copy, To: From<T>>(
+    /// Sets the meaning of one of some words.
+    fn word<T: Copy, To: From<T>, const N: usize>(
         &mut self,
         to: &mut To,
         key: &str,
-        words: &[(&str, T)],
+        words: &str,
+        meanings: [T; N],
     ) -> Result<(), Fault> {
-        let names: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
-        let (last, others) = names.split_last().unwrap_or((&"", &[]));
-        let allowed = format!("{} or {last}", others.join(", "));
+        let (others, last) = words.rsplit_once(' ').unwrap_or_default();
+        let allowed = format!("{} or {last}", others.replace(' ', ", "));
         self.set(to, key, &allowed, |value| {
-            let known = words.iter().find(|(word, _)| *word == value);
-            known.map(|&(_, meaning)| meaning)
+            let mut words = words.split(' ').zip(meanings);
+            words
+                .find(|(word, _)| *word == value)
+                .map(|(_, meaning)| meaning)
         })
     }
 
@@ -171,9 +172,14 @@ pub(super) fn set(
         Protocol::Hatire(config) => set_hatire(config, options),
         Protocol::Iscan(config) => set_iscan(config, options),
         Protocol::Asl(config) => {
-            let layouts = [("numbered", Layout::Numbered), ("base", Layout::Base)];
-            options.word(&mut config.layout, "layout", &layouts)?;
-            options.word(&mut config.zero_is_lost, "zero", &ZEROS)
+            let layouts = [Layout::Numbered, Layout::Base];
+            options.word(&mut config.layout, "layout", "numbered base", layouts)?;
+            options.word(
+                &mut config.zero_is_lost,
+                "zero",
+                "lost point",
+                [true, false],
+            )
         }
         Protocol::AdHawk => options.number(&mut asked.rate, "rate", (1_u16, 1_000), "1 to 1000 Hz"),
         Protocol::EyeTracker(_, axes) => set_axes(axes, options),
@@ -181,9 +187,7 @@ pub(super) fn set(
     }
 }
 
-const ZEROS: [(&str, bool); 2] = [("lost", true), ("point", false)];
-
-const UNITS: [(&str, Units); 2] = [("inches", Units::Inches), ("cm", Units::Centimetres)];
+const UNITS: [Units; 2] = [Units::Inches, Units::Centimetres];
 
 /// Sets the axes of a HID eye tracker, which its descriptor does not say.
 pub(super) fn set_axes(
@@ -202,25 +206,20 @@ pub(super) fn set_axes(
 
 fn set_fastrak(config: &mut fastrak::Config, options: &mut Options<'_>) -> Result<(), Fault> {
     let mut format = config.items.format();
-    let formats = [("binary", Format::Binary), ("ascii", Format::Ascii)];
-    options.word(&mut format, "format", &formats)?;
+    let formats = [Format::Binary, Format::Ascii];
+    options.word(&mut format, "format", "binary ascii", formats)?;
     set_items(&mut config.items, Family::Fastrak, format, options)?;
-    options.word(&mut config.units, "units", &UNITS)?;
+    options.word(&mut config.units, "units", "inches cm", UNITS)?;
     let range = (1, fastrak::MOST_STATIONS);
     options.number(&mut config.stations, "stations", range, "1 to 12")?;
     options.set(&mut config.reset_time, "reset_s", "0 to 60 s", |value| {
         let seconds: u64 = value.parse().ok()?;
         (seconds <= 60).then(|| Micros::from_millis(1_000 * seconds))
     })?;
-    let (metres, allowed) = (
-        (0.1_f32, 100.0),
-        "the metres that are 1 in item 18, 0.1 to 100",
-    );
+    let (metres, degrees) = ((0.1_f32, 100.0), (1.0_f32, 360.0));
+    let allowed = "the metres that are 1 in item 18, 0.1 to 100";
     options.number(&mut config.word_metres, "word_metres", metres, allowed)?;
-    let (degrees, allowed) = (
-        (1.0_f32, 360.0),
-        "the degrees that are 1 in item 19, 1 to 360",
-    );
+    let allowed = "the degrees that are 1 in item 19, 1 to 360";
     options.number(&mut config.word_degrees, "word_degrees", degrees, allowed)?;
     set_frames(&mut config.axes, options)
 }
@@ -228,36 +227,22 @@ fn set_fastrak(config: &mut fastrak::Config, options: &mut Options<'_>) -> Resul
 fn set_liberty(config: &mut liberty::Config, options: &mut Options<'_>) -> Result<(), Fault> {
     let format = config.items.format();
     set_items(&mut config.items, Family::Liberty, format, options)?;
-    options.word(&mut config.units, "units", &UNITS)?;
+    options.word(&mut config.units, "units", "inches cm", UNITS)?;
     let range = (1, liberty::MOST_STATIONS);
     options.number(&mut config.stations, "stations", range, "1 to 16")?;
-    let models = [
-        ("liberty", Model::Liberty),
-        ("patriot", Model::Patriot),
-        ("latus", Model::Latus),
-    ];
-    options.word(&mut config.model, "model", &models)?;
+    let models = [Model::Liberty, Model::Patriot, Model::Latus];
+    options.word(&mut config.model, "model", "liberty patriot latus", models)?;
     let letters = "any, or the one or two printable characters that byte 3 of a record's header \
                    can be, such as CP";
-    options.set(
-        &mut config.records,
-        "records",
-        letters,
-        |value| match value.as_bytes() {
-            b"any" => Some(None),
-            &[one] if one.is_ascii_graphic() => Some(Some([one; 2])),
-            &[one, two] if one.is_ascii_graphic() && two.is_ascii_graphic() => {
-                Some(Some([one, two]))
-            }
-            _ => None,
-        },
-    )?;
-    let sizes = [
-        ("little", liberty::Size::LittleEndian),
-        ("big", liberty::Size::BigEndian),
-        ("any", liberty::Size::Unused),
-    ];
-    options.word(&mut config.size, "size", &sizes)?;
+    let read = |value: &str| match value.as_bytes() {
+        b"any" => Some(None),
+        &[one] if one.is_ascii_graphic() => Some(Some([one; 2])),
+        &[one, two] if one.is_ascii_graphic() && two.is_ascii_graphic() => Some(Some([one, two])),
+        _ => None,
+    };
+    options.set(&mut config.records, "records", letters, read)?;
+    let sizes = [Size::LittleEndian, Size::BigEndian, Size::Unused];
+    options.word(&mut config.size, "size", "little big any", sizes)?;
     set_frames(&mut config.axes, options)
 }
 
@@ -267,21 +252,19 @@ fn set_flock(
     options: &mut Options<'_>,
 ) -> Result<(), Fault> {
     let modes = [
-        ("position-quaternion", Mode::PositionQuaternion),
-        ("position-angles", Mode::PositionAngles),
-        ("position-matrix", Mode::PositionMatrix),
-        ("quaternion", Mode::Quaternion),
-        ("angles", Mode::Angles),
-        ("matrix", Mode::Matrix),
-        ("position", Mode::Position),
+        Mode::PositionQuaternion,
+        Mode::PositionAngles,
+        Mode::PositionMatrix,
+        Mode::Quaternion,
+        Mode::Angles,
+        Mode::Matrix,
+        Mode::Position,
     ];
-    options.word(&mut config.mode, "format", &modes)?;
-    let ranges = [
-        ("36", Range::Inches36),
-        ("72", Range::Inches72),
-        ("144", Range::Inches144),
-    ];
-    options.word(&mut config.range, "range", &ranges)?;
+    let words =
+        "position-quaternion position-angles position-matrix quaternion angles matrix position";
+    options.word(&mut config.mode, "format", words, modes)?;
+    let ranges = [Range::Inches36, Range::Inches72, Range::Inches144];
+    options.word(&mut config.range, "range", "36 72 144", ranges)?;
     options.flag(&mut config.group, "group")?;
     let (most, allowed) = if config.group {
         (flock::MOST_BIRDS, "1 to 14")
@@ -296,12 +279,8 @@ fn set_flock(
     let allowed = "the one character that wakes the birds";
     options.set(&mut config.run, "run", allowed, character)?;
     let allowed = "the degrees that an angle's 32768 stands for, 1 to 360";
-    options.number(
-        &mut config.half_turn,
-        "half_turn",
-        (1.0_f32, 360.0),
-        allowed,
-    )?;
+    let degrees = (1.0_f32, 360.0);
+    options.number(&mut config.half_turn, "half_turn", degrees, allowed)?;
     options.flag(&mut config.confirm, "confirm")?;
     set_frames(&mut config.axes, options)
 }
@@ -314,21 +293,14 @@ fn character(value: &str) -> Option<u8> {
 }
 
 fn set_hatire(config: &mut hatire::Config, options: &mut Options<'_>) -> Result<(), Fault> {
-    options.word(
-        &mut config.big_endian,
-        "bytes",
-        &[("little", false), ("big", true)],
-    )?;
+    options.word(&mut config.big_endian, "bytes", "little big", [false, true])?;
     let allowed = "yaw, pitch and roll in the order of the frame, with - before those that grow \
                    the other way, such as pitch,-yaw,roll";
     let mut both = (config.order, config.reversed);
     options.set(&mut both, "order", allowed, angles)?;
     (config.order, config.reversed) = both;
-    let translations = [
-        ("none", Translation::None),
-        ("cm", Translation::Centimetres),
-    ];
-    options.word(&mut config.translation, "position", &translations)?;
+    let translations = [Translation::None, Translation::Centimetres];
+    options.word(&mut config.translation, "position", "none cm", translations)?;
     set_frames(&mut config.axes, options)
 }
 
@@ -355,7 +327,12 @@ fn set_iscan(config: &mut iscan::Config, options: &mut Options<'_>) -> Result<()
         let largest: u16 = value.parse().ok()?;
         (1..=1_740).contains(&largest).then_some(10 * largest)
     })?;
-    options.word(&mut config.zero_is_lost, "zero", &ZEROS)?;
+    options.word(
+        &mut config.zero_is_lost,
+        "zero",
+        "lost point",
+        [true, false],
+    )?;
     options.flag(&mut config.confirm, "confirm")
 }
 
@@ -378,15 +355,11 @@ fn set_items(
     options: &mut Options<'_>,
 ) -> Result<(), Fault> {
     let mut numbers: Vec<u8> = items.numbers().collect();
-    options.set(
-        &mut numbers,
-        "items",
-        "numbers of items, such as 2,4,1",
-        |value| {
-            let numbers: Result<Vec<u8>, _> = value.split(',').map(str::parse).collect();
-            numbers.ok()
-        },
-    )?;
+    let allowed = "numbers of items, such as 2,4,1";
+    options.set(&mut numbers, "items", allowed, |value| {
+        let numbers: Result<Vec<u8>, _> = value.split(',').map(str::parse).collect();
+        numbers.ok()
+    })?;
     *items = ItemList::new(family, format, &numbers).map_err(|reason| {
         let help = "the items are those of the device's manual, in the order that it is to send";
         Fault::new(format!("items: {reason}"), help)

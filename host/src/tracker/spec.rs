@@ -116,8 +116,7 @@ pub struct SerialSpec {
     pub speed: Option<u32>,
     /// Whether the device is told to stop at the end.
     pub stop: bool,
-    /// Whether the line's RTS is high; `None`: as
-    /// [`Protocol::rts`](shisen_tracker::protocol::Protocol::rts) has it.
+    /// Whether the line's RTS is high; `None`: as the protocol has it.
     pub rts: Option<bool>,
 }
 

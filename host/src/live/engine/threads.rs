@@ -17,8 +17,7 @@ pub(super) struct Plan<'s, const W: usize> {
     pub(super) parts: Vec<(View, Renderer<'s, W>)>,
     /// The line of sight of each picture's eye; `None` where it is not known.
     pub(super) sights: Vec<Option<Vec3>>,
-    /// Tiles with the cosine of their angle to the line of sight, from there outwards; at the
-    /// end the tiles of a capture that are traced again.
+    /// Tiles and the cosines of their angles to the line of sight, outwards; then a capture's.
     pub(super) order: Vec<(f32, u32)>,
     /// How many tiles come first, as far as the [`FOVEA`](crate::live::FOVEA) reaches.
     pub(super) first: usize,

@@ -87,28 +87,3 @@ impl NeedsByGaze {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_direction_has_a_cell_and_neighbours_share_it() {
-        let mut met = std::collections::HashSet::new();
-        for (x, y) in (-40..=40).flat_map(|x| (-40..=40).map(move |y| (x, y))) {
-            for z in [-40.0, 40.0] {
-                let [a, b] = [x, y].map(|part| part as f32);
-                for direction in [Vec3::new(a, b, z), Vec3::new(b, z, a), Vec3::new(z, a, b)] {
-                    let cell = Cell::new(direction);
-                    assert_eq!(cell, Cell::new(direction * 1.0e-3));
-                    met.insert(cell.0);
-                }
-            }
-        }
-        assert!(met.iter().all(|&cell| cell < 6 * SIDE * SIDE));
-        assert_eq!(met.len(), 6 * SIDE * SIDE);
-        for none in [Vec3::ZERO, Vec3::NAN, Vec3::INFINITY, Vec3::splat(1.0e-45)] {
-            assert!(Cell::new(none).0 < 6 * SIDE * SIDE);
-        }
-    }
-}

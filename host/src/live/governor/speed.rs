@@ -103,32 +103,6 @@ impl Speed {
 mod tests {
     use super::*;
 
-    fn speed(delays: &[f64]) -> Speed {
-        let mut speed = Speed::UNKNOWN;
-        for delay in delays {
-            let (steps, seconds) = (1_000_000, 1.0e-2 + delay);
-            speed.learn(FrameCost { steps, seconds });
-        }
-        speed
-    }
-
-    #[test]
-    fn time_becomes_steps_by_the_rate_less_the_delays() {
-        let mut delays = [0.0; 128];
-        delays[70] = 4.0e-3;
-        assert!(speed(&delays).delay(1.0e8, 1.0) < 1.0e-9, "one is left out");
-        delays[20] = 4.0e-3;
-        let speed = speed(&delays);
-        assert!((speed.rate().unwrap() - 1.0e8).abs() < 1.0);
-        assert!((speed.delay(1.0e8, 1.0) - 4.0e-3).abs() < 1.0e-9);
-        assert!(speed.delay(1.0e8, 3.0e-3) < 1.0e-9);
-        // A delay is as long where frames are short.
-        for (seconds, steps) in [(0.1, 9.6e6), (0.012, 0.8e6), (1.0e-3, 0.0)] {
-            let found = speed.steps_in(seconds, 0.006) as f64;
-            assert!((found - steps).abs() < 2.0, "{found} {steps}");
-        }
-    }
-
     #[test]
     fn the_overhead_is_told_from_the_steps() {
         // A millisecond, and one for each 100,000 steps.

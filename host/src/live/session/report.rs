@@ -125,8 +125,7 @@ pub struct SessionReport {
     /// The last frame that was shown.
     #[serde(skip)]
     pub last: Option<Order>,
-    /// Hashes of that frame's pictures on all machines, rendered without a limit; empty with
-    /// one machine.
+    /// Hashes of that frame's pictures, rendered without a limit; empty with one machine.
     #[serde(skip)]
     pub hashes: Vec<u64>,
     /// The waits of machines for each other; `None` with one machine.

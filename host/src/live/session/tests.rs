@@ -112,8 +112,7 @@ fn settings(hz: u32, frames: u64) -> SessionSettings {
     }
 }
 
-/// Each frame has a refresh of its own, the first after it was done or a later one, and the
-/// report counts what the records say.
+/// Each frame has a refresh of its own after it was done, and the report counts the records.
 fn check(report: &SessionReport, records: &[FrameRecord], period: u64) {
     let mut refresh = 0;
     for record in records {

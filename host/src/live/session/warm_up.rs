@@ -28,8 +28,7 @@ impl Session<'_> {
         Ok(median(seconds))
     }
 
-    /// Renders frames that are not shown, to learn the machine's speed, the steps of tiles, and the
-    /// costs of qualities near the one that fits, with and without a gaze.
+    /// Renders frames that are not shown, to learn speed, steps of tiles and costs of qualities.
     pub(super) fn warm_up(&mut self, look: &Look) -> Result<(), SessionError> {
         for _ in 0..2 {
             self.measure(look, &Decision::FULL, Purpose::WarmUp)?;
@@ -105,8 +104,7 @@ impl Session<'_> {
         self.climb(look, purpose)
     }
 
-    /// Measures the qualities around the one that fits, and the best, where the viewer may look
-    /// next: their ratios differ from place to place.
+    /// Measures qualities where the viewer may look next: their ratios differ from place to place.
     fn look_around(&mut self, look: &Look) -> Result<(), SessionError> {
         let across = look.forward.cross(look.up);
         for aside in [across, -across, look.up, -look.up] {

@@ -128,8 +128,7 @@ impl Order {
 }
 
 impl FrameResult {
-    /// The result in a message, with the time from the order until it was ready on the
-    /// machine's own clock.
+    /// The result in a message, with the time since the order on the machine's own clock.
     fn words(&self, ready: Duration) -> Vec<u64> {
         let mut words = vec![
             self.frame,

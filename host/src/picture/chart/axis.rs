@@ -53,8 +53,7 @@ impl Axis {
         value.clamp(self.range.start, self.range.end)
     }
 
-    /// The part, from 0 to 1, of the way between two values that is in the range; the end is
-    /// before the start where no part is.
+    /// The part, 0 to 1, of the way between two values that is in the range; reversed if none.
     pub(super) fn inside(&self, first: f64, last: f64) -> (f64, f64) {
         let (first, last) = (self.place(first), self.place(last));
         let (low, high) = (self.place(self.range.start), self.place(self.range.end));
@@ -72,8 +71,7 @@ impl Axis {
         (a.min(b).max(0.0), a.max(b).min(1.0))
     }
 
-    /// Whether a tick of a logarithmic axis has no room for its number: all but 1, 2 and 5 times
-    /// a power of ten on a long axis.
+    /// Whether a tick of a long logarithmic axis is not 1, 2 or 5 times a power of ten.
     fn is_crowded_at(&self, value: f64) -> bool {
         let digit = value / 10f64.powf(value.log10().floor());
         let is_round = [1.0, 2.0, 5.0, 10.0]

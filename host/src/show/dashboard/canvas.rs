@@ -92,8 +92,7 @@ impl Canvas {
         self.pixels.fill(colour);
     }
 
-    /// Writes a line of letters of eight pixels with its upper left corner at (`x`, `y`), as far
-    /// as it fits; returns the column where it ends.
+    /// Writes letters from (`x`, `y`) on, as far as they fit; returns the column where they end.
     pub(crate) fn write(&mut self, x: u32, y: u32, text: &str, colour: Colour) -> u32 {
         for (column, row) in dots(text) {
             self.set(x.saturating_add(column), y.saturating_add(row), colour);

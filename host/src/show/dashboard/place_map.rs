@@ -115,8 +115,7 @@ impl PlaceMap {
         inside.then(|| self.places.get(index).copied()).flatten()
     }
 
-    /// Scales the map to fit into some columns and rows, centred on `background`, without
-    /// interpolation; at most [`Canvas::MOST`] on each side.
+    /// Scales the map to fit, centred on `background`; at most [`Canvas::MOST`] on each side.
     pub(super) fn fitted(&self, width: u32, height: u32, background: Colour) -> Self {
         let [width, height] = [width, height].map(|pixels| pixels.min(Canvas::MOST));
         let [own_width, own_height] = [self.width, self.height].map(f64::from);
