@@ -21,8 +21,6 @@ pub mod camera;
 pub mod file;
 mod placement;
 
-pub use placement::{Normalisation, Placement};
-
 use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
 use camera::CameraPath;
