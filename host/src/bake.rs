@@ -2,13 +2,6 @@
 //!
 //! [`Baked`] is for a layout that is known at compile time, [`BakedScene`] for one that is not.
 //! [`simplify`] makes the coarser levels of meshes: closed meshes stay closed.
-//!
-//! ```
-//! use shisen::bake::{Baked, lone_mesh};
-//!
-//! let baked = Baked::<8>::new(&lone_mesh(shisen::scene::mesh::TriangleMesh::square())).unwrap();
-//! assert_eq!(Baked::from_bytes(baked.as_bytes()), Ok(baked));
-//! ```
 
 pub mod simplify;
 

@@ -7,14 +7,6 @@
 //!
 //! [`Cave::load`] reads walls and domes from a file, [`warp`] makes what projectors have to show
 //! on a dome, [`look`] reads directions.
-//!
-//! ```
-//! use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-//!
-//! let room = Cave::built_in(BuiltInCave::ThreeWall, [512, 512])?;
-//! assert_eq!(room.check_eye(Viewer::default().eye(Eye::Left)), Ok(()));
-//! # Ok::<(), shisen::cave::RoomError>(())
-//! ```
 
 pub(crate) mod angle;
 pub mod look;

@@ -2,13 +2,6 @@
 //!
 //! [`Scene::load`] reads a scene file ([`mod@file`] describes it), [`import`] meshes,
 //! [`builtin`] has the papers' scenes. [`bake`](crate::bake) makes bytes of a scene, which the core traces.
-//!
-//! ```
-//! use shisen::scene::builtin::{PaperScene, paper_scene};
-//! use shisen::scene::quadruped::quadruped;
-//!
-//! assert_eq!(paper_scene(PaperScene::A, quadruped()).unwrap().objects.len(), 8);
-//! ```
 
 pub mod import;
 pub mod material;
@@ -20,8 +13,6 @@ pub mod builtin;
 pub mod camera;
 pub mod file;
 mod placement;
-
-pub use placement::{Normalisation, Placement};
 
 use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;

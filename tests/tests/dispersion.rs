@@ -258,7 +258,7 @@ fn a_split_is_the_sum_of_many_pictures() {
     let baked = Baked::<8>::new(&spheres()).expect("a scene");
     let view = before_the_ball(24);
     let (count, samples) = (401, 8);
-    let matching = Matching::Table(CIE_1931);
+    let matching = Matching::Table(*CIE_1931);
     // The standard's colours under equal energy, white by each of XYZ.
     let wavelengths: Vec<f32> = (0..count)
         .map(|k| 400.0 + 300.0 * (k as f32 + 0.5) / count as f32)

@@ -22,16 +22,17 @@ pub(super) fn instance(
         what,
         index,
     };
+    let spheroid = |e: f32, p: f32| (kind::SPHEROID, 0, [e, p], ([-e, -p, -e], [e, p, e]));
     let (kind, geometry, radii, (low, high)) = match object.shape {
         Shape::Mesh(index) => {
             let mesh = scene.meshes.get(index).ok_or(missing("mesh", index))?;
             (kind::MESH, index as u32, [0.0; 2], mesh.bounds())
         }
-        Shape::Sphere { radius } => (kind::SPHEROID, 0, [radius; 2], cube(radius, radius)),
+        Shape::Sphere { radius } => spheroid(radius, radius),
         Shape::Spheroid {
             equatorial_radius: e,
             polar_radius: p,
-        } => (kind::SPHEROID, 0, [e, p], cube(e, p)),
+        } => spheroid(e, p),
     };
     if kind == kind::SPHEROID && Spheroid::new(radii[0], radii[1]).is_none() {
         return Err(BakeError::Radius { object: number });
@@ -96,13 +97,6 @@ fn flags(scene: &Scene, object: &Object) -> u32 {
     };
     (flag::OCCLUDES * u32::from(object.casts_shadow && occludes))
         | (flag::SMOOTH * u32::from(object.smooth))
-}
-
-fn cube(equatorial: f32, polar: f32) -> ([f32; 3], [f32; 3]) {
-    (
-        [-equatorial, -polar, -equatorial],
-        [equatorial, polar, equatorial],
-    )
 }
 
 fn columns(map: DAffine3) -> [[f32; 3]; 4] {

@@ -12,17 +12,13 @@ impl<const W: usize> Tables<W> {
     pub(super) fn add_default_material(&mut self) {
         let default = self.materials.len() as u32;
         let mut used = self.materials.is_empty();
-        for triangle in &mut self.triangles {
-            if triangle.material == NO_MATERIAL {
-                triangle.material = default;
-                used = true;
-            }
-        }
-        for instance in &mut self.instances {
-            if instance.material == NO_MATERIAL && instance.kind != kind::MESH {
-                instance.material = default;
-                used = true;
-            }
+        let triangles = self.triangles.iter_mut().map(|one| &mut one.material);
+        let instances = self.instances.iter_mut();
+        let others = instances.filter(|one| one.kind != kind::MESH);
+        let all = triangles.chain(others.map(|one| &mut one.material));
+        for material in all.filter(|material| **material == NO_MATERIAL) {
+            *material = default;
+            used = true;
         }
         if used {
             self.add_material(&Material::default(), &mut Textures::default());

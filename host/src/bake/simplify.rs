@@ -233,24 +233,17 @@ impl TriangleMesh {
         }
         let renamed =
             |triangle: &u32| self.triangles[*triangle as usize].map(|c| renamed[c as usize]);
-        let materials = if self.triangle_materials.is_empty() {
-            &[][..]
-        } else {
-            triangles
-        };
+        // Where the mesh has no coordinates or materials, none are found.
+        let places = kept.iter().filter_map(|&old| self.coordinates.get(old));
+        let materials = triangles.iter();
+        let materials = materials.filter_map(|&t| self.triangle_materials.get(t as usize));
         Self {
             positions: kept.iter().map(|&old| self.positions[old]).collect(),
             normals: kept.iter().map(|&old| self.normals[old]).collect(),
-            coordinates: match &self.coordinates[..] {
-                [] => Vec::new(),
-                all => kept.iter().map(|&old| all[old]).collect(),
-            },
+            coordinates: places.copied().collect(),
             triangles: triangles.iter().map(renamed).collect(),
             materials: self.materials.clone(),
-            triangle_materials: materials
-                .iter()
-                .map(|&triangle| self.triangle_materials[triangle as usize])
-                .collect(),
+            triangle_materials: materials.copied().collect(),
         }
     }
 }

@@ -100,11 +100,6 @@ impl<'a> Warp<'a> {
         Ok(warp)
     }
 
-    /// Columns and rows.
-    pub const fn grid(&self) -> [u32; 2] {
-        self.grid
-    }
-
     /// Where a node is on the projector's picture: 0 to 1 from its upper left
     /// corner, to the right and downwards.
     pub fn at(&self, column: u32, row: u32) -> DVec2 {

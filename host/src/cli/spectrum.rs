@@ -57,7 +57,7 @@ impl From<MatchingChoice> for Matching<'static> {
     fn from(choice: MatchingChoice) -> Self {
         match choice {
             MatchingChoice::Wyman => Self::Wyman,
-            MatchingChoice::Table => Self::Table(CIE_1931),
+            MatchingChoice::Table => Self::Table(*CIE_1931),
             MatchingChoice::Endo => Self::Endo,
         }
     }

@@ -41,7 +41,7 @@ pub struct NearestError {
 }
 
 /// The largest displacement in a picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Displacement {
     /// Where in the picture, radians from the zenith.
     pub r_d: f64,
@@ -169,27 +169,13 @@ impl NearField {
         self.largest_from(self.offset, distance)
     }
 
-    /// The largest displacement of surroundings anywhere from a nearest distance to infinity.
-    pub fn largest_beyond(&self, nearest: f64) -> Displacement {
-        let (near, far) = (self.largest(nearest), self.largest(f64::INFINITY));
-        if near.angle >= far.angle { near } else { far }
-    }
-
     pub(super) fn largest_from(&self, offset: f64, distance: f64) -> Displacement {
-        let none = Displacement {
-            r_d: 0.0,
-            angle: 0.0,
-        };
-        self.rays.iter().fold(none, |most, ray| {
-            let angle = (ray.angle(offset, distance) - ray.r_d).abs();
-            if angle > most.angle {
-                Displacement {
-                    r_d: ray.r_d,
-                    angle,
-                }
-            } else {
-                most
-            }
+        let seen = self.rays.iter().map(|ray| Displacement {
+            r_d: ray.r_d,
+            angle: (ray.angle(offset, distance) - ray.r_d).abs(),
+        });
+        seen.fold(Displacement::default(), |most, one| {
+            if one.angle > most.angle { one } else { most }
         })
     }
 }

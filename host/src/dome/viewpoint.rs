@@ -97,7 +97,8 @@ mod tests {
             let near = NearField::new(named.mirror(), mapping);
             let found = effective_viewpoint(&near, nearest).unwrap();
             let from = |offset| near.clone().seen_from(offset);
-            let largest = |offset| from(offset).largest_beyond(nearest).angle;
+            let at = |offset, distance| from(offset).largest(distance).angle;
+            let largest = |offset| at(offset, nearest).max(at(offset, f64::INFINITY));
             assert_eq!(largest(found.offset), found.largest);
             assert_eq!(largest(0.0), found.from_screen);
             let is_gain = found.gain() >= 1.0 && found.offset <= 0.0;

@@ -8,7 +8,8 @@ mod glass;
 
 pub use glass::{PrismBench, prism, spheres};
 
-use super::{Background, Light, Normalisation, Object, Placement, Scene, Shape};
+use super::placement::{Normalisation, Placement};
+use super::{Background, Light, Object, Scene, Shape};
 use crate::files::description::UnknownName;
 use crate::scene::material::{Graticule, Material};
 use crate::scene::mesh::TriangleMesh;

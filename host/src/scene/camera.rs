@@ -122,11 +122,6 @@ impl CameraPath {
         Ok(Self { keys })
     }
 
-    /// In the order of their frames.
-    pub fn keys(&self) -> &[CameraKey] {
-        &self.keys
-    }
-
     /// The frame of the last key; 1 without keys.
     pub fn frames(&self) -> u32 {
         self.keys.last().map_or(1, |key| key.frame)

@@ -25,7 +25,7 @@
 //! | `frame` | 1 to 99,999, each after the one before |
 //! | rotations | −360 to 360 |
 //!
-//! A positive yaw turns what points to −Z towards −X, a positive pitch raises it ([`Placement`]).
+//! A positive yaw turns what points to −Z towards −X, a positive pitch raises it.
 //! `normals` and `normalise` are for meshes only. A texture multiplies `diffuse` and `emission`;
 //! meshes say in their files where they are on it, the built-in `square` is from 0 to 1 along x and
 //! against z, and on spheres and spheroids u goes round with the longitude and v up with the
@@ -48,7 +48,8 @@ mod materials;
 pub use fault::SceneFault;
 
 use super::camera::{CameraKey, CameraPath, DomeCamera};
-use super::{Background, Normalisation, Object, Placement, Scene, Shape};
+use super::placement::{Normalisation, Placement};
+use super::{Background, Object, Scene, Shape};
 use crate::files::description::{FileError, Located, Source, read_description};
 use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;

@@ -86,14 +86,11 @@ impl TriangleMesh {
                 triangle: Some(triangle),
             });
         }
+        let materials = self.triangle_materials.len();
         for (what, found, expected) in [
             ("normals", self.normals.len(), vertices),
             ("coordinates", self.coordinates.len(), vertices),
-            (
-                "triangle materials",
-                self.triangle_materials.len(),
-                triangles,
-            ),
+            ("triangle materials", materials, triangles),
         ] {
             if found != 0 && found != expected {
                 return Err(MeshError::new(format!(

@@ -5,60 +5,38 @@ use crate::scene::mesh::TriangleMesh;
 use glam::{DAffine3, DMat3, DVec3};
 
 /// Where a shape stands: it is scaled, then rotated, then moved.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Placement {
-    /// Where the shape's origin is, metres.
-    pub position: DVec3,
-    /// Yaw, pitch and roll, degrees: about +Y, then about the turned +X,
-    /// then about the +Z so turned; right-handed. A positive yaw turns what
-    /// points to −Z towards −X, a positive pitch raises it.
-    pub rotation_degrees: [f64; 3],
-    /// Along the shape's own axes, above 0.
-    pub scale: DVec3,
-}
-
-impl Default for Placement {
-    /// At the origin, with its own size.
-    fn default() -> Self {
-        Self {
-            position: DVec3::ZERO,
-            rotation_degrees: [0.0; 3],
-            scale: DVec3::ONE,
-        }
-    }
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Placement {
+    /// Metres.
+    pub(super) position: DVec3,
+    /// Yaw, pitch and roll: about +Y, then about the turned +X, then about the +Z so turned;
+    /// right-handed.
+    pub(super) rotation_degrees: [f64; 3],
+    pub(super) scale: DVec3,
 }
 
 /// The shift and scale that make a mesh 1 m wide about the origin.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Normalisation {
-    /// The middle of the vertices' box, in the mesh's units.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Normalisation {
     centre: DVec3,
-    /// The box's extent along X, in the mesh's units, above 0.
     x_extent: f64,
 }
 
 impl Normalisation {
     /// Changes nothing.
-    pub const NONE: Self = Self {
+    pub(super) const NONE: Self = Self {
         centre: DVec3::ZERO,
         x_extent: 1.0,
     };
 
-    /// How many times longer a box may be along Y or Z than along X.
-    const FLATTEST: f64 = 1.0e6;
-
-    /// What normalises a mesh; `None` where its box has no vertices, or less than a
-    /// millionth of its largest extent along X.
-    pub fn of(mesh: &TriangleMesh) -> Option<Self> {
+    /// `None` where the mesh has no vertices, or less than a millionth of its largest extent
+    /// along X.
+    pub(super) fn of(mesh: &TriangleMesh) -> Option<Self> {
         let (low, high) = mesh.bounds();
-        let (low, high) = (
-            DVec3::from_array(low.map(f64::from)),
-            DVec3::from_array(high.map(f64::from)),
-        );
+        let [low, high] = [low, high].map(|corner| DVec3::from(corner.map(f64::from)));
         let extent = high - low;
-        let usable = extent.is_finite()
-            && extent.x > 0.0
-            && extent.x * Self::FLATTEST >= extent.max_element();
+        let usable =
+            extent.is_finite() && extent.x > 0.0 && extent.x * 1.0e6 >= extent.max_element();
         usable.then(|| Self {
             centre: 0.5 * (low + high),
             x_extent: extent.x,
@@ -68,32 +46,17 @@ impl Normalisation {
 
 impl Placement {
     /// The map from a shape's coordinates, normalised first, to the world.
-    pub fn world_from_object(&self, normalisation: &Normalisation) -> DAffine3 {
-        let matrix = self.rotation() * DMat3::from_diagonal(self.scale / normalisation.x_extent);
+    pub(super) fn world_from_object(&self, normalisation: &Normalisation) -> DAffine3 {
+        let [(sy, cy), (sp, cp), (sr, cr)] = self.rotation_degrees.map(sin_cos_degrees);
+        let yaw = DMat3::from_cols_array(&[cy, 0.0, -sy, 0.0, 1.0, 0.0, sy, 0.0, cy]);
+        let pitch = DMat3::from_cols_array(&[1.0, 0.0, 0.0, 0.0, cp, sp, 0.0, -sp, cp]);
+        let roll = DMat3::from_cols_array(&[cr, sr, 0.0, -sr, cr, 0.0, 0.0, 0.0, 1.0]);
+        let scale = DMat3::from_diagonal(self.scale / normalisation.x_extent);
+        let matrix = yaw * pitch * roll * scale;
         DAffine3 {
             matrix3: matrix,
             translation: self.position - matrix * normalisation.centre,
         }
-    }
-
-    fn rotation(&self) -> DMat3 {
-        let [yaw, pitch, roll] = self.rotation_degrees.map(sin_cos_degrees);
-        let about_y = DMat3::from_cols(
-            DVec3::new(yaw.1, 0.0, -yaw.0),
-            DVec3::Y,
-            DVec3::new(yaw.0, 0.0, yaw.1),
-        );
-        let about_x = DMat3::from_cols(
-            DVec3::X,
-            DVec3::new(0.0, pitch.1, pitch.0),
-            DVec3::new(0.0, -pitch.0, pitch.1),
-        );
-        let about_z = DMat3::from_cols(
-            DVec3::new(roll.1, roll.0, 0.0),
-            DVec3::new(-roll.0, roll.1, 0.0),
-            DVec3::Z,
-        );
-        about_y * about_x * about_z
     }
 }
 
@@ -110,12 +73,12 @@ mod tests {
     fn yaw_pitch_and_roll_turn_the_way_they_are_documented() {
         let turned = |rotation_degrees, v| {
             let placement = Placement {
+                position: DVec3::ZERO,
                 rotation_degrees,
-                ..Placement::default()
+                scale: DVec3::ONE,
             };
-            placement
-                .world_from_object(&Normalisation::NONE)
-                .transform_vector3(v)
+            let placed = placement.world_from_object(&Normalisation::NONE);
+            placed.transform_vector3(v)
         };
         assert_near(turned([90.0, 0.0, 0.0], DVec3::NEG_Z), DVec3::NEG_X);
         assert_near(turned([0.0, 90.0, 0.0], DVec3::NEG_Z), DVec3::Y);
@@ -130,9 +93,7 @@ mod tests {
             scale: DVec3::new(2.0, 3.0, 4.0),
         };
         let placed = placement.world_from_object(&Normalisation::NONE);
-        assert_near(
-            placed.transform_point3(DVec3::ONE),
-            DVec3::new(14.0, 23.0, 28.0),
-        );
+        let found = placed.transform_point3(DVec3::ONE);
+        assert_near(found, DVec3::new(14.0, 23.0, 28.0));
     }
 }

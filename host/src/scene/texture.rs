@@ -41,12 +41,6 @@ pub struct Image {
 #[error("{0}")]
 pub struct ImageError(String);
 
-impl ImageError {
-    fn new(path: &Path, fault: fmt::Arguments<'_>) -> Self {
-        Self(format!("{}: {fault}", path.display()))
-    }
-}
-
 impl Image {
     /// Bytes that the images of a scene may take together: an eighth of what a baked scene may.
     pub const MOST_BYTES: u64 = 1 << 29;
@@ -69,7 +63,7 @@ impl Image {
     pub(crate) fn load(path: &Path, left: &mut u64) -> Result<Self, ImageError> {
         let bytes = crate::files::read(path).map_err(|fault| {
             let advice = "check the file's name and permissions";
-            ImageError::new(path, format_args!("{fault}; {advice}"))
+            ImageError(format!("{}: {fault}; {advice}", path.display()))
         })?;
         Self::from_png(path, &bytes, left)
     }
@@ -81,19 +75,16 @@ impl Image {
 
     /// As [`load`](Self::load), from a file's bytes. An image that is too large is not decoded.
     pub(crate) fn from_png(path: &Path, bytes: &[u8], left: &mut u64) -> Result<Self, ImageError> {
+        let error = |fault: fmt::Arguments<'_>| ImageError(format!("{}: {fault}", path.display()));
         let malformed = |fault: DecodingError| {
             let advice = "save the image as PNG again";
-            ImageError::new(
-                path,
-                format_args!("not a whole PNG file: {fault}; {advice}"),
-            )
+            error(format_args!("not a whole PNG file: {fault}; {advice}"))
         };
         let too_large = |[width, height]: [u32; 2]| {
-            let fault = format_args!(
+            error(format_args!(
                 "the image has {width} × {height} texels, but either side may have \
                  {LARGEST_SIDE}: make it smaller"
-            );
-            ImageError::new(path, fault)
+            ))
         };
         // Sixteen bits a channel, and a line before it.
         let limits = Limits {
@@ -114,11 +105,10 @@ impl Image {
         let taken = u64::from(width) * u64::from(height) * 4;
         *left = left.checked_sub(taken).ok_or_else(|| {
             let (bytes, limit) = (Self::MOST_BYTES - *left + taken, Self::MOST_BYTES);
-            let fault = format_args!(
+            error(format_args!(
                 "with its {width} × {height} texels the scene's images would take {bytes} bytes, \
                  but they may take {limit}: make it smaller"
-            );
-            ImageError::new(path, fault)
+            ))
         })?;
         let size = reader
             .output_buffer_size()

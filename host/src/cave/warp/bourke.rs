@@ -17,7 +17,7 @@ const RECTANGULAR: u32 = 2;
 /// # Errors
 /// What writing reports.
 pub fn write(warp: &Warp<'_>, to: &mut (impl Write + ?Sized)) -> io::Result<()> {
-    let [columns, rows] = warp.grid();
+    let [columns, rows] = warp.grid;
     let size = warp.projector.resolution.map(f64::from);
     let aspect = size[0] / size[1];
     writeln!(to, "{RECTANGULAR}\n{columns} {rows}")?;

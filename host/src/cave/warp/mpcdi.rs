@@ -44,7 +44,7 @@ pub fn write(warp: &Warp<'_>, to: impl Write + Seek) -> io::Result<()> {
 
 /// A portable float map: rows from the lowest up, the least byte first.
 fn write_points(warp: &Warp<'_>, to: &mut impl Write) -> io::Result<()> {
-    let [columns, rows] = warp.grid();
+    let [columns, rows] = warp.grid;
     write!(to, "PF\n{columns} {rows}\n-1.000000\n")?;
     let mut line = Vec::with_capacity(12 * columns as usize);
     for row in (0..rows).rev() {
@@ -65,7 +65,7 @@ fn write_points(warp: &Warp<'_>, to: &mut impl Write) -> io::Result<()> {
 
 /// White where the dome is met, in a PNG of 8-bit grey.
 fn alpha(warp: &Warp<'_>) -> io::Result<Vec<u8>> {
-    let [columns, rows] = warp.grid();
+    let [columns, rows] = warp.grid;
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, columns, rows);
     encoder.set_color(png::ColorType::Grayscale);

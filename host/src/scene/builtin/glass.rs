@@ -20,16 +20,16 @@ pub struct PrismBench {
 
 impl PrismBench {
     /// The angle between the prism's two faces: radians.
-    pub const APEX: f64 = FRAC_PI_3;
+    const APEX: f64 = FRAC_PI_3;
     /// The length of the prism's three edges across: metres.
     pub const SIDE: f64 = 0.5;
     /// From the eye to the middle of the face that it looks on: metres.
-    pub const DISTANCE: f64 = 0.35;
+    const DISTANCE: f64 = 0.35;
     /// From the middle of the other face to the slit: metres.
-    pub const TO_SLIT: f64 = 80.0;
+    const TO_SLIT: f64 = 80.0;
     /// The slit's width: metres, nearly a degree. With 14 wavelengths most places of
     /// the spectrum then see one at least; the far blue takes more samples.
-    pub const SLIT_WIDTH: f64 = 1.2;
+    const SLIT_WIDTH: f64 = 1.2;
 
     /// For a wavelength in nanometres, or the nearest that SF11 is known at: its
     /// light comes from straight ahead, turned by the least angle.

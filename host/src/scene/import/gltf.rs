@@ -16,7 +16,6 @@ use super::{
 };
 use crate::scene::material::Material;
 use crate::scene::mesh::{MeshError, TriangleMesh};
-use crate::scene::texture::Texture;
 
 /// Metalness from which a smooth surface is a mirror.
 const METALLIC: f32 = 0.5;
@@ -184,12 +183,10 @@ impl Importer<'_> {
         }
         mesh.normals = unit_normals(mesh.normals);
         mesh.coordinates = usable_coordinates(mesh.coordinates);
-        let textures = if mesh.coordinates.is_empty() {
-            Vec::new()
-        } else {
-            self.textures(document)?
-        };
-        paint(document, &textures, &mut mesh);
+        paint(document, &mut mesh);
+        if !mesh.coordinates.is_empty() {
+            self.add_textures(document, &mut mesh)?;
+        }
         Ok(mesh)
     }
 
@@ -250,21 +247,22 @@ impl Importer<'_> {
         Ok(())
     }
 
-    /// For each material, the texture of its base colour: of those on the
-    /// first set of coordinates that are PNG files.
-    fn textures(&self, document: &Document) -> Result<Vec<Option<Texture>>, ImportError> {
+    /// Adds the textures of base colours that are on the first coordinates and are PNG files.
+    fn add_textures(
+        &self,
+        document: &Document,
+        mesh: &mut TriangleMesh,
+    ) -> Result<(), ImportError> {
         let mut textures = Textures::new();
-        document
-            .materials()
-            .map(|material| {
-                let base = material.pbr_metallic_roughness().base_color_texture();
-                let Some(info) = base.filter(|info| info.tex_coord() == 0) else {
-                    return Ok(None);
-                };
+        for (material, painted) in document.materials().zip(&mut mesh.materials) {
+            let base = material.pbr_metallic_roughness().base_color_texture();
+            if let Some(info) = base.filter(|info| info.tex_coord() == 0) {
                 let source = info.texture().source();
-                textures.get(source.index(), self.path, || self.image(&source))
-            })
-            .collect()
+                let image = || self.image(&source);
+                painted.texture = textures.get(source.index(), self.path, image)?;
+            }
+        }
+        Ok(())
     }
 
     fn image(&self, image: &gltf::Image<'_>) -> Result<Cow<'_, [u8]>, ImportError> {
@@ -411,11 +409,8 @@ fn normal_matrix(transform: Mat4) -> Mat3 {
 
 /// Fills in the materials; triangles without one get the default, and a mesh
 /// without any stays without.
-fn paint(document: &Document, textures: &[Option<Texture>], mesh: &mut TriangleMesh) {
+fn paint(document: &Document, mesh: &mut TriangleMesh) {
     mesh.materials = document.materials().map(|m| whitted(&m)).collect();
-    for (material, texture) in mesh.materials.iter_mut().zip(textures) {
-        material.texture.clone_from(texture);
-    }
     let fallback = mesh.materials.len() as u32;
     if fallback == 0 {
         mesh.triangle_materials.clear();
@@ -446,7 +441,9 @@ fn whitted(material: &gltf::Material<'_>) -> Material {
     // The exponent whose lobe is as wide as the microfacets' of this roughness.
     let alpha = roughness * roughness;
     let shininess = 2.0 / (alpha * alpha).max(f32::MIN_POSITIVE) - 2.0;
-    let index = material.ior().unwrap_or(default.index_of_refraction);
+    // 0 is the extension's mark for a surface without Fresnel's terms.
+    let index = material.ior();
+    let index = index.filter(|index| *index > 0.0 && index.is_finite());
     Material {
         diffuse: if is_mirror {
             [0.0; 3]
@@ -457,12 +454,7 @@ fn whitted(material: &gltf::Material<'_>) -> Material {
         shininess: bounded(shininess, 1.0, 10_000.0),
         mirror: if is_mirror { base } else { default.mirror },
         transmission: base.map(|channel| channel * transmission),
-        // 0 is the extension's mark for a surface without Fresnel's terms.
-        index_of_refraction: if index > 0.0 && index.is_finite() {
-            index
-        } else {
-            default.index_of_refraction
-        },
+        index_of_refraction: index.unwrap_or(default.index_of_refraction),
         absorption: material
             .volume()
             .filter(|volume| volume.thickness_factor() > 0.0)

@@ -36,8 +36,9 @@ struct Geometry {
     /// For each triangle, the face that it is a part of.
     faces: Vec<u32>,
     lines: Vec<Option<usize>>,
-    /// For each face, one more than its place in `names`; 0 before the first `usemtl`.
-    material_names: Vec<u32>,
+    /// For each face, its place in `names`.
+    materials: Vec<usize>,
+    /// The names of materials in use, one after another; before the first `usemtl` it is empty.
     names: Vec<String>,
     libraries: Vec<String>,
 }
@@ -84,7 +85,7 @@ fn three_floats<'a>(words: impl Iterator<Item = &'a str>) -> Option<[f32; 3]> {
 impl Geometry {
     fn scan(path: &Path, text: &str) -> Result<Self, ImportError> {
         let mut geometry = Self::default();
-        let mut material = 0;
+        geometry.names.push(String::new());
         let mut corners = Vec::new();
         for (line, statement) in statements(text) {
             let at = Place {
@@ -123,12 +124,9 @@ impl Geometry {
                     for word in words {
                         corners.push(geometry.corner(at, word)?);
                     }
-                    geometry.add_face(at, material, &corners)?;
+                    geometry.add_face(at, &corners)?;
                 }
-                "usemtl" => {
-                    geometry.names.push(rest.trim().to_owned());
-                    material = geometry.names.len() as u32;
-                }
+                "usemtl" => geometry.names.push(rest.trim().to_owned()),
                 "mtllib" if !rest.trim().is_empty() => {
                     geometry.libraries.push(rest.trim().to_owned());
                 }
@@ -158,9 +156,10 @@ impl Geometry {
         let position = from_zero(*position, self.positions.len())
             .ok_or_else(|| self.no_vertex(at, self.lines.len(), *position))?;
         let normal = match normal {
-            Some(Ok(index)) => Some(
-                from_zero(index, self.normals.len()).ok_or_else(|| self.no_normal(at, index))?,
-            ),
+            Some(Ok(index)) => {
+                let known = from_zero(index, self.normals.len());
+                Some(known.ok_or_else(|| self.no_normal(at, index))?)
+            }
             _ => None,
         };
         // An index out of range counts as absent: some files name coordinates without having any.
@@ -185,19 +184,14 @@ impl Geometry {
         syntax(at, problem)
     }
 
-    fn add_face(
-        &mut self,
-        at: Place<'_>,
-        material: u32,
-        corners: &[Corner],
-    ) -> Result<(), ImportError> {
+    fn add_face(&mut self, at: Place<'_>, corners: &[Corner]) -> Result<(), ImportError> {
         if corners.len() < 3 {
             let problem = format!("a face needs three corners, but has {}", corners.len());
             return Err(syntax(at, problem));
         }
         let face = self.lines.len() as u32;
         self.lines.push(at.line);
-        self.material_names.push(material);
+        self.materials.push(self.names.len() - 1);
         let fan = fan(corners);
         self.faces.resize(self.faces.len() + fan.len(), face);
         self.triangles.extend(fan);
@@ -225,17 +219,13 @@ impl Geometry {
         }
         let corners = self.triangles.as_flattened();
         let is_known = |place: u32| (place as usize) < self.coordinates.len();
-        let has_coordinates = corners
-            .iter()
-            .all(|corner| corner.coordinate.is_some_and(is_known))
+        let is_placed = |corner: &Corner| corner.coordinate.is_some_and(is_known);
+        let has_coordinates = corners.iter().all(is_placed)
             && !usable_coordinates(self.coordinates.clone()).is_empty();
+        let triangles = self.triangles.iter();
         let whole = TriangleMesh {
             positions: self.positions.clone(),
-            triangles: self
-                .triangles
-                .iter()
-                .map(|three| three.map(|c| c.position))
-                .collect(),
+            triangles: triangles.map(|three| three.map(|c| c.position)).collect(),
             ..TriangleMesh::default()
         };
         if !every_corner_has_a_normal && !has_coordinates {
@@ -300,18 +290,10 @@ impl Geometry {
             return Ok(());
         }
         let fallback = mesh.materials.len() as u32;
-        let by_name: Vec<u32> = std::iter::once(fallback)
-            .chain(
-                self.names
-                    .iter()
-                    .map(|name| places.get(name).copied().unwrap_or(fallback)),
-            )
-            .collect();
-        mesh.triangle_materials = self
-            .faces
-            .iter()
-            .map(|&face| by_name[self.material_names[face as usize] as usize])
-            .collect();
+        let place = |name: &String| places.get(name).copied().unwrap_or(fallback);
+        let by_name: Vec<u32> = self.names.iter().map(place).collect();
+        let of_face = |&face: &u32| by_name[self.materials[face as usize]];
+        mesh.triangle_materials = self.faces.iter().map(of_face).collect();
         if mesh.triangle_materials.contains(&fallback) {
             mesh.materials.push(Material::default());
         }

@@ -88,7 +88,7 @@ pub(super) fn colour(
     let matrix = linear_srgb();
     let mut draw = Inputs::new(54);
     let inputs: Vec<Light> = (0..count).map(|_| Light::draw(&mut draw)).collect();
-    let observer = Matching::Table(CIE_1931);
+    let observer = Matching::Table(*CIE_1931);
     let ways = ways(
         &inputs,
         |light| rgb_from_xyz(xyz(light, |nm| observer.values(nm))),

@@ -37,13 +37,9 @@ fn parse_library(path: &Path, text: &str) -> Result<Vec<tobj::Material>, ImportE
         // `tobj` panics on a colour with fewer words. It reads each line by
         // itself, so that a line which fails alone is the one at fault.
         if (colour && words.count() < 3) || tobj::load_mtl_buf(&mut line.as_bytes()).is_err() {
-            return Err(syntax(
-                Place {
-                    path,
-                    line: Some(number),
-                },
-                format!("'{}' is no material property with its numbers", line.trim()),
-            ));
+            let problem = format!("'{}' is no material property with its numbers", line.trim());
+            let line = Some(number);
+            return Err(syntax(Place { path, line }, problem));
         }
     }
     tobj::load_mtl_buf(&mut text.as_bytes())
@@ -62,34 +58,24 @@ pub(super) fn whitted(material: &tobj::Material) -> Material {
     let illumination = material.illumination_model.unwrap_or(2);
     let refracts = matches!(illumination, 4 | 6 | 7 | 9);
     let reflects = matches!(illumination, 3 | 5 | 8);
-    let opacity = bounded(
-        opacity.unwrap_or(if refracts { 0.0 } else { 1.0 }),
-        0.0,
-        1.0,
-    );
+    let opacity = opacity.unwrap_or(if refracts { 0.0 } else { 1.0 });
+    let opacity = bounded(opacity, 0.0, 1.0);
     let filter = unknown("Tf")
         .and_then(|value| three_floats(value.split_whitespace()))
         .map_or([1.0; 3], bounded_colour);
     let diffuse = bounded_colour(material.diffuse.unwrap_or(default.diffuse));
     let specular = bounded_colour(material.specular.unwrap_or(default.specular));
+    let shininess = material.shininess.unwrap_or(default.shininess);
+    let index = material.optical_density;
+    let index = index.unwrap_or(default.index_of_refraction);
     Material {
         diffuse: diffuse.map(|channel| channel * opacity),
         specular,
-        shininess: bounded(
-            material.shininess.unwrap_or(default.shininess),
-            1.0,
-            10_000.0,
-        ),
+        shininess: bounded(shininess, 1.0, 10_000.0),
         mirror: if reflects { specular } else { default.mirror },
         transmission: filter.map(|channel| channel * (1.0 - opacity)),
         // The format's own range.
-        index_of_refraction: bounded(
-            material
-                .optical_density
-                .unwrap_or(default.index_of_refraction),
-            0.001,
-            10.0,
-        ),
+        index_of_refraction: bounded(index, 0.001, 10.0),
         ..default
     }
 }
