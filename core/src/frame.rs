@@ -172,17 +172,13 @@ where
         simd: Simd,
         settings: Settings,
     ) -> Self {
+        let dome_block: RenderBlock<W, Dome> =
+            |rendering, dome, work| rendering.render_together(dome, work);
         let together = match settings.mode {
             Mode::Single => None,
             Mode::Tile => Some(Together {
                 block: |rendering, screen, work| rendering.render_together(screen, work),
-                dome_block: if goes_in_blocks(&scene) {
-                    // By name it would lack a lifetime.
-                    #[allow(clippy::redundant_closure_for_method_calls)]
-                    Some(|rendering, dome, work| rendering.render_together(dome, work))
-                } else {
-                    None
-                },
+                dome_block: goes_in_blocks(&scene).then_some(dome_block),
                 row: hits_together::<W, EFFECTS>,
             }),
         };

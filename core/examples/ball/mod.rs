@@ -89,17 +89,12 @@ pub(crate) fn scene() -> Scene {
     let mut scene = Scene {
         header,
         // The child spans low to high, unused lanes ∞ to −∞.
-        planes: std::array::from_fn(|plane| match (plane / 2, plane % 2) {
-            (axis, 0) => [
-                instance.low[axis],
-                f32::INFINITY,
-                f32::INFINITY,
-                f32::INFINITY,
-            ],
-            (axis, _) => {
-                let none = f32::NEG_INFINITY;
-                [instance.high[axis], none, none, none]
-            }
+        planes: std::array::from_fn(|plane| {
+            let (side, none) = match plane % 2 {
+                0 => (instance.low, f32::INFINITY),
+                _ => (instance.high, f32::NEG_INFINITY),
+            };
+            [side[plane / 2], none, none, none]
         }),
         children: [LEAF, 0, 0, 0],
         // 0, 1, 2, 3, two bits each from the lowest, for rays of each of the eight octants.

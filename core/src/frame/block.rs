@@ -25,8 +25,7 @@ where
 {
     /// Renders the samples that are not begun, row by row, until the budget is spent.
     pub(super) fn render(&self, work: &mut Work<'_>) {
-        let Self { block, .. } = self;
-        let fresh = work.begun.is_nothing();
+        let (block, fresh) = (&self.block, work.begun.is_nothing());
         match (self.view.kind(), self.renderer.together) {
             (Kind::Dome(dome), _) if fresh && block.is_outside(dome, &mut work.target) => {
                 work.begun.pixels = block.tile.area();
@@ -78,10 +77,9 @@ where
     /// Whether any sample of any pixel is traced and may hit anything: one test for all.
     fn any_sample_reaches(&self, screen: &Screen, work: &mut Work<'_>) -> bool {
         let around = spread(self.renderer.settings.samples);
-        let Block { tile, .. } = self.block;
-        let first = self.block.at(0, 0, (-around, -around));
-        let last = (tile.width - 1, tile.height - 1);
-        let last = self.block.at(last.0, last.1, (around, around));
+        let (block, tile) = (&self.block, self.block.tile);
+        let first = block.at(0, 0, (-around, -around));
+        let last = block.at(tile.width - 1, tile.height - 1, (around, around));
         self.reaches(screen.eye, || screen.corners_between(first, last), work)
     }
 
@@ -102,9 +100,8 @@ where
 
     /// Detail of its pixels, by its own columns and rows.
     pub(super) fn detail(&self) -> BlockDetail {
-        let Block { tile, .. } = self.block;
-        let first = (tile.x % BLOCK, tile.y % BLOCK);
-        self.grid_detail().part(first, (tile.width, tile.height))
+        let (tile, detail) = (self.block.tile, self.grid_detail());
+        detail.part((tile.x % BLOCK, tile.y % BLOCK), (tile.width, tile.height))
     }
 
     fn count_traced(&self) -> u64 {
