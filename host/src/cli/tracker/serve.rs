@@ -2,7 +2,6 @@
 
 use super::follow::EndArguments;
 use super::monitor::show;
-use super::sample::Records;
 use super::{Interrupt, Recorded, goes_over_a_line, protocol};
 use crate::cli::prelude::*;
 use crate::tracker::pty::Pty;
@@ -77,12 +76,7 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
     };
     let Some(path) = &arguments.pty else {
         let mut feed = Feed::open(&Spec::Mock(spec))?;
-        return show(
-            &mut feed,
-            Records::new(None),
-            &arguments.end,
-            arguments.json,
-        );
+        return show(&mut feed, None, &arguments.end, arguments.json);
     };
     let protocol = on_a_line(spec.protocol.take())?;
     let tracker = simulated(&spec)?;
@@ -97,12 +91,7 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
             head: None,
             times: Times::default(),
         }))?;
-        return show(
-            &mut feed,
-            Records::new(None),
-            &arguments.end,
-            arguments.json,
-        );
+        return show(&mut feed, None, &arguments.end, arguments.json);
     };
     let protocol = on_a_line(arguments.protocol.clone())?;
     let recording = Recording::read(&arguments.file)?;
@@ -154,13 +143,10 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
     };
     if with == 0 {
         let (file, name) = (file.display(), protocol.name());
-        let help =
-            "choose another --as; link sends all that a recording has: shisen tracker replay";
-        return Err(Fault::new(
-            format!("{file} holds no {what}, which is what a {name} sends"),
-            format!("{help} {file} --to PTY"),
-        )
-        .into());
+        let message = format!("{file} holds no {what}, which is what a {name} sends");
+        let help = "choose another --as; link sends all that a recording has";
+        let help = format!("{help}: shisen tracker replay {file} --to PTY");
+        return Err(Fault::new(message, help).into());
     }
     let without = samples.len() - with;
     if without > 0 && !protocol.has_eyes() {
