@@ -53,16 +53,6 @@ enum MatchingChoice {
     Endo,
 }
 
-impl From<MatchingChoice> for Matching<'static> {
-    fn from(choice: MatchingChoice) -> Self {
-        match choice {
-            MatchingChoice::Wyman => Self::Wyman,
-            MatchingChoice::Table => Self::Table(*CIE_1931),
-            MatchingChoice::Endo => Self::Endo,
-        }
-    }
-}
-
 /// One phase of a table of wavelengths.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Report {
@@ -107,7 +97,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let asked = Wavelengths::new(arguments.wavelengths, range).or_misuse()?;
     let within = within_medium(arguments, method, asked)?;
-    let matching = arguments.matching.map_or(method.matching(), Matching::from);
+    let matching = match arguments.matching {
+        None => method.matching(),
+        Some(MatchingChoice::Wyman) => Matching::Wyman,
+        Some(MatchingChoice::Table) => Matching::Table(CIE_1931),
+        Some(MatchingChoice::Endo) => Matching::Endo,
+    };
     let phases = method.phases();
     if arguments.phase >= phases {
         let (phase, name, last) = (arguments.phase, method.name(), phases - 1);

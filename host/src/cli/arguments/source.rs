@@ -151,29 +151,25 @@ pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
 
 /// Whether a file has the extension of a mesh.
 pub fn is_mesh(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| {
-        ["obj", "ply", "gltf", "glb"]
-            .iter()
-            .any(|known| extension.eq_ignore_ascii_case(known))
-    })
+    let mut known = ["obj", "ply", "gltf", "glb"].into_iter();
+    let extension = path.extension();
+    extension.is_some_and(|extension| known.any(|one| extension.eq_ignore_ascii_case(one)))
 }
 
 /// Puts meshes where their files place them, under a sun and a sky.
 pub fn scene_of_meshes(meshes: Vec<TriangleMesh>) -> Scene {
-    let objects = (0..meshes.len())
-        .map(|mesh| Object {
-            shape: Shape::Mesh(mesh),
-            material: None,
-            world_from_object: DAffine3::IDENTITY,
-            casts_shadow: true,
-            smooth: true,
-        })
-        .collect();
+    let objects = (0..meshes.len()).map(|mesh| Object {
+        shape: Shape::Mesh(mesh),
+        material: None,
+        world_from_object: DAffine3::IDENTITY,
+        casts_shadow: true,
+        smooth: true,
+    });
     Scene {
         name: "meshes".to_owned(),
         meshes,
         materials: Vec::new(),
-        objects,
+        objects: objects.collect(),
         lights: vec![Light::Directional {
             direction: DVec3::new(-0.4, -1.0, -0.6),
             colour: [0.8; 3],
@@ -219,10 +215,7 @@ fn load_scene(path: &Path) -> Result<Loaded, Failure> {
             MeshSource::BuiltIn(BuiltInMesh::Square) => Ok(TriangleMesh::square()),
         }
     };
-    Ok(Loaded::Described(Scene::from_toml(
-        &text,
-        &path.to_string_lossy(),
-        folder,
-        load,
-    )?))
+    let name = path.to_string_lossy();
+    let scene = Scene::from_toml(&text, &name, folder, load)?;
+    Ok(Loaded::Described(scene))
 }

@@ -158,10 +158,8 @@ impl Optics {
 
 /// `--distance`, mirror radii.
 pub(super) fn distance(text: &str) -> Result<f64, String> {
-    within(
-        1.0e-3..=1.0e12,
-        "mirror radii from 0.001 to 1e12, such as 100",
-    )(text)
+    let expected = "mirror radii from 0.001 to 1e12, such as 100";
+    within(1.0e-3..=1.0e12, expected)(text)
 }
 
 pub(super) fn view(

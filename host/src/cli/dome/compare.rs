@@ -115,9 +115,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (config, mapping) = (optics.config.map(Named::name), mapping.name());
     let name = config.unwrap_or("no mirror");
     let note = format!("grid at {distance} radii, {name} ({mapping}): red true, cyan simulated");
-    picture
-        .write_png_with_alpha(&path, &metadata(note))
-        .or_fail()?;
+    let written = picture.write_png_with_alpha(&path, &metadata(note));
+    written.or_fail()?;
     let report = Report {
         image: path.display().to_string(),
         hash: hexadecimal(picture.hash()),

@@ -94,32 +94,25 @@ fn charts(count: u32, mapping: Mapping) -> Result<[Chart; 7], Failure> {
         };
         let points = ratios(&range, count).into_iter().map(point);
         let points = points.collect::<Result<Vec<_>, _>>().or_fail()?;
-        let (axes, lines) = (
-            [of_ratio(&range), y],
-            Line::new("parallel projection", 0, points),
-        );
-        Ok(chart(title, axes, vec![lines], Corner::LowerLeft))
+        let line = Line::new("parallel projection", 0, points);
+        let axes = [of_ratio(&range), y];
+        Ok(chart(title, axes, vec![line], Corner::LowerLeft))
     };
     let viewpoint = |range| Axis::linear("p", "viewpoint from the centre, p", range);
     let far_axis = logarithmic(viewpoint(1.0..1.0e4));
     let [errors, more] = ["Error by perspective", "Error by perspective, enlarged"];
-    let [viewpoints, farther] = [
-        "Viewpoint by perspective",
-        "Viewpoint by perspective, enlarged",
-    ];
-    let title = "Error in parallel projection";
+    let viewpoints = "Viewpoint by perspective";
+    let farther = "Viewpoint by perspective, enlarged";
+    let title = "Error in parallel projection".to_owned();
+    let enlarged_title = format!("{title}, enlarged");
     Ok([
         best(errors, &whole, WHOLE, error(0.0..2.0)),
         best(more, &small, SMALL_ERRORS, enlarged(0.1..0.14)),
         best(viewpoints, &whole, WHOLE, viewpoint(0.0..12.0)),
         best(farther, &far, FAR_VIEWPOINTS, far_axis),
         places(&whole),
-        parallel(title.to_owned(), PARALLEL, error(0.0..22.0))?,
-        parallel(
-            format!("{title}, enlarged"),
-            PARALLEL_BEST,
-            enlarged(0.1..0.22),
-        )?,
+        parallel(title, PARALLEL, error(0.0..22.0))?,
+        parallel(enlarged_title, PARALLEL_BEST, enlarged(0.1..0.22))?,
     ])
 }
 

@@ -196,13 +196,9 @@ fn at_distance(near: &NearField, distance: f64) -> AtDistance {
 }
 
 fn sizes(near: &NearField, offsets: &[f64]) -> Result<Vec<SizeErrors>, Failure> {
-    let each: Vec<(f64, f64)> = offsets
-        .iter()
-        .flat_map(|&offset| {
-            let size = |i: i32| libm::pow(10.0, f64::from(i) / f64::from(STEPS));
-            (-DECADES * STEPS..=0).map(move |i| (offset, size(i)))
-        })
-        .collect();
+    let size = |i: i32| libm::pow(10.0, f64::from(i) / f64::from(STEPS));
+    let sizes = |&offset: &f64| (-DECADES * STEPS..=0).map(move |i| (offset, size(i)));
+    let each: Vec<(f64, f64)> = offsets.iter().flat_map(sizes).collect();
     let errors = each.par_iter();
     let errors = errors.map(|&(offset, size)| dome::size_errors(near, size, offset));
     errors.collect::<Result<_, _>>().or_misuse()

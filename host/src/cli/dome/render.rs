@@ -124,12 +124,8 @@ struct Image {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let field_of_view = field_of_view(arguments)?;
     let is_grid = matches!(arguments.scene, SceneName::Grid);
-    if arguments.distance.is_some() && !is_grid {
-        return Err(misuse!("--distance is for --scene grid"));
-    }
     let distance = is_grid.then(|| arguments.distance.unwrap_or(DISTANCE));
-    let mirror = &arguments.mirror;
-    let optics = mirror.optics(arguments.mirrored, field_of_view, distance)?;
+    let optics = (arguments.mirror).optics(arguments.mirrored, field_of_view, distance)?;
     let placed = (arguments.at.is_some() || arguments.tilt.is_some()).then(|| {
         let position = arguments.at.map_or(glam::DVec3::ZERO, |at| at.0);
         DomeCamera::tilted(position, arguments.tilt.unwrap_or(0.0).to_radians())
@@ -161,15 +157,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     make_writable(folder)?;
     // Tiles are bands of rows: small ones spread evenly over the threads.
     options.tile = 8;
-    let quiet = arguments.output.quiet || arguments.output.json;
+    let Output { quiet, json, .. } = arguments.output;
     let frames = arguments.frames.unwrap_or(path.frames());
     let (mut images, mut exr) = (Vec::new(), Vec::new());
     let (mut statistics, mut seconds) = (Statistics::default(), 0.0);
     for frame in 1..=frames {
-        let camera = path.camera(frame).or(placed);
-        let camera = camera.unwrap_or(DomeCamera::UPRIGHT);
+        let camera = path.camera(frame).unwrap_or(camera);
         let view = view(optics.projection, &camera, arguments.size)?;
-        let found = trace(&baked, &view, &options, quiet)?;
+        let found = trace(&baked, &view, &options, quiet || json)?;
         statistics.add(&found.statistics);
         seconds += found.seconds;
         let title = format!("dome master of scene {}, frame {frame}", source.name);
@@ -180,7 +175,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             frame,
             path: path.display().to_string(),
             // Takes time, so only if somebody reads it.
-            hash: (arguments.output.json).then(|| hexadecimal(picture.hash())),
+            hash: json.then(|| hexadecimal(picture.hash())),
         });
         if arguments.output.exr {
             let path = file(frame, "exr");
@@ -188,7 +183,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             exr.push(path.display().to_string());
         }
     }
-    let config = optics.config;
     let report = Report {
         images,
         exr,
@@ -198,9 +192,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         size: arguments.size,
         frames,
         mapping: arguments.mirror.mapping.name(),
-        config: config.map(Named::name),
-        mirror_size: config.map(|_| optics.radius),
-        viewpoint: config.map(|_| optics.viewpoint),
+        config: optics.config.map(Named::name),
+        mirror_size: optics.config.map(|_| optics.radius),
+        viewpoint: optics.config.map(|_| optics.viewpoint),
         fov: arguments.fov.unwrap_or(180.0),
         mirrored: arguments.mirrored,
         distance,
@@ -208,11 +202,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         mesh: source.mesh,
         traced,
     };
-    print(&report, arguments.output.json)
+    print(&report, json)
 }
 
-/// The field of view, radians; a mirror's is half of all directions.
+/// Checks arguments; returns the field of view, radians. A mirror's is half of all directions.
 fn field_of_view(arguments: &Arguments) -> Result<f32, Failure> {
+    if arguments.distance.is_some() && !matches!(arguments.scene, SceneName::Grid) {
+        return Err(misuse!("--distance is for --scene grid"));
+    }
     let mirror = arguments.mirror.mapping != Mapping::True;
     if mirror && arguments.fov.is_some() {
         return Err(misuse!(

@@ -116,13 +116,25 @@ impl Cause {
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct NotSimulated {
     /// Name of the effect.
-    pub(super) effect: &'static str,
+    effect: &'static str,
     /// Why nothing asks for it.
-    pub(super) reason: &'static str,
+    reason: &'static str,
+}
+
+/// The effects that a scene does not ask for.
+pub(super) fn not_simulated(asked: EffectSet, records: &Records<'_>) -> Vec<NotSimulated> {
+    let others = EffectSet::NAMED
+        .iter()
+        .filter(|(effect, _)| !asked.contains(*effect));
+    let others = others.map(|&(effect, name)| NotSimulated {
+        effect: name,
+        reason: reason(effect, records),
+    });
+    others.collect()
 }
 
 /// Why nothing in a scene asks for an effect.
-pub(super) fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
+fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
     let mut instances = records.instances.iter();
     match effect {
         EffectSet::SHADOWS if records.lights.is_empty() => "there is no light to keep out",

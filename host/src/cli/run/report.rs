@@ -177,7 +177,10 @@ impl Report {
     ) -> Self {
         let part = |count: u64| count as f64 / (session.frames.max(1)) as f64;
         let depth = arguments.live.tracing.depth;
-        let eyes = arguments.stereo.eye_order();
+        let eyes = arguments.stereo.eye_order().iter();
+        let legs = || Leg::ALL.into_iter().map(|leg| (leg.name(), leg));
+        let latencies = &session.latencies;
+        let classes = |leg| latencies.few_classes(leg).collect();
         let foveated = arguments.live.lod.is_foveated();
         let captures = surroundings.fill == Fill::Capture;
         Self {
@@ -202,7 +205,7 @@ impl Report {
             latch: arguments.latch.name(),
             stereo: Eyes {
                 format: arguments.stereo.name(),
-                eye_order: eyes.iter().map(|eye| eye.name()).collect(),
+                eye_order: eyes.map(|eye| eye.name()).collect(),
             },
             repeated_refreshes: session.refreshes - session.frames,
             lowered_share: part(session.lowered_frames),
@@ -219,21 +222,15 @@ impl Report {
                     Rung { quality, frames }
                 })
                 .collect(),
-            motion_to_wall_ms: session.latencies.summary(Leg::MotionToWall),
-            stages: Leg::ALL
-                .into_iter()
-                .map(|leg| (leg.name(), session.latencies.summary(leg)))
+            motion_to_wall_ms: latencies.summary(Leg::MotionToWall),
+            stages: legs()
+                .map(|(name, leg)| (name, latencies.summary(leg)))
                 .collect(),
-            histograms: Leg::ALL
-                .into_iter()
-                .map(|leg| (leg.name(), session.latencies.few_classes(leg).collect()))
-                .collect(),
+            histograms: legs().map(|(name, leg)| (name, classes(leg))).collect(),
             session,
         }
     }
-}
 
-impl Report {
     fn fmt_budget(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "budget {}", self.budget)?;
         if let Some(plain) = self.plain_ms {

@@ -39,16 +39,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let config = estimation(spec, feed.senses(spec), head, Some(&calibrated));
         GazeEstimator::new(config).or_fail()
     });
-    let records = Records::new(sight.transpose()?);
-    show(&mut feed, records, &arguments.end, arguments.json)
+    show(
+        &mut feed,
+        sight.transpose()?,
+        &arguments.end,
+        arguments.json,
+    )
 }
 
 pub(super) fn show(
     feed: &mut Feed,
-    mut records: Records,
+    sight: Option<GazeEstimator>,
     end: &EndArguments,
     json: bool,
 ) -> Result<(), Failure> {
+    let mut records = Records::new(sight);
     let mut screen = Screen {
         json,
         live: !json && io::stdout().is_terminal(),

@@ -2,7 +2,6 @@
 
 use super::follow::EndArguments;
 use super::monitor::show;
-use super::sample::Records;
 use super::{Interrupt, Recorded, goes_over_a_line, protocol};
 use crate::cli::prelude::*;
 use crate::tracker::pty::Pty;
@@ -77,8 +76,7 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
     };
     let Some(path) = &arguments.pty else {
         let mut feed = Feed::open(&TrackerKind::Mock(spec).into())?;
-        let (records, json) = (Records::new(None), arguments.json);
-        return show(&mut feed, records, &arguments.end, json);
+        return show(&mut feed, None, &arguments.end, arguments.json);
     };
     let protocol = on_a_line(spec.protocol.take())?;
     let tracker = simulated(&spec)?;
@@ -89,8 +87,7 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
 pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let Some(path) = &arguments.to else {
         let mut feed = Feed::open(&TrackerKind::Replay(arguments.file.clone()).into())?;
-        let (records, json) = (Records::new(None), arguments.json);
-        return show(&mut feed, records, &arguments.end, json);
+        return show(&mut feed, None, &arguments.end, arguments.json);
     };
     let protocol = on_a_line(arguments.protocol.clone())?;
     let recording = Recording::read(&arguments.file)?;
@@ -142,13 +139,10 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
     };
     if with == 0 {
         let (file, name) = (file.display(), protocol.name());
-        let help =
-            "choose another --as; link sends all that a recording has: shisen tracker replay";
-        return Err(Fault::new(
-            format!("{file} holds no {what}, which is what a {name} sends"),
-            format!("{help} {file} --to PTY"),
-        )
-        .into());
+        let message = format!("{file} holds no {what}, which is what a {name} sends");
+        let help = "choose another --as; link sends all that a recording has";
+        let help = format!("{help}: shisen tracker replay {file} --to PTY");
+        return Err(Fault::new(message, help).into());
     }
     let without = samples.len() - with;
     if without > 0 && !protocol.has_eyes() {
