@@ -256,12 +256,12 @@ fn every_fault_costs_little() {
         let records = head_records(&Protocol::Fastrak(config.clone()), encode);
         let found = hostile(|| Fastrak::new(config.clone()), &records, share);
         let items: StdVec<u8> = config.items.numbers().collect();
-        let form = match (config.items.format(), &items[..]) {
-            (_, [18, 19]) => "words with angles",
-            (_, [18, 20]) => "words with a quaternion",
-            (Format::Ascii, _) => "ASCII",
-            (Format::Binary, _) => "binary",
+        let (bounds, lost) = match (config.items.format(), &items[..]) {
+            (_, [18, 19]) => ([0.81, 0.62, 0.54, 0.67], 1),
+            (_, [18, 20]) => ([0.0, 0.52, 0.04, 0.05], 1),
+            (Format::Ascii, _) => ([0.0, 0.03, 0.0, 0.0], 0),
+            (Format::Binary, _) => ([0.0, 0.73, 0.0, 0.0], 0),
         };
-        found.assert_stated(form, include_str!("../fastrak.rs"));
+        found.assert_within("FASTRAK", bounds, lost);
     }
 }
