@@ -320,19 +320,4 @@ mod tests {
         assert_eq!(Text::new(&[b'a'; 200]).as_str().len(), MOST_MESSAGE_BYTES);
         assert_eq!(Text::new(b"").as_str(), "");
     }
-
-    #[test]
-    fn sums_of_counts_stop_at_the_largest() {
-        let mut counts = Counts {
-            bytes: u64::MAX,
-            ..Counts::new()
-        };
-        let reason = DropReason::Checksum;
-        counts.note(&Event::Dropped(Dropped { bytes: 3, reason }));
-        let both = counts.plus(&counts);
-        assert_eq!((both.bytes, both.dropped_bytes), (u64::MAX, 6));
-        assert_eq!(both.dropped_for(reason), 2);
-        let places = DropReason::ALL.map(|reason| reason as usize);
-        assert!(places.into_iter().eq(0..DropReason::ALL.len()));
-    }
 }

@@ -104,13 +104,6 @@ fn an_eye_that_was_not_found_has_no_gaze() {
     let point = GazePoint::Raw(Vec2::new(5.0, 6.0));
     assert_eq!(found.gaze_point, Some(Reading::held(point)));
     assert_eq!(found.combined.pupil, None);
-    let config = Config {
-        zero_is_lost: false,
-        ..Config::default()
-    };
-    let found = sample_of(Asl::new(config), &frame);
-    assert_eq!(found.combined.pupil, None);
-    assert_eq!(found.gaze_point, Some(Reading::tracked(point)));
 }
 
 #[test]
@@ -134,22 +127,6 @@ fn damage_is_named() {
     assert_eq!(damaged(7, 0x5E), [DropReason::OutOfRange]);
     let cut = [&FRAME[..], &FRAME[..6], &FRAME, &FRAME].concat();
     assert_eq!(dropped(&mut Asl::default(), &cut), [DropReason::Truncated]);
-}
-
-#[test]
-fn missing_frames_are_counted() {
-    let mut decoder = Asl::default();
-    for number in [65_534, 65_535, 0, 3, 4, 40_000, 40_001] {
-        let frame = encode(&looking_at(number, 1.0, 0.0, 0.0), Layout::Numbered);
-        samples(&mut decoder, &frame);
-    }
-    assert_eq!(decoder.counts().samples, 7);
-    // 1 and 2; from 4 to 40,000 it began anew.
-    assert_eq!(decoder.counts().lost, 2);
-    decoder.reset();
-    let frame = encode(&looking_at(40_005, 1.0, 0.0, 0.0), Layout::Numbered);
-    samples(&mut decoder, &frame);
-    assert_eq!(decoder.counts().lost, 2);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 use super::*;
 use crate::protocol::Protocol;
-use crate::testing::{come_back, events, head_records, hostile, said, samples, thrown};
+use crate::testing::{come_back, events, head_records, hostile, samples, thrown};
 
 /// Code 7; 10.5, −3.25 and 1 degrees.
 const VECTOR: [u8; 30] = [
@@ -147,16 +147,6 @@ fn the_count_says_what_is_missing() {
     decoder.reset();
     decoder.feed(&VECTOR, Micros(0), &mut |_| {});
     assert_eq!(decoder.counts().lost, 251);
-}
-
-#[test]
-fn commands_are_letters() {
-    assert_eq!(said(start(true)), [b"R", b"S"]);
-    assert_eq!(start(true).once_only_time(), RESET_TIME);
-    assert_eq!(
-        (said(stop()), said(centre())),
-        ([b"s".to_vec()].into(), [b"C".to_vec()].into())
-    );
 }
 
 #[test]
