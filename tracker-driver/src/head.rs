@@ -1,14 +1,4 @@
-//! Head trackers.
-//!
-//! | Module | Device |
-//! |---|---|
-//! | [`fastrak`] | Polhemus FASTRAK and what speaks its language: `InterSense` IS-600, IS-900 (serial) |
-//! | [`liberty`] | Polhemus Liberty, Patriot, Latus (serial, binary) |
-//! | [`flock`] | Ascension Flock of Birds, laserBIRD (serial) |
-//! | [`hatire`] | Hatire head trackers of hobbyists (serial) |
-//! | [`osvr_hdk`] | the head tracker of the OSVR Hacker Dev Kit (USB HID) |
-//!
-//! [`polhemus`] holds the lists of items that the first two have in common,
+//! Head trackers. [`polhemus`] holds the lists of items that FASTRAK and Liberty have in common,
 //! [`axes`] what a device's frame has to do with [`Head`](crate::sample::Head)'s.
 
 pub mod axes;

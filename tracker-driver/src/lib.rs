@@ -41,22 +41,10 @@
 //! loop over a port that also tells the device what to send (`uart::HostEnd`), `mock_tracker` has
 //! the simulated viewer.
 //!
-//! # Where things are, in the order in which data go
-//!
-//! | Module | What |
-//! |---|---|
-//! | `uart`, `i2c`, `serial`, `hid::device` | transports, each behind a feature |
-//! | [`decoder`] | what all decoders have in common |
-//! | [`head`] | head trackers: Polhemus, `InterSense`, Ascension, Hatire, OSVR HDK |
-//! | [`eye`] | eye trackers on a serial line |
-//! | [`hid`] | eye and head trackers of HID usage page 0x12, by their report descriptor |
-//! | [`link`] | boards that speak our own link, and displays that do |
-//! | [`protocol`] | any of these devices, chosen at run time |
-//! | [`sample`], [`time`] | what comes out of a decoder: heads, eyes, and when |
-//! | [`clock`] | from a device's times to the caller's clock |
-//! | [`estimate`] | the line of sight at the time of display, and how sure it is |
-//! | [`command`] | the way back: what makes a device send |
-//! | `mock` | a simulated viewer in front of any of these devices |
+//! Bytes go from a transport (`uart`, `i2c`, `serial`, `hid::device`, each behind a feature) to a
+//! [`decoder`]; its [`Sample`](sample::Sample)s get the caller's time from a [`clock`] and become a
+//! line of sight in an [`estimate`]. A [`protocol`] is any of the devices, chosen at run time;
+//! [`command`] is the way back; `mock` is a simulated viewer in front of any device.
 //!
 //! # What holds everywhere
 //!

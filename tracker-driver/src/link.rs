@@ -56,11 +56,8 @@
 //!
 //! # How far the decoder can be trusted
 //!
-//! A fault costs the frames that it touches and no other. CRC-16 notices every change within 16
-//! bits; a fault in a byte of the COBS encoding moves two places of the frame, and passes once in
-//! 65,536. Random bytes pass for a frame with a probability below 2⁻⁸ (delimiter) 2⁻⁸ (version)
-//! 2⁻⁵ (kind) 2⁻⁸ (length) 2⁻¹⁶ (CRC) = 2⁻⁴⁵ at each byte. Of the faults of one byte
-//! ([how](crate::decoder#how-strong-a-check-is)) none let a wrong sample through.
+//! A fault costs the frames that it touches and no other; none of one byte lets a wrong sample
+//! through. Random bytes pass for a frame with a probability below 2⁻⁴⁵ at each byte.
 //!
 //! [COBS]: https://doi.org/10.1109/90.769765
 

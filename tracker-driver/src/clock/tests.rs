@@ -242,13 +242,6 @@ fn a_pause_of_the_line_is_no_restart() {
 }
 
 #[test]
-fn without_a_device_time_the_arrival_counts() {
-    let stamp = clock().stamp(&Sample::arrived(Micros(10_000)), &mut |_| {});
-    assert_eq!(stamp.time, Micros(8_000));
-    assert_eq!(stamp.source, StampSource::Arrival);
-}
-
-#[test]
 fn extreme_times_do_no_harm() {
     let mut clock = clock();
     for (i, time) in [0, u64::MAX, 1 << 63, 0, u64::MAX / 2, 3]

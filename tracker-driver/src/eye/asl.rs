@@ -26,22 +26,8 @@
 //! other. Checked are the top bits, the byte that is nothing, the bits of the last byte that
 //! stand for no field, and that a frame out of step is followed by another: it is handed over
 //! with that one's first byte, and has the time of its own last. Random bytes pass for a frame
-//! of 12 with probability 2⁻⁸ (status) 2⁻¹¹ (top bits) 2⁻⁷⁻¹⁻⁴ 2⁻⁸ (the next status) = 2⁻³⁹ at
-//! each byte. At another speed than the device sends at zeros and single bits abound: `cargo
-//! test -p shisen-tracker wrong_speed -- --nocapture` holds this table to the mock's records,
-//! read at a quarter to four times the speed, with pauses between them and without:
-//!
-//! | Records | Bytes for each false sample, at least |
-//! |---|---|
-//! | `asl` at another speed | 866 |
-//!
-//! There is no checksum: a changed byte that stays below 0x80 is mostly not noticed, a byte too
-//! many only where it moves a bit that must be clear. Faults of one byte
-//! ([how](crate::decoder#how-strong-a-check-is)):
-//!
-//! | Records | dropped | flipped | inserted | doubled | Intact records lost |
-//! |---|---|---|---|---|---|
-//! | any | 0 | 0.35 | 0.02 | 0.03 | 0 |
+//! of 12 with a probability of 2⁻³⁹ at each byte, and once in 866 bytes of a line that is read at
+//! another speed. A changed byte that stays below 0x80 is mostly not noticed.
 
 use super::numbers;
 use crate::command::{Awaited, PATIENCE, Script};

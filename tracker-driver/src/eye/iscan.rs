@@ -22,18 +22,9 @@
 //! [`Config::confirm`] every record does; then a damaged header costs the record before it too.
 //! A header cannot stand inside a record: words above [`Config::largest_word`] are refused, and
 //! none can be set that would let 0x44 be a word's upper byte. Random bytes look like a record
-//! of n outputs, header and next header, with probability 2⁻³² (68/256)ⁿ at each byte: 3 in 10¹³
-//! for n = 5.
-//!
-//! A byte that was dropped inside a record is always noticed: the next header then ends in the
-//! record's last word. One that was inserted or changed is noticed only where a word becomes too
-//! large. Faults of one byte ([how](crate::decoder#how-strong-a-check-is)), the random values
-//! from 0 to 512 pixels:
-//!
-//! | Records | dropped | flipped | inserted | doubled | Intact records lost |
-//! |---|---|---|---|---|---|
-//! | at once | 0 | 0.32 | 0.09 | 0.10 | 0 |
-//! | confirmed | 0 | 0.32 | 0 | 0 | 1 |
+//! of 5 outputs, header and next header, with a probability of 3 · 10⁻¹³ at each byte. A byte that
+//! was dropped is always noticed; one that was inserted or changed only where a word becomes too
+//! large.
 
 use super::numbers;
 use crate::command::{Awaited, PATIENCE, Script};

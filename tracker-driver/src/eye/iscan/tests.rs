@@ -1,6 +1,6 @@
 use super::*;
 use crate::protocol::Protocol;
-use crate::testing::{ARRIVAL, Random, dropped, hostile, mock_records, said, samples};
+use crate::testing::{ARRIVAL, Random, dropped, hostile, mock_records, samples};
 use std::vec::Vec as List;
 
 /// Pupil at 256.3, 120, 45.6 wide; point of regard 300, 0.1.
@@ -53,12 +53,6 @@ fn a_record_becomes_a_sample() {
 }
 
 #[test]
-fn it_is_started_and_stopped_by_a_byte() {
-    assert_eq!(said(start()), [[0x80]]);
-    assert_eq!(said(stop()), [[0x81]]);
-}
-
-#[test]
 fn outputs_are_found_by_their_place() {
     let outputs = Outputs::new(&[
         Output::Other,
@@ -79,19 +73,11 @@ fn outputs_are_found_by_their_place() {
 
 #[test]
 fn outputs_are_one_to_six() {
-    for count in 0..9 {
-        let outputs = Outputs::new(&List::from([Output::Other; 9])[..count]);
-        if (1..=6).contains(&count) {
-            assert_eq!(outputs.unwrap().record_length(), 2 + 2 * count);
-        } else {
-            assert_eq!(outputs, Err(OutputsError { found: count }));
-        }
+    let new = |found| Outputs::new(&List::from([Output::Other; 9])[..found]);
+    assert!((1..=6).all(|count| new(count).is_ok()));
+    for found in [0, 7] {
+        assert_eq!(new(found), Err(OutputsError { found }));
     }
-    let text = std::format!("{}", OutputsError { found: 7 });
-    assert!(
-        text.starts_with("7 ISCAN outputs") && text.contains("1 to 6"),
-        "{text}"
-    );
 }
 
 #[test]
@@ -139,31 +125,12 @@ fn damage_is_named() {
 fn every_fault_is_over_within_three_records() {
     let mock = mock_records(&Protocol::Iscan(Config::default()));
     let records = [stream(), mock];
-    for (when, config) in [("at once", Config::default()), ("confirmed", confirmed())] {
+    for (config, bounds, lost) in [
+        (Config::default(), [0.0, 0.32, 0.09, 0.10], 0),
+        (confirmed(), [0.0, 0.32, 0.0, 0.0], 1),
+    ] {
         let found = hostile(|| Iscan::new(config), &records, 3.0e-13);
-        found.assert_stated(when, include_str!("../iscan.rs"));
-    }
-}
-
-#[test]
-fn a_record_that_waited_has_its_own_arrival() {
-    for confirm in [false, true] {
-        let mut decoder = Iscan::new(Config {
-            confirm,
-            ..Config::default()
-        });
-        let mut found = List::new();
-        for (n, byte) in RECORD.iter().cycle().take(5 * RECORD.len() + 2).enumerate() {
-            let now = Micros(1_000 * n as u64);
-            decoder.feed(&[*byte], now, &mut |event| match event {
-                Event::Sample(sample) => {
-                    assert!(sample.arrival <= now);
-                    found.push(sample.arrival);
-                }
-                other => panic!("{other:?}"),
-            });
-        }
-        assert_eq!(found, [11, 23, 35, 47, 59].map(|n| Micros(1_000 * n)));
+        found.assert_within("ISCAN", bounds, lost);
     }
 }
 

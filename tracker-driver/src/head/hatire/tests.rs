@@ -1,6 +1,6 @@
 use super::*;
 use crate::protocol::Protocol;
-use crate::testing::{come_back, events, head_records, hostile, said, samples, thrown};
+use crate::testing::{come_back, events, head_records, hostile, samples, thrown};
 
 /// Code 7; 10.5, −3.25 and 1 degrees.
 const VECTOR: [u8; 30] = [
@@ -150,22 +150,12 @@ fn the_count_says_what_is_missing() {
 }
 
 #[test]
-fn commands_are_letters() {
-    assert_eq!(said(start(true)), [b"R", b"S"]);
-    assert_eq!(start(true).once_only_time(), RESET_TIME);
-    assert_eq!(
-        (said(stop()), said(centre())),
-        ([b"s".to_vec()].into(), [b"C".to_vec()].into())
-    );
-}
-
-#[test]
 fn every_fault_costs_little() {
     for config in [Config::default(), big_endian()] {
         let encode = |sample: &Sample| config.encode(sample).to_vec();
         come_back(Hatire::new(config), encode, [1e-5, 4e-6]);
         let records = head_records(&Protocol::Hatire(config), encode);
         let found = hostile(|| Hatire::new(config), &records, 5e-13);
-        found.assert_stated("any", include_str!("../hatire.rs"));
+        found.assert_within("Hatire", [0.0, 0.73, 0.0, 0.0], 0);
     }
 }

@@ -93,13 +93,14 @@ fn headers_that_are_otherwise() {
 #[test]
 fn stylus_is_up_or_down() {
     let config = config(&[2, 7, 8, 10, 0]);
-    assert_eq!(config.record_bytes(), 45);
     let mut record = config.encode(&moving_head(1)[0]).to_vec();
-    assert_eq!(samples(&mut Liberty::new(config.clone()), &record).len(), 1);
-    record[40] = 1;
-    assert_eq!(samples(&mut Liberty::new(config.clone()), &record).len(), 1);
-    record[40] = 2;
-    assert!(samples(&mut Liberty::new(config), &record).is_empty());
+    for (state, count) in [(0, 1), (1, 1), (2, 0)] {
+        record[40] = state;
+        assert_eq!(
+            samples(&mut Liberty::new(config.clone()), &record).len(),
+            count
+        );
+    }
 }
 
 #[test]
@@ -166,6 +167,6 @@ fn every_fault_costs_little() {
         come_back(Liberty::new(config.clone()), encode, [1e-6, 2e-6]);
         let records = head_records(&Protocol::Liberty(config.clone()), encode);
         let found = hostile(|| Liberty::new(config.clone()), &records, 5e-21);
-        found.assert_stated("any", include_str!("../liberty.rs"));
+        found.assert_within("Liberty", [0.0, 0.65, 0.0, 0.0], 0);
     }
 }

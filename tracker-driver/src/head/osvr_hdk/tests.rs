@@ -153,27 +153,19 @@ fn decoder_counts_gaps_across_the_wrap() {
     assert_eq!((counts.bytes, counts.dropped_bytes), (7 * 16, 16));
     decoder.reset();
     event(&mut decoder, &numbered(100));
-    assert_eq!(decoder.counts().lost, 256);
-}
-
-#[test]
-fn decoder_says_why_a_report_was_dropped() {
-    let mut decoder = OsvrHdk::new();
-    let mut damaged = VERSION_1;
-    damaged[1] = 8;
+    // One of no use counts as arrived.
+    let mut damaged = numbered(101);
     damaged[9] = 0;
-    let mut next = VERSION_1;
-    next[1] = 9;
-    event(&mut decoder, &VERSION_1);
-    let not_unit = thrown(16, DropReason::NotUnit);
-    assert_eq!(event(&mut decoder, &damaged), not_unit);
-    assert_eq!(event(&mut decoder, &[0; 3]), thrown(3, DropReason::Length));
-    assert_eq!(
-        event(&mut decoder, &[0x0F; 16]),
-        thrown(16, DropReason::Unknown)
-    );
-    event(&mut decoder, &next);
-    let counts = decoder.counts();
-    assert_eq!((counts.samples, counts.lost), (2, 0));
-    assert_eq!(counts.dropped_bytes, 16 + 3 + 16);
+    for (report, reason) in [
+        (&damaged[..], DropReason::NotUnit),
+        (&[0; 3], DropReason::Length),
+        (&[0x0F; 16], DropReason::Unknown),
+    ] {
+        assert_eq!(
+            event(&mut decoder, report),
+            thrown(report.len() as u32, reason)
+        );
+    }
+    event(&mut decoder, &numbered(102));
+    assert_eq!(decoder.counts().lost, 256);
 }

@@ -32,63 +32,6 @@ const MOUSE: [u8; 52] = [
 ];
 
 #[test]
-fn a_mouse_is_read() {
-    let mut seen = 0;
-    let reports = walk(&MOUSE, |e| {
-        seen += 1;
-        assert_eq!(e.collections, [usage(1, 2), usage(1, 1)]);
-        assert_eq!(e.parent(), usage(1, 1));
-        // Padding, movements, buttons.
-        let flags = match e.bits {
-            5 => 1,
-            8 => 6,
-            _ => 2,
-        };
-        assert_eq!(e.flags, flags);
-    })
-    .unwrap();
-    assert_eq!(seen, 7);
-    assert_eq!((reports.len(), reports[0].bytes()), (1, 4));
-}
-
-/// The usages that the crate calls by name are those of HUT 1.5.
-#[test]
-fn usages_are_those_of_the_tables() {
-    use crate::hid::usages as u;
-    use hut::{AsUsage as _, AsUsagePage, EyeandHeadTrackers as H};
-    for (ours, theirs) in [
-        (u::TRACKING_DATA, H::TrackingData),
-        (u::SENSOR_TIMESTAMP, H::SensorTimestamp),
-        (u::POSITION_X, H::PositionX),
-        (u::POSITION_Y, H::PositionY),
-        (u::POSITION_Z, H::PositionZ),
-        (u::GAZE_POINT, H::GazePoint),
-        (u::LEFT_EYE_POSITION, H::LeftEyePosition),
-        (u::RIGHT_EYE_POSITION, H::RightEyePosition),
-        (u::HEAD_POSITION, H::HeadPosition),
-        (u::HEAD_DIRECTION_POINT, H::HeadDirectionPoint),
-        (u::CAPABILITIES[0], H::TrackerQuality),
-        (u::CAPABILITIES[1], H::MinimumTrackingDistance),
-        (u::CAPABILITIES[2], H::OptimumTrackingDistance),
-        (u::CAPABILITIES[3], H::MaximumTrackingDistance),
-        (u::CAPABILITIES[4], H::MaximumScreenPlaneWidth),
-        (u::CAPABILITIES[5], H::MaximumScreenPlaneHeight),
-        (u::CONFIGURATION[0], H::DisplayManufacturerID),
-        (u::CONFIGURATION[1], H::DisplayProductID),
-        (u::CONFIGURATION[2], H::DisplaySerialNumber),
-        (u::CONFIGURATION[3], H::DisplayManufacturerDate),
-        (u::CONFIGURATION[4], H::CalibratedScreenWidth),
-        (u::CONFIGURATION[5], H::CalibratedScreenHeight),
-        (u::STATUS[0], H::ConfigurationStatus),
-        (u::STATUS[1], H::SamplingFrequency),
-        (u::CONTROL[0], H::DeviceModeRequest),
-    ] {
-        assert_eq!(theirs.usage_id_value(), ours, "{theirs:?}");
-        assert_eq!(AsUsagePage::usage_page_value(&theirs), u::PAGE);
-    }
-}
-
-#[test]
 fn descriptors_that_cannot_be_are_refused() {
     let problem = |bytes: &[u8]| walk(bytes, |_| ()).unwrap_err();
     // 65,535 times 4 GiB.

@@ -10,24 +10,12 @@ fn tracker() -> EyeTracker {
 
 /// 5 s; gaze 0.3, 0.2 m; left eye −0.03, 0.1, 0.65; head 0, 0.12, 0.7, turned to 0, 0.12, −0.3.
 fn report() -> List<u8> {
+    let gaze = &[300_000, 200_000][..];
+    let (left, right) = ([-30_000, 100_000, 650_000], [i32::MAX; 3]);
+    let (head, towards) = ([0, 120_000, 700_000], [0, 120_000, -300_000]);
     let mut report = List::from([0x10]);
     report.extend(5_000_000_u64.to_le_bytes());
-    for value in [
-        300_000,
-        200_000,
-        -30_000,
-        100_000,
-        650_000,
-        i32::MAX,
-        i32::MAX,
-        i32::MAX,
-        0,
-        120_000,
-        700_000,
-        0,
-        120_000,
-        -300_000,
-    ] {
+    for value in [gaze, &left, &right, &head, &towards].concat() {
         report.extend(value.to_le_bytes());
     }
     report
@@ -76,21 +64,15 @@ fn a_report_becomes_a_sample() {
     assert!(sample.right.is_empty());
     near(sample.head.position, Vec3::new(0.0, 0.12, 0.7));
     assert!(faces(&sample.head, Vec3::NEG_Z));
-    assert_eq!(tracker.counts().samples, 1);
-    assert_eq!(tracker.counts().bytes, 65);
-}
-
-#[test]
-fn axes_are_turned_and_moved() {
-    // The device counts down and into the screen, from 0.2 m above.
+    assert_eq!((tracker.counts().samples, tracker.counts().bytes), (1, 65));
+    // A device that counts down and into the screen, from 0.2 m above.
     let axes = Axes {
         rotation: Quat::from_xyzw(1.0, 0.0, 0.0, 0.0),
         origin: Vec3::new(0.0, 0.2, 0.0),
     };
     let mut tracker = EyeTracker::new(&DESCRIPTOR, axes).unwrap();
-    let sample = samples(&mut tracker, &report())[0];
+    let sample = samples(&mut tracker, &self::report())[0];
     near(sample.left.origin, Vec3::new(-0.03, 0.1, -0.65));
-    near(sample.head.position, Vec3::new(0.0, 0.08, -0.7));
     assert!(faces(&sample.head, Vec3::Z));
 }
 
@@ -310,15 +292,14 @@ fn angles_turn_the_head() {
     near(sample.head.position, Vec3::X * 0.01);
     // Angles alone, about one axis; a device that is turned about X counts the
     // other way round.
-    let mut alone = tracker(&[&radians], Axes::default());
-    let found = turn(&mut alone, &[500]).unwrap();
-    assert!(found.dot(Quat::from_rotation_y(0.5)).abs() > 1.0 - 1e-6);
-    let axes = Axes {
+    let turned = Axes {
         rotation: Quat::from_xyzw(1.0, 0.0, 0.0, 0.0),
         origin: Vec3::ZERO,
     };
-    let found = turn(&mut tracker(&[&radians], axes), &[500]).unwrap();
-    assert!(found.dot(Quat::from_rotation_y(-0.5)).abs() > 1.0 - 1e-6);
+    for (axes, angle) in [(Axes::default(), 0.5), (turned, -0.5)] {
+        let found = turn(&mut tracker(&[&radians], axes), &[500]).unwrap();
+        assert!(found.dot(Quat::from_rotation_y(angle)).abs() > 1.0 - 1e-6);
+    }
 }
 
 #[test]
@@ -335,16 +316,8 @@ fn what_is_no_tracker_is_refused() {
     assert!(matches!(cut, LayoutError::Descriptor(_)), "{cut:?}");
     let rotation = Quat::from_xyzw(0.0, f32::NAN, 0.0, 1.0);
     let origin = Vec3::splat(f32::INFINITY);
-    for axes in [
-        Axes {
-            rotation,
-            ..Axes::default()
-        },
-        Axes {
-            origin,
-            ..Axes::default()
-        },
-    ] {
+    let usual = Axes::default();
+    for axes in [Axes { rotation, ..usual }, Axes { origin, ..usual }] {
         let refused = EyeTracker::new(&DESCRIPTOR, axes).unwrap_err();
         assert_eq!(refused, LayoutError::Axes);
     }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::command::{Action, Script, Session};
-use crate::decoder::{Decoder, Event, Message};
+use crate::decoder::{Decoder, Event, Message, Text};
 use crate::eye::adhawk;
 use crate::head::flock::Mode;
 use crate::head::polhemus::Units;
@@ -85,17 +85,6 @@ fn a_device_streams_as_it_is_told() {
     assert_eq!(Some(device.protocol().clone()), Protocol::named("fastrak"));
 }
 
-#[test]
-fn noise_is_passed_over() {
-    for name in Protocol::NAMES {
-        let mut device = Device::new(&Protocol::named(name).unwrap());
-        for byte in 0..=u8::MAX {
-            device.feed(&[byte; 3], Micros(0), &mut |_| {});
-        }
-        assert!(device.heard.len() <= MOST_HEARD);
-    }
-}
-
 /// A device, the samples that it measures and the bytes that it sends.
 struct Bench {
     end: Line<Tracker<'static>>,
@@ -170,7 +159,6 @@ fn a_record_is_sent_on_demand() {
     for (name, stop, demand, still_streams) in [
         ("fastrak", &b"c"[..], &b"P"[..], true),
         ("liberty", b"P", b"P", false),
-        ("liberty", b"P", b"P\r", false),
         ("flock", b"B", b"B", false),
     ] {
         let mut bench = Bench::new(name, |_| {});
@@ -189,10 +177,6 @@ fn a_record_is_sent_on_demand() {
             bench.run(5);
             assert_eq!(bench.samples(), 1, "{name}");
         }
-        bench.tell(demand);
-        bench.tell(demand);
-        bench.run(5);
-        assert_eq!(bench.samples(), 2, "{name}");
     }
 }
 
@@ -203,25 +187,17 @@ fn a_fastrak_refuses_what_it_does_not_know() {
     let too_long = [&b"O1,"[..], &[b'2'; 300], b"\r"].concat();
     for (command, code) in [
         (&b"O1\r"[..], 1),
-        (b"O\r", 1),
         (b"O1,2,x,0\r", 2),
-        (b"O1,2,,0\r", 1),
         (b"O9,2,11,0\r", 3),
         (b"O1,2,11,999,0\r", 3),
-        (b"O2,2,11,17,0\r", 3),
-        (b"O1,2,11\r", 3),
         (b"O1,0,0,0,0,0,0,0,0,0,0,0,0,2,0\r", 5),
         (b"o37,N,8,0\r", 3),
-        (b"o96,X,8,0\r", 3),
         (b"x0.2,0.2\r", 1),
         (b"v0.2,a,0.8,0.8\r", 2),
         (b"H7,0,0,1\r", 3),
         (b"z", 99),
-        (b"\x01", 99),
-        (&[b'O'; 70], 5),
         // A line that is too long is refused once.
         (&too_long, 5),
-        (b"O4,99\r", 3),
     ] {
         bench.tell(command);
         let letter = command.first().filter(|letter| letter.is_ascii_graphic());
@@ -233,32 +209,12 @@ fn a_fastrak_refuses_what_it_does_not_know() {
     }
     let usual = Protocol::named("fastrak");
     assert_eq!(Some(bench.end.device().protocol()), usual.as_ref());
-    // What is right gets no answer.
-    for command in [
-        &b"x0.2,0.2,0.8,0.8\r"[..],
-        b"v0.2,0.2,0.8,0.8\r",
-        b"H1,0,0,1\r",
-        b"e1,0\r",
-        b"o1152,N,8,0\r",
-        b"O4,2,11,0\r",
-        b"T",
-        b"C\r\n",
-    ] {
-        bench.tell(command);
-        assert_eq!(bench.line, b"", "{command:?}");
-    }
 }
 
 /// A rate that is no part of the tracker's is kept on average.
 #[test]
 fn a_device_sends_at_the_rate_that_it_was_told() {
-    for (of, asked) in [
-        (1_000_u32, 120),
-        (1_000, 999),
-        (500, 500),
-        (300, 60),
-        (240, 100),
-    ] {
+    for (of, asked) in [(1_000_u32, 120), (500, 500), (240, 100)] {
         let mut device = Device::new(&Protocol::Link);
         device.rate = Some(asked);
         let sent = (0..10 * of).filter(|&i| {
@@ -267,47 +223,6 @@ fn a_device_sends_at_the_rate_that_it_was_told() {
         });
         let sent = sent.count() as u32;
         assert!(sent.abs_diff(10 * asked) <= 1, "{asked} of {of}: {sent}");
-        // After a pause it does not make up for it.
-        let late = |i: u64| Sample::arrived(Micros(20_000_000 + 100 * i));
-        let burst = (0..100).filter(|&i| device.measure(&late(i)).is_some());
-        assert!(burst.count() <= 12);
-    }
-}
-
-#[test]
-fn a_reset_is_silence_and_then_as_before() {
-    for (name, stop, reset, seconds) in [
-        ("fastrak", &b"c"[..], &b"\x19"[..], 10),
-        ("liberty", b"P", b"\x19\r", 10),
-        ("hatire", b"s", b"R", 2),
-    ] {
-        let mut bench = Bench::new(name, |_| {});
-        match name {
-            "fastrak" => bench.tell(b"FuO1,2,4,1\r"),
-            "liberty" => bench.tell(b"U1\rO1,2,7,0\r"),
-            _ => {}
-        }
-        let same = Some(bench.end.device().protocol()) == Protocol::named(name).as_ref();
-        assert_eq!(same, name == "hatire");
-        bench.tell(stop);
-        bench.run(2);
-        bench.line.clear();
-        bench.tell(reset);
-        let said = bench.heard();
-        assert_eq!(said.len(), usize::from(name == "hatire"), "{said:?}");
-        // It hears nothing, either.
-        bench.run(20);
-        bench.tell(b"SPS\rzF\r");
-        bench.run(20);
-        assert_eq!(bench.line, b"", "{name}");
-        bench.run(100 * seconds);
-        assert_eq!(
-            Some(bench.end.device().protocol().clone()),
-            Protocol::named(name)
-        );
-        let sent = bench.samples() as u64;
-        let most = 100 * seconds / 10 + 40;
-        assert!(sent > 0 && sent <= most, "{name}: {sent}");
     }
 }
 
@@ -331,88 +246,64 @@ fn a_fastrak_is_saved_and_forgets() {
     bench.run(2);
     assert_eq!(bench.line.len(), 47);
     assert_eq!(bench.samples(), 1);
-    bench.tell(b"S");
     // As the manual has it: 55 bytes, six flags that are always set, and `F3`.
+    bench.tell(b"S");
     assert_eq!(bench.line.len(), 55);
     assert!(bench.line.starts_with(b"21S3F0    F3"));
-    let events = bench.heard();
-    assert!(
-        matches!(events[..], [Event::Message(Message::Text(_))]),
-        "{events:?}"
-    );
 }
 
 #[test]
-fn a_liberty_says_who_it_is_and_zeroes_its_clock() {
+fn a_liberty_zeroes_its_clock() {
     let mut bench = Bench::new("liberty", |_| {});
     bench.run(50);
-    bench.tell(b"\x16\r");
-    assert!(bench.line.ends_with(b"0 SHISEN MOCK\r\n"));
     bench.line.clear();
     bench.tell(b"Q0\r");
     bench.run(3);
-    let times: std::vec::Vec<u64> = bench
-        .heard()
-        .iter()
-        .map(|event| match event {
-            Event::Sample(sample) => sample.device_time.unwrap().microseconds,
-            other => panic!("{other:?}"),
-        })
-        .collect();
-    assert_eq!(times, [0, 10_000, 20_000]);
+    let times = bench.heard().into_iter().map(|event| match event {
+        Event::Sample(sample) => sample.device_time.unwrap().microseconds,
+        other => panic!("{other:?}"),
+    });
+    assert!(times.eq([0, 10_000, 20_000]));
 }
 
 /// Bare bytes, which are no records: the decoder passes over them.
 #[test]
 fn a_flock_is_examined() {
     let mut bench = Bench::new("flock", |_| {});
-    let ask = |bench: &mut Bench, command: &[u8]| {
+    let units = |first| [&[first][..], &[0; 13]].concat();
+    for (command, answer) in [
+        // Master, initialised, running; position and quaternion, then angles; it streams.
+        (&b"O\x00"[..], &0xD011_u16.to_le_bytes()[..]),
+        (b"YO\x00", &0xD009_u16.to_le_bytes()),
+        (b"O\x02", &[40, 0]),
+        (b"O\x24", &units(0xE0)),
+        (b"O\x0A", &[0]),
+        (b"?O\x00", &0xF009_u16.to_le_bytes()),
+        (b"O\x0A", &[6]),
+        (b"?O\x10", &[6, 0]),
+        // A hemisphere, a parameter, and whom the next is for.
+        (b"L\x06\x01P\x32\x01\xF1]O\x0A", &[0]),
+        (b"GO\x00", &0xC030_u16.to_le_bytes()),
+        (b"O\x24", &units(0xA0)),
+    ] {
         bench.tell(command);
-        core::mem::take(&mut bench.line)
-    };
-    // Master, initialised, running; position and quaternion; it streams.
-    assert_eq!(ask(&mut bench, b"O\x00"), 0xD011_u16.to_le_bytes());
-    assert_eq!(ask(&mut bench, b"Y"), b"");
-    assert_eq!(ask(&mut bench, b"O\x00"), 0xD009_u16.to_le_bytes());
-    assert_eq!(ask(&mut bench, b"O\x02"), 40_u16.to_le_bytes());
-    let mut units = [0; 14];
-    units[0] = 0xE0;
-    assert_eq!(ask(&mut bench, b"O\x24"), units);
-    assert_eq!(ask(&mut bench, b"O\x0A"), [0]);
-    assert_eq!(ask(&mut bench, b"?"), b"");
-    assert_eq!(ask(&mut bench, b"O\x00"), 0xF009_u16.to_le_bytes());
-    assert_eq!(ask(&mut bench, b"O\x0A"), [6]);
-    assert_eq!(flock::error_meaning(6), "a command that does not exist");
-    assert_eq!(ask(&mut bench, b"?O\x10"), [6, 0]);
-    assert_eq!(ask(&mut bench, b"O\x0A"), [0]);
-    // A hemisphere, a parameter, and whom the next is for.
-    assert_eq!(ask(&mut bench, b"L\x06\x01P\x32\x01\xF1]O\x0A"), [0]);
-    assert_eq!(ask(&mut bench, b"G"), b"");
-    assert_eq!(ask(&mut bench, b"O\x00"), 0xC030_u16.to_le_bytes());
-    units[0] = 0xA0;
-    assert_eq!(ask(&mut bench, b"O\x24"), units);
+        assert_eq!(core::mem::take(&mut bench.line), answer, "{command:?}");
+    }
     // Asleep it measures nothing.
-    bench.tell(b"B");
-    bench.run(3);
-    assert_eq!(bench.samples(), 0);
-    bench.tell(b"FB");
-    bench.run(3);
-    assert_eq!(bench.samples(), 1);
+    for (command, count) in [(&b"B"[..], 0), (b"FB", 1)] {
+        bench.tell(command);
+        bench.run(3);
+        assert_eq!(bench.samples(), count);
+    }
 }
 
 #[test]
 fn a_hatire_says_what_it_is_and_where_its_front_is() {
     let mut bench = Bench::new("hatire", |_| {});
-    bench.run(3);
-    bench.line.clear();
-    for (command, text) in [(b"V", "SHISEN MOCK 0"), (b"I", "SENDS")] {
-        bench.tell(command);
-        let events = bench.heard();
-        let [Event::Message(Message::Text(found))] = events[..] else {
-            panic!("{events:?}");
-        };
-        assert_eq!(found.as_str(), text);
-    }
+    bench.tell(b"V");
+    let events = bench.heard();
+    let says = |text: &Text| text.as_str() == "SHISEN MOCK 0";
+    assert!(matches!(&events[..], [Event::Message(Message::Text(text))] if says(text)));
     let turn = |bench: &mut Bench| {
         bench.run(1);
         match bench.heard()[..] {
@@ -426,9 +317,6 @@ fn a_hatire_says_what_it_is_and_where_its_front_is() {
     assert!(off(turn(&mut bench)) > 0.01);
     bench.tell(b"C");
     assert!(off(turn(&mut bench)) < 1e-6);
-    bench.run(300);
-    bench.line.clear();
-    assert!(off(turn(&mut bench)) > 0.001);
 }
 
 #[test]
@@ -448,88 +336,66 @@ fn an_adhawk_answers_each_request() {
         assert_eq!(bench.replies(), [(0x90, 0), result]);
         line[6..].to_vec()
     };
-    assert_eq!(ask(&mut bench, 0x90, &[]), [0]);
-    assert_eq!(ask(&mut bench, 0x9A, &[14]), [0, 255, 255, 255, 255]);
-    let hertz = 50_f32.to_le_bytes();
-    let set = [&[13], &hertz[..]].concat();
-    assert_eq!(ask(&mut bench, 0x9B, &set), [0]);
-    assert_eq!(ask(&mut bench, 0x9A, &[13]), [&[0], &hertz[..]].concat());
-    assert_eq!(bench.end.device().rate(), Some(50));
-    let set = [&[2, 2, 0, 0, 0], &25_f32.to_le_bytes()[..]].concat();
-    assert_eq!(ask(&mut bench, 0x9B, &set), [0]);
+    let [fast, slow] = [50_f32, 25.0].map(f32::to_le_bytes);
+    for (kind, arguments, answer) in [
+        (0x90, &[][..], &[0][..]),
+        (0x9A, &[14], &[0, 255, 255, 255, 255]),
+        (0x9B, &[&[13], &fast[..]].concat(), &[0]),
+        (0x9A, &[13], &[&[0], &fast[..]].concat()),
+        (0x9B, &[&[2, 2, 0, 0, 0], &slow[..]].concat(), &[0]),
+        // Blinks.
+        (0x9B, &[5, 1, 0, 0, 0, 1], &[0]),
+        (0x9A, &[5], &[0, 1, 0, 0, 0]),
+        (0x9C, &[1, 2], &[2]),
+        (0x9A, &[], &[2]),
+        (0x9B, &[13, 0, 0, 0xC0, 0x7F], &[2]),
+        (0x9B, &[14, 0], &[2]),
+        (0x9B, &[77, 0], &[8]),
+        (0x80, &[], &[8]),
+    ] {
+        assert_eq!(ask(&mut bench, kind, arguments), answer, "{kind:x}");
+    }
     assert_eq!(bench.end.device().rate(), Some(25));
     // Not the pupils.
     assert_eq!(ask(&mut bench, 0x9B, &[14, 32, 0, 0, 0, 0]), [0]);
     bench.run(100);
-    let samples: std::vec::Vec<_> = bench.heard();
-    assert!((25..=26).contains(&samples.len()), "{}", samples.len());
-    for event in samples {
-        let Event::Sample(sample) = event else {
-            panic!("{event:?}");
-        };
-        assert!(sample.left.pupil.is_none() && sample.left.origin.is_some());
-    }
-    // Blinks.
-    assert_eq!(ask(&mut bench, 0x9B, &[5, 1, 0, 0, 0, 1]), [0]);
-    assert_eq!(ask(&mut bench, 0x9A, &[5]), [0, 1, 0, 0, 0]);
-    for (kind, arguments, result) in [
-        (0x9C, &[1, 2][..], 2),
-        (0x9A, &[], 2),
-        (0x9B, &[13, 0, 0, 0xC0, 0x7F], 2),
-        (0x9B, &[14, 0], 2),
-        (0x9B, &[77, 0], 8),
-        (0x9A, &[77], 8),
-        (0x80, &[], 8),
-    ] {
-        assert_eq!(ask(&mut bench, kind, arguments), [result], "{kind:x}");
-    }
-}
-
-/// The samples that a line of these birds sends within a second.
-fn of_birds(birds: u8, first: u8, stopped: bool) -> std::vec::Vec<Sample> {
-    let config = flock::Config {
-        group: true,
-        ..flock::Config::default()
-    };
-    let tracker = tracker_at(100, 5);
-    let device = Device::new(&Protocol::Flock(config)).with_birds(first, birds);
-    let mut line = Line::of(tracker, device);
-    if stopped {
-        // One record of each.
-        line.hear(b"BB", Micros(0), &mut |_| {});
-    }
-    let mut decoder = flock::Flock::new(config);
-    let mut samples = std::vec::Vec::new();
-    while let Some(chunk) = line.poll(Micros::from_millis(1_000)) {
-        decoder.feed(chunk.bytes(), chunk.arrival, &mut |event| match event {
-            Event::Sample(sample) => samples.push(sample),
-            other => panic!("{other:?}"),
-        });
-    }
-    samples
+    let pupils = bench.heard().into_iter().filter_map(|event| match event {
+        Event::Sample(sample) => Some(sample.left.pupil),
+        _ => None,
+    });
+    let pupils: std::vec::Vec<_> = pupils.collect();
+    assert!((25..=26).contains(&pupils.len()) && pupils.iter().all(Option::is_none));
 }
 
 #[test]
 fn every_bird_of_a_group_sends() {
-    for (birds, first) in [(1, 1), (3, 1), (2, 2), (14, 1), (200, 9)] {
-        let birds_there = birds.min(flock::MOST_BIRDS);
-        let first_there = first.min(flock::MOST_BIRDS + 1 - birds_there);
-        let samples = of_birds(birds, first, false);
-        assert_eq!(samples.len(), 100 * usize::from(birds_there));
-        for group in samples.chunks(usize::from(birds_there)) {
-            let place = |sample: &Sample| sample.head.position.unwrap().value;
+    let config = flock::Config {
+        group: true,
+        ..flock::Config::default()
+    };
+    for (birds, first, there, first_there) in [(1, 1, 1, 1), (2, 2, 2, 2), (200, 9, 14, 1)] {
+        let device = Device::new(&Protocol::Flock(config)).with_birds(first, birds);
+        let mut line = Line::of(tracker_at(100, 5), device);
+        let mut decoder = flock::Flock::new(config);
+        let mut samples = std::vec::Vec::new();
+        while let Some(chunk) = line.poll(Micros::from_millis(1_000)) {
+            decoder.feed(chunk.bytes(), chunk.arrival, &mut |event| match event {
+                Event::Sample(sample) => samples.push(sample),
+                other => panic!("{other:?}"),
+            });
+        }
+        assert_eq!(samples.len(), 100 * there);
+        let place = |sample: &Sample| sample.head.position.unwrap().value.x;
+        for group in samples.chunks(there) {
             for (n, sample) in (0..).zip(group) {
                 assert_eq!(sample.sensor, first_there - 1 + n, "{birds} {first}");
                 assert_eq!(sample.arrival, group[0].arrival);
                 // Farther than 36 inches a bird's words do not reach.
-                let right = place(sample).x - place(&group[0]).x;
-                let expected = (0.1 * f32::from(n)).min(0.9144 - place(&group[0]).x);
-                assert!((right - expected).abs() < 1e-3, "{right} {expected}");
+                let expected = (place(&group[0]) + 0.1 * f32::from(n)).min(0.9144);
+                assert!((place(sample) - expected).abs() < 1e-3, "{expected}");
             }
         }
     }
-    // B is asked for twice: two of each.
-    assert_eq!(of_birds(3, 1, true).len(), 6);
     let mut units: std::vec::Vec<u8> = std::vec::Vec::new();
     let mut device = Device::new(&Protocol::named("flock").unwrap()).with_birds(2, 3);
     device.feed(b"O\x24", Micros(0), &mut |answer| units.extend(answer));
@@ -551,13 +417,7 @@ fn a_device_tells_what_the_eyes_do() {
         let mut kinds = std::vec::Vec::new();
         while let Some(chunk) = line.poll(Micros::from_millis(30_000)) {
             reader.feed(chunk.bytes(), chunk.arrival, &mut |event| match event {
-                Event::Message(Message::Eyes(event)) => {
-                    match event.kind {
-                        Blink => assert!(event.duration.unwrap() < Micros(900_000), "{event:?}"),
-                        kind => assert!(event.eye.is_some(), "{kind:?}"),
-                    }
-                    kinds.push((event.kind, event.eye));
-                }
+                Event::Message(Message::Eyes(event)) => kinds.push((event.kind, event.eye)),
                 Event::Sample(_) | Event::Message(Message::Unmeasured(_)) => {}
                 other => panic!("{other:?}"),
             });
@@ -569,12 +429,11 @@ fn a_device_tells_what_the_eyes_do() {
     for eye in [Side::Left, Side::Right] {
         for pair in [[Closed, Opened], [Lost, Found]] {
             let mut expected = pair.into_iter().cycle();
-            for (kind, _) in all
-                .iter()
-                .filter(|(kind, of)| pair.contains(kind) && *of == Some(eye))
-            {
-                assert_eq!(Some(*kind), expected.next(), "{all:?}");
-            }
+            let of_eye = all.iter().filter(|(_, of)| *of == Some(eye));
+            let mut kinds = of_eye
+                .map(|(kind, _)| *kind)
+                .filter(|kind| pair.contains(kind));
+            assert!(kinds.all(|kind| Some(kind) == expected.next()), "{all:?}");
         }
     }
     assert_eq!(heard(&Protocol::Link, 0), all);
@@ -584,11 +443,7 @@ fn a_device_tells_what_the_eyes_do() {
         some
     };
     // 15 a minute.
-    let blinks = of(&[Blink]).len();
-    assert!(
-        (3..20).contains(&blinks) && !of(&[Lost]).is_empty(),
-        "{all:?}"
-    );
+    assert!((3..20).contains(&of(&[Blink]).len()) && !of(&[Lost]).is_empty());
     for (mask, kinds) in [
         (0, &[][..]),
         (1, &[Blink]),

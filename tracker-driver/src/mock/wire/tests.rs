@@ -2,104 +2,61 @@ use super::*;
 use crate::decoder::{Decoder, Event};
 use crate::mock::{Tracker, TrackerConfig};
 use crate::protocol::Reader;
-use crate::rotation::{angle, to_vector};
+use crate::rotation::angle;
 use std::vec::Vec;
 
 fn tracker() -> Tracker<'static> {
     crate::testing::tracker(TrackerConfig::default(), 3)
 }
 
-/// What each protocol brings across: errors of the head's place (metres) and
-/// turn, and of the gaze (radians), at most; `None` where it has none.
-fn expected(name: &str) -> [Option<f32>; 3] {
-    match name {
-        "link" => [Some(0.0), Some(1e-6), Some(1e-6)],
-        "fastrak" | "liberty" => [Some(1e-6), Some(1e-6), None],
-        // 14 bits of 36 inches and of the quaternion.
-        "flock" => [Some(2e-4), Some(5e-4), None],
-        "hatire" => [None, Some(1e-5), None],
-        "osvr-hdk" => [None, Some(2e-4), None],
-        // Tenths of a unit, and whole ones.
-        "iscan" => [None, None, Some(2e-4)],
-        "asl" => [None, None, Some(2e-3)],
-        "adhawk" => [None, Some(1e-5), Some(1e-5)],
-        // The direction of the head lacks its roll.
-        "hid" => [Some(1e-6), None, Some(1e-5)],
-        _ => panic!("{name}"),
-    }
-}
-
+/// How far each eye tracker's gaze is off, radians; one tenth, or a whole, raw unit.
 #[test]
-fn samples_come_through_every_protocol() {
-    let until = Micros::from_millis(if cfg!(miri) { 20 } else { 10_000 });
-    for name in Protocol::NAMES {
+fn a_gaze_comes_through_every_eye_tracker() {
+    let until = Micros::from_millis(if cfg!(miri) { 20 } else { 2_000 });
+    for (name, most) in [
+        ("link", 1e-6),
+        ("iscan", 2e-4),
+        ("asl", 2e-3),
+        ("adhawk", 1e-5),
+        ("hid", 1e-5),
+    ] {
         let protocol = Protocol::named(name).unwrap();
         let mut decoder = Reader::new(&protocol).unwrap();
         let mut wire = Wire::new(tracker(), protocol);
         let mut sent = tracker();
-        let (mut count, mut gazes, mut worst) = (0, 0, [0f32; 3]);
         let mut found = Vec::new();
         while let Some(chunk) = wire.poll(until) {
             decoder.feed(chunk.bytes(), chunk.arrival, &mut |event| match event {
                 Event::Sample(sample) => found.push(sample),
                 event => panic!("{name}: {event:?}"),
             });
-            count += 1;
         }
-        // The last record of some is only whole when the next one starts.
-        assert!(
-            found.len() + 1 >= count && count > 4,
-            "{name}: {}",
-            found.len()
-        );
+        assert!(found.len() > 4, "{name}");
         for found in &found {
             let (_, sample) = sent.next_sample();
-            if let (Some(found), Some(sent)) = (found.head.position, sample.head.position) {
-                worst[0] = worst[0].max((found.value - sent.value).length());
-            }
-            if let (Some(found), Some(sent)) = (found.head.orientation, sample.head.orientation) {
-                let off = to_vector(compose(inverse(sent.value), found.value));
-                worst[1] = worst[1].max(off.length());
-            }
             let Some(there) = direction(&sample) else {
                 let point = found.gaze_point.is_some_and(|point| point.tracked);
                 assert!(!point && direction(found).is_none(), "{name}: {found:?}");
                 continue;
             };
-            let turn = sample.head.orientation.unwrap().value;
             let seen = match found.gaze_point.map(|point| point.value) {
                 Some(GazePoint::Raw(units)) => {
                     let place = (units - RAW_CENTRE) / RAW_PER_METRE;
-                    Some(Vec3::new(place.x, -place.y, -1.0))
+                    Vec3::new(place.x, -place.y, -1.0)
                 }
                 Some(GazePoint::Plane(point)) => {
                     let Protocol::EyeTracker(screen, _) = wire.protocol() else {
                         panic!("{name}");
                     };
-                    let place = screen.corner + screen.right * point.x + screen.down * point.y;
                     let from = sample.head.position.unwrap().value;
-                    Some(rotate(inverse(turn), place - from))
+                    let turn = sample.head.orientation.unwrap().value;
+                    rotate(inverse(turn), screen.place(point) - from)
                 }
-                _ => direction(found),
+                _ => direction(found).unwrap(),
             };
-            if let Some(seen) = seen {
-                gazes += 1;
-                worst[2] = worst[2].max(angle(normalize(seen).unwrap(), there));
-            }
+            let off = angle(normalize(seen).unwrap(), there);
+            assert!(off <= most, "{name}: {off}");
         }
-        std::println!("{name}: {count} records, {gazes} gazes, errors {worst:?}");
-        let [place, turn, gaze] = expected(name);
-        for (worst, most) in worst.into_iter().zip([place, turn, gaze]) {
-            if let Some(most) = most {
-                assert!(worst <= most, "{name}: {worst}");
-            }
-        }
-        let first = found[0];
-        assert_eq!(first.head.position.is_some(), place.is_some(), "{name}");
-        if name != "hid" {
-            assert_eq!(first.head.orientation.is_some(), turn.is_some(), "{name}");
-        }
-        assert_eq!(gazes > 0, gaze.is_some(), "{name}");
     }
 }
 
