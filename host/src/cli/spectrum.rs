@@ -100,7 +100,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let matching = match arguments.matching {
         None => method.matching(),
         Some(MatchingChoice::Wyman) => Matching::Wyman,
-        Some(MatchingChoice::Table) => Matching::Table(CIE_1931),
+        Some(MatchingChoice::Table) => Matching::Table(*CIE_1931),
         Some(MatchingChoice::Endo) => Matching::Endo,
     };
     let phases = method.phases();
