@@ -16,9 +16,6 @@ pub struct Said {
 
 impl Said {
     /// The JSON objects that it has printed, one a line.
-    ///
-    /// # Panics
-    /// Where a line is anything else.
     pub fn objects(&self) -> Vec<Value> {
         let objects = self.out.lines().map(serde_json::from_str);
         objects.collect::<Result<_, _>>().expect("JSON lines")
@@ -47,9 +44,6 @@ pub fn line(folder: &Path, words: &str) -> Command {
 }
 
 /// Runs a command that must succeed.
-///
-/// # Panics
-/// Where it fails.
 pub fn succeed(command: &mut Command) -> Said {
     let output = command.assert().success().get_output().clone();
     let [out, err] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
@@ -62,9 +56,6 @@ pub fn run(folder: &Path, words: &str) -> Said {
 }
 
 /// Runs a command line that must succeed, and reads the one JSON object that it prints.
-///
-/// # Panics
-/// Where it prints anything else.
 pub fn report(folder: &Path, words: &str) -> Value {
     let said = succeed(line(folder, words).arg("--json"));
     assert_eq!(said.out.lines().count(), 1, "{}", said.out);
@@ -72,9 +63,6 @@ pub fn report(folder: &Path, words: &str) -> Value {
 }
 
 /// Checks that a report has these values, among others.
-///
-/// # Panics
-/// Where it has another.
 #[expect(clippy::needless_pass_by_value, reason = "json! makes one")]
 pub fn says(report: &Value, expected: Value) {
     for (key, expected) in expected.as_object().expect("an object") {
@@ -83,34 +71,22 @@ pub fn says(report: &Value, expected: Value) {
 }
 
 /// A number of a report.
-///
-/// # Panics
-/// Where it is none.
 pub fn number(report: &Value, key: &str) -> f64 {
     report[key].as_f64().expect("a number")
 }
 
 /// A whole number of a report.
-///
-/// # Panics
-/// Where it is none.
 pub fn count(report: &Value, key: &str) -> u64 {
     report[key].as_u64().expect("a count")
 }
 
 /// A list of a report.
-///
-/// # Panics
-/// Where it is none.
 pub fn list<'v>(report: &'v Value, key: &str) -> &'v [Value] {
     report[key].as_array().expect("a list")
 }
 
 /// What a command says that must end with this code and without output; its words with one
 /// space between.
-///
-/// # Panics
-/// Where it does anything else.
 pub fn refusal(command: &mut Command, code: i32) -> String {
     let output = command.assert().code(code).get_output().clone();
     let said = String::from_utf8(output.stderr).unwrap();
@@ -125,9 +101,6 @@ pub fn refusal(command: &mut Command, code: i32) -> String {
 
 /// Checks that command lines end with this code, and say each of some words, and a remedy: rows
 /// of `LINE => WORDS`, or of `LINE => WORDS & WORDS`.
-///
-/// # Panics
-/// Where one does not.
 pub fn refused(folder: &Path, code: i32, table: &str) {
     for row in table.lines().filter(|row| !row.trim().is_empty()) {
         let (words, expected) = row.split_once("=>").expect("a line and words");
@@ -145,9 +118,6 @@ pub fn example(name: &str, folder: &Path) -> Command {
 }
 
 /// A folder for the command to work in, which goes when it is dropped.
-///
-/// # Panics
-/// Where there is none to be had.
 pub fn folder() -> TempDir {
     tempfile::tempdir().expect("a folder")
 }

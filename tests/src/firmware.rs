@@ -27,6 +27,7 @@ use thiserror::Error;
 pub type TrackerBytes = Box<dyn Source<Item = Chunk>>;
 
 /// What a controller is to do.
+#[expect(missing_debug_implementations, reason = "sources of bytes have none")]
 pub struct Run<'a> {
     /// Its firmware.
     pub image: &'a Image,
@@ -44,17 +45,6 @@ pub struct Run<'a> {
     pub tracker: Option<TrackerBytes>,
     /// Seconds without a word from it after which it counts as hung.
     pub patience: f64,
-}
-
-impl fmt::Debug for Run<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Run")
-            .field("screens", &self.screens)
-            .field("rendering", &self.rendering)
-            .field("frames", &self.frames)
-            .field("capture", &self.capture)
-            .finish_non_exhaustive()
-    }
 }
 
 /// Screens that a controller has room for.
@@ -142,11 +132,7 @@ impl From<io::Error> for FirmwareError {
 pub fn watch(run: Run<'_>) -> Result<Watched, FirmwareError> {
     let mut session = Session::new(&run)?;
     let mut emulator = Emulator::start(run.image, run.scene)?;
-    let Run {
-        mut tracker,
-        patience,
-        ..
-    } = run;
+    let (mut tracker, patience) = (run.tracker, Duration::from_secs_f64(run.patience));
     let mut heard = Instant::now();
     let mut decoder = Reports::new();
     while !session.is_done() {
@@ -156,10 +142,11 @@ pub fn watch(run: Run<'_>) -> Result<Watched, FirmwareError> {
             session.advanced = false;
             heard = Instant::now();
         }
-        if bytes.is_empty() || heard.elapsed() > Duration::from_secs_f64(patience) {
-            session.log(&emulator.log()?);
-            if heard.elapsed() > Duration::from_secs_f64(patience) {
-                let (seconds, so_far) = (patience, session.so_far());
+        let is_silent = heard.elapsed() > patience;
+        if bytes.is_empty() || is_silent {
+            session.log.extend(emulator.log()?);
+            if is_silent {
+                let (seconds, so_far) = (patience.as_secs_f64(), session.so_far());
                 return Err(FirmwareError::new(
                     format!(
                         "the firmware has sent nothing that was asked for in {seconds} s: {so_far}"
@@ -182,11 +169,10 @@ pub fn watch(run: Run<'_>) -> Result<Watched, FirmwareError> {
             emulator.send(Port::Display, &order)?;
         }
     }
-    session.log(&emulator.log()?);
+    session.log.extend(emulator.log()?);
+    let ready = session.ready;
     Ok(Watched {
-        ready: session
-            .ready
-            .ok_or_else(|| FirmwareError::nonsense("frames before it is ready"))?,
+        ready: ready.ok_or_else(|| FirmwareError::nonsense("frames before it is ready"))?,
         frames: session.frames,
         tracker: session.tracker,
         log: session.log,

@@ -1,4 +1,8 @@
 //! What the tests that cross crates share: commands, meshes, scenes, ray files, random numbers.
+#![expect(
+    clippy::missing_panics_doc,
+    reason = "what cannot be made or does not hold fails the test"
+)]
 
 pub mod command;
 #[cfg(unix)]

@@ -8,9 +8,6 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 /// The generated quadruped, and the cow where `SHISEN_COW` names its file.
-///
-/// # Panics
-/// Where that file cannot be read.
 pub fn meshes() -> Vec<(&'static str, TriangleMesh)> {
     let mut meshes = vec![("quadruped", shisen::scene::quadruped::quadruped())];
     meshes.extend(cow().map(|cow| ("cow", cow)));
@@ -18,9 +15,6 @@ pub fn meshes() -> Vec<(&'static str, TriangleMesh)> {
 }
 
 /// The cow, where `SHISEN_COW` names its file; else says that it is missing.
-///
-/// # Panics
-/// Where that file cannot be read.
 pub fn cow() -> Option<TriangleMesh> {
     let Some(file) = std::env::var_os("SHISEN_COW") else {
         println!("cow: not given");
@@ -30,9 +24,6 @@ pub fn cow() -> Option<TriangleMesh> {
 }
 
 /// Writes `ball.obj`: a mesh of few faces, which is quickly read and baked.
-///
-/// # Panics
-/// Where it cannot be written.
 pub fn write_ball(folder: &Path) {
     let mesh = icosphere(2);
     let mut text = String::new();
@@ -78,14 +69,12 @@ pub fn gridded_cube(cells: u32) -> TriangleMesh {
 /// the farthest vertex is at `radius`.
 pub fn normalised(mut mesh: TriangleMesh, radius: f32) -> TriangleMesh {
     let (low, high) = mesh.bounds();
-    let centre: [f32; 3] = std::array::from_fn(|a| low[a].midpoint(high[a]));
+    let centre = Vec3::from(low).midpoint(high.into());
+    let off = |p: &[f32; 3]| Vec3::from(*p) - centre;
+    let farthest = mesh.positions.iter().map(|p| off(p).length());
+    let scale = radius / farthest.fold(0.0, f32::max);
     for position in &mut mesh.positions {
-        *position = std::array::from_fn(|a| position[a] - centre[a]);
-    }
-    let length = |p: &[f32; 3]| p.iter().map(|c| c * c).sum::<f32>().sqrt();
-    let farthest = mesh.positions.iter().map(length).fold(0.0, f32::max);
-    for position in &mut mesh.positions {
-        *position = position.map(|c| c * (radius / farthest));
+        *position = (off(position) * scale).to_array();
     }
     mesh
 }
@@ -93,59 +82,42 @@ pub fn normalised(mut mesh: TriangleMesh, radius: f32) -> TriangleMesh {
 /// A closed sphere of 20·4^`subdivisions` triangles about the origin.
 pub fn icosphere(subdivisions: u32) -> TriangleMesh {
     let g = f64::midpoint(1.0, 5f64.sqrt());
-    let mut points: Vec<[f64; 3]> = [-1.0, 1.0]
+    let mut points: Vec<DVec3> = [-1.0, 1.0]
         .into_iter()
         .flat_map(|a| [-g, g].map(|b| [[0.0, a, b], [a, b, 0.0], [b, 0.0, a]]))
         .flatten()
+        .map(DVec3::from)
         .collect();
-    let edge = |points: &[[f64; 3]], i: usize, j: usize| {
-        let d: f64 = (0..3).map(|k| (points[i][k] - points[j][k]).powi(2)).sum();
-        (d - 4.0).abs() < 1e-9
-    };
     let mut triangles = Vec::new();
-    for i in 0..12 {
-        for j in i + 1..12 {
-            for k in j + 1..12 {
-                if edge(&points, i, j) && edge(&points, j, k) && edge(&points, i, k) {
-                    let [a, b, c] = [points[i], points[j], points[k]];
-                    let volume = a[0] * (b[1] * c[2] - b[2] * c[1])
-                        + a[1] * (b[2] * c[0] - b[0] * c[2])
-                        + a[2] * (b[0] * c[1] - b[1] * c[0]);
-                    let (j, k) = if volume > 0.0 { (j, k) } else { (k, j) };
-                    triangles.push([i as u32, j as u32, k as u32]);
-                }
-            }
+    for (i, j, k) in
+        (0..12).flat_map(|i| (i..12).flat_map(move |j| (j..12).map(move |k| (i, j, k))))
+    {
+        let [a, b, c] = [i, j, k].map(|corner| points[corner as usize]);
+        let sides = [a - b, b - c, c - a].map(DVec3::length_squared);
+        if sides.iter().all(|side| (side - 4.0).abs() < 1e-9) {
+            let outwards = a.dot(b.cross(c)) > 0.0;
+            triangles.push(if outwards { [i, j, k] } else { [i, k, j] });
         }
     }
     for _ in 0..subdivisions {
         let mut middle = HashMap::new();
-        let mut split = |points: &mut Vec<[f64; 3]>, a: u32, b: u32| {
+        let mut split = |a: u32, b: u32| {
             *middle.entry((a.min(b), a.max(b))).or_insert_with(|| {
-                let (p, q) = (points[a as usize], points[b as usize]);
-                points.push(std::array::from_fn(|i| f64::midpoint(p[i], q[i])));
+                points.push(points[a as usize].midpoint(points[b as usize]));
                 points.len() as u32 - 1
             })
         };
-        let mut finer = Vec::with_capacity(triangles.len() * 4);
-        for [a, b, c] in triangles {
-            let (ab, bc, ca) = (
-                split(&mut points, a, b),
-                split(&mut points, b, c),
-                split(&mut points, c, a),
-            );
-            finer.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
-        }
-        triangles = finer;
+        let finer = triangles.into_iter().flat_map(|[a, b, c]| {
+            let (ab, bc, ca) = (split(a, b), split(b, c), split(c, a));
+            [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
+        });
+        triangles = finer.collect();
     }
     let positions = points
-        .into_iter()
-        .map(|p| {
-            let length = p.iter().map(|c| c * c).sum::<f64>().sqrt();
-            p.map(|c| (c / length) as f32)
-        })
-        .collect();
+        .iter()
+        .map(|&p| (p / p.length()).as_vec3().to_array());
     TriangleMesh {
-        positions,
+        positions: positions.collect(),
         triangles,
         ..TriangleMesh::default()
     }
@@ -170,9 +142,6 @@ pub fn position(mesh: &TriangleMesh, vertex: u32) -> DVec3 {
 }
 
 /// Each edge, once.
-///
-/// # Panics
-/// Where one has not two sides.
 pub fn edges(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
     let mut sides = HashMap::new();
     for &[a, b, c] in &mesh.triangles {
@@ -209,9 +178,6 @@ pub fn torus(around: u32, across: u32) -> TriangleMesh {
 
 /// The same surface with three vertices and normals of its own for every
 /// triangle.
-///
-/// # Panics
-/// Where a triangle has no area.
 pub fn faceted(mesh: &TriangleMesh) -> TriangleMesh {
     let mut facets = TriangleMesh::default();
     for triangle in &mesh.triangles {

@@ -21,9 +21,6 @@ pub type Search<'a, T> = (String, Box<dyn FnMut(&Ray) -> Option<T> + 'a>);
 
 impl Paths {
     /// Bakes the scene twice.
-    ///
-    /// # Panics
-    /// Where it cannot be baked.
     pub fn new(scene: &Scene) -> Self {
         Self {
             fast: Baked::new(scene).expect("a scene that can be baked"),
@@ -33,51 +30,40 @@ impl Paths {
 
     /// The nearest triangle of the first mesh, in its own frame.
     pub fn in_mesh(&self) -> Vec<Search<'_, MeshHit>> {
-        let mut searches = Vec::new();
-        for simd in [Simd::detect(), Simd::PORTABLE] {
-            searches.push(in_mesh(self.fast.scene(), simd));
-            searches.push(in_mesh(self.compact.scene(), simd));
-        }
-        searches
+        let both = |simd| [in_mesh(&self.fast, simd), in_mesh(&self.compact, simd)];
+        [Simd::detect(), Simd::PORTABLE]
+            .into_iter()
+            .flat_map(both)
+            .collect()
     }
 
     /// The nearest hit in the scene.
     pub fn in_scene(&self) -> Vec<Search<'_, Hit>> {
-        let mut searches = Vec::new();
-        for simd in [Simd::detect(), Simd::PORTABLE] {
-            searches.push(in_scene(self.fast.scene(), simd));
-            searches.push(in_scene(self.compact.scene(), simd));
-        }
-        searches
+        let both = |simd| [in_scene(&self.fast, simd), in_scene(&self.compact, simd)];
+        [Simd::detect(), Simd::PORTABLE]
+            .into_iter()
+            .flat_map(both)
+            .collect()
     }
 }
 
-fn name<const W: usize>(simd: Simd) -> String {
-    format!("{} {W} wide", simd.name())
-}
-
-fn in_mesh<const W: usize>(
-    scene: shisen_core::scene::Scene<'_, W>,
-    simd: Simd,
-) -> Search<'_, MeshHit>
+fn in_mesh<const W: usize>(baked: &Baked<W>, simd: Simd) -> Search<'_, MeshHit>
 where
     Simd: Runs<W>,
 {
-    let tracer = MeshTracer::new(&scene, 0, simd).expect("a scene with a mesh");
+    let tracer = MeshTracer::new(&baked.scene(), 0, simd).expect("a scene with a mesh");
     let mut stack = TraversalStack::EMPTY;
-    (
-        name::<W>(simd),
-        Box::new(move |ray| tracer.nearest(ray, &mut stack).0),
-    )
+    let search = move |ray: &Ray| tracer.nearest(ray, &mut stack).0;
+    (format!("{} {W} wide", simd.name()), Box::new(search))
 }
 
-fn in_scene<const W: usize>(scene: shisen_core::scene::Scene<'_, W>, simd: Simd) -> Search<'_, Hit>
+fn in_scene<const W: usize>(baked: &Baked<W>, simd: Simd) -> Search<'_, Hit>
 where
     Simd: Runs<W>,
 {
-    let tracer = Tracer::new(scene, simd, 0);
+    let tracer = Tracer::new(baked.scene(), simd, 0);
     let mut workspace = Workspace::new();
     let search =
         move |ray: &Ray| tracer.nearest(ray, &mut Budget::UNLIMITED.clone(), &mut workspace);
-    (name::<W>(simd), Box::new(search))
+    (format!("{} {W} wide", simd.name()), Box::new(search))
 }

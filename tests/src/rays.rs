@@ -1,5 +1,7 @@
 //! Sets of rays for benchmarks and watertightness, and their files.
 
+use crate::meshes::position;
+use glam::{DVec3, Vec3};
 use shisen::scene::mesh::TriangleMesh;
 use shisen_core::shape::Ray;
 
@@ -49,15 +51,12 @@ impl Random {
     }
 }
 
-fn ray(origin: [f64; 3], direction: [f64; 3]) -> RawRay {
-    let ([a, b, c], [d, e, f]) = (origin, direction);
-    [a, b, c, d, e, f].map(|x| x as f32)
+fn ray(origin: DVec3, direction: DVec3) -> RawRay {
+    let ([a, b, c], [d, e, f]) = (origin.as_vec3().into(), direction.as_vec3().into());
+    [a, b, c, d, e, f]
 }
 
 /// Rays as the core has them.
-///
-/// # Panics
-/// Where one is not finite or has no direction.
 pub fn to_rays(raw: &[RawRay]) -> Vec<Ray> {
     let ray = |&[a, b, c, d, e, f]: &RawRay| Ray::new([a, b, c].into(), [d, e, f].into());
     raw.iter().map(|raw| ray(raw).expect("a ray")).collect()
@@ -67,42 +66,24 @@ pub fn to_rays(raw: &[RawRay]) -> Vec<Ray> {
 /// origin; `half_width` is the tangent of half its field. 0.55 sees the whole
 /// object, 0.12 little but it.
 pub fn pinhole(side: u32, half_width: f64) -> Vec<RawRay> {
-    let eye: [f64; 3] = [9.0, 7.0, 20.0];
-    let length = eye.iter().map(|c| c * c).sum::<f64>().sqrt();
-    let forward = eye.map(|c| -c / length);
-    let right = {
-        let (x, z) = (-forward[2], forward[0]);
-        let length = x.hypot(z);
-        [x / length, 0.0, z / length]
-    };
-    let up = [
-        right[1] * forward[2] - right[2] * forward[1],
-        right[2] * forward[0] - right[0] * forward[2],
-        right[0] * forward[1] - right[1] * forward[0],
-    ];
+    let eye = DVec3::new(9.0, 7.0, 20.0);
+    let forward = -eye.normalize();
+    let right = forward.cross(DVec3::Y).normalize();
+    let up = right.cross(forward);
     let at = |i: u32| ((f64::from(i) + 0.5) / f64::from(side) * 2.0 - 1.0) * half_width;
-    (0..side * side)
-        .map(|i| {
-            let (x, y) = (at(i % side), -at(i / side));
-            ray(
-                eye,
-                std::array::from_fn(|a| forward[a] + right[a] * x + up[a] * y),
-            )
-        })
-        .collect()
+    let towards = |i: u32| forward + right * at(i % side) - up * at(i / side);
+    (0..side * side).map(|i| ray(eye, towards(i))).collect()
 }
 
 /// From a sphere of 1.5 radii to random points of the mesh's box.
 pub fn incoherent(mesh: &TriangleMesh, count: usize, random: &mut Random) -> Vec<RawRay> {
     let (low, high) = mesh.bounds();
-    (0..count)
-        .map(|_| {
-            let origin = random.direction().map(|c| c * 15.0);
-            let target: [f64; 3] =
-                std::array::from_fn(|a| random.range(f64::from(low[a]), f64::from(high[a])));
-            ray(origin, std::array::from_fn(|a| target[a] - origin[a]))
-        })
-        .collect()
+    let one = |_| {
+        let origin = DVec3::from(random.direction()) * 15.0;
+        let target = [0, 1, 2].map(|a| random.range(low[a].into(), high[a].into()));
+        ray(origin, DVec3::from(target) - origin)
+    };
+    (0..count).map(one).collect()
 }
 
 /// From the points where `rays` hit, `t` and triangle of each being given,
@@ -114,35 +95,16 @@ pub fn bounce(
     count: usize,
     random: &mut Random,
 ) -> Vec<RawRay> {
-    let found: Vec<_> = rays
-        .iter()
-        .zip(hits)
-        .filter_map(|(r, h)| Some((r, (*h)?)))
-        .collect();
-    (0..count)
-        .map(|i| {
-            let (from, (t, triangle)) = found[i * found.len() / count];
-            let from = from.map(f64::from);
-            let corner = |i: usize| {
-                let vertex = mesh.triangles[triangle as usize][i] as usize;
-                mesh.positions[vertex].map(f64::from)
-            };
-            let (a, b, c) = (corner(0), corner(1), corner(2));
-            let e: [f64; 3] = std::array::from_fn(|i| b[i] - a[i]);
-            let f: [f64; 3] = std::array::from_fn(|i| c[i] - a[i]);
-            let n = [
-                e[1] * f[2] - e[2] * f[1],
-                e[2] * f[0] - e[0] * f[2],
-                e[0] * f[1] - e[1] * f[0],
-            ];
-            let length = n.iter().map(|c| c * c).sum::<f64>().sqrt();
-            let facing = (0..3).map(|i| n[i] * from[3 + i]).sum::<f64>();
-            let n = n.map(|c| -c * facing.signum() / length);
-            let d = random.direction();
-            let direction = std::array::from_fn(|i| n[i] * 1.000_001 + d[i]);
-            let origin =
-                std::array::from_fn(|i| from[i] + from[3 + i] * f64::from(t) + n[i] * 1e-3);
-            ray(origin, direction)
-        })
-        .collect()
+    let found = rays.iter().zip(hits).filter_map(|(r, h)| Some((r, (*h)?)));
+    let found: Vec<_> = found.collect();
+    let one = |i: usize| {
+        let (&[a, b, c, d, e, f], (t, triangle)) = found[i * found.len() / count];
+        let [origin, direction] = [[a, b, c], [d, e, f]].map(|v| Vec3::from(v).as_dvec3());
+        let [a, b, c] = mesh.triangles[triangle as usize].map(|vertex| position(mesh, vertex));
+        let normal = (b - a).cross(c - a).normalize();
+        let normal = normal * -normal.dot(direction).signum();
+        let from = origin + direction * f64::from(t) + normal * 1e-3;
+        ray(from, normal * 1.000_001 + DVec3::from(random.direction()))
+    };
+    (0..count).map(one).collect()
 }

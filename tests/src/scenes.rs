@@ -45,9 +45,6 @@ pub fn sphere(radius: f32, material: usize, centre: impl Into<DVec3>) -> Object 
 }
 
 /// Front, right and floor, with so many pixels a side.
-///
-/// # Panics
-/// Where that cannot be.
 pub fn three_walls(side: u32) -> Cave {
     Cave::built_in(BuiltInCave::ThreeWall, [side; 2]).expect("a room")
 }
@@ -58,26 +55,17 @@ pub fn both_eyes() -> [Observer; 2] {
 }
 
 /// The paper's levels of detail along a line of sight from a place.
-///
-/// # Panics
-/// Where there is no such line.
 pub fn lod(place: Vec3, forward: Vec3, up: Vec3) -> LevelOfDetail {
     let sight = LineOfSight::new(place, forward, up).expect("a line of sight");
     LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER))
 }
 
 /// All faces to the fewest, in `rungs` steps.
-///
-/// # Panics
-/// Where there is no such ladder.
 pub fn levels(rungs: u32) -> PolygonLevels {
     PolygonLevels::new(PolygonLevels::FEWEST_FACES..=u32::MAX, rungs).expect("levels")
 }
 
 /// Renders what observers see in a room.
-///
-/// # Panics
-/// Where that cannot be.
 pub fn frame<const W: usize>(
     baked: &Baked<W>,
     room: &Cave,
@@ -100,10 +88,7 @@ pub const fn tile([x, y, width, height]: [u32; 4]) -> Tile {
     }
 }
 
-/// Renders a view.
-///
-/// # Panics
-/// Where it is not finished.
+/// Renders a view, which must be finished.
 pub fn pixels<const W: usize>(renderer: &Renderer<'_, W>, view: &View) -> Vec<Pixel>
 where
     Simd: Runs<W>,
@@ -112,9 +97,6 @@ where
 }
 
 /// The same, with a workspace.
-///
-/// # Panics
-/// Where it is not finished.
 pub fn pixels_with<const W: usize>(
     renderer: &Renderer<'_, W>,
     view: &View,

@@ -26,9 +26,6 @@ pub fn options(threads: usize, tile: u32, mode: Mode, simd: Simd) -> Options {
 
 /// Holds a frame of a scene so many lanes `wide` against one ray by ray in tiles of
 /// whole blocks: pixels and rays, and all that was counted where both went so.
-///
-/// # Panics
-/// Where they differ.
 pub fn assert_same(
     way: &str,
     found: &Frame,

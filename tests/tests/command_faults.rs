@@ -10,18 +10,13 @@ const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 /// All files and folders below `folder`, and the files' contents.
 fn contents(folder: &Path) -> Vec<(PathBuf, Option<Vec<u8>>)> {
     let mut all = Vec::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path.clone());
-                all.push((path, None));
-            } else {
-                let bytes = fs::read(&path).unwrap();
-                all.push((path, Some(bytes)));
-            }
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            all.extend(contents(&path));
         }
+        let bytes = fs::read(&path).ok();
+        all.push((path, bytes));
     }
     all.sort();
     all
@@ -32,6 +27,16 @@ fn refused(folder: &Path, code: i32, table: &str) {
     let before = contents(folder);
     command::refused(folder, code, table);
     assert_eq!(contents(folder), before);
+}
+
+/// Writes files, and checks that commands on each are refused with its name and some words.
+fn files_refused(folder: &Path, commands: &[&str], files: &[(&str, &[u8], &str)]) {
+    for (name, bytes, expected) in files {
+        fs::write(folder.join(name), bytes).unwrap();
+        for words in commands {
+            refused(folder, 1, &format!("{words} {name} => {name} & {expected}"));
+        }
+    }
 }
 
 /// What is wrong with arguments beside each other ends with the usage of their command.
@@ -47,17 +52,20 @@ fn usage_is_that_of_the_command_asked_for() {
         ),
         ("tracker mock --as hid --pty line", "shisen tracker mock"),
     ] {
-        let output = line(folder.path(), words).assert().code(2);
-        let message = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+        let output = line(folder.path(), words).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        let message = String::from_utf8_lossy(&output.stderr);
         let usage = format!("\n\nUsage: {name} [OPTIONS]\n\n");
         let hint = format!("try '{name} --help'.\n");
         assert!(
             message.starts_with("error: ") && message.contains(&usage),
             "{message}"
         );
-        assert!(message.ends_with(&hint), "{words}: {message}");
         // Colours are for terminals.
-        assert!(!message.contains('\u{1b}'), "{words}: {message}");
+        assert!(
+            message.ends_with(&hint) && !message.contains('\u{1b}'),
+            "{message}"
+        );
     }
 }
 
@@ -151,22 +159,21 @@ fn arguments_out_of_range_are_usage() {
 #[test]
 fn commands_that_are_elsewhere_say_where() {
     let folder = folder();
-    for (words, expected) in [
-        (
-            "bench table2 --size 8",
-            "-p shisen-evidence -- bench table2 --size 8",
-        ),
-        ("firmware run --frames 1", "tests/firmware/run --frames 1"),
+    for (words, place) in [
+        ("bench table2 --size 8", "-p shisen-evidence -- bench"),
+        ("firmware run --frames 1", "tests/firmware/run"),
     ] {
         let said = refusal(shisen(folder.path()).args(words.split(' ')), 2);
-        assert!(said.contains(expected), "{said}");
+        let (_, rest) = words.split_once(" --").unwrap();
+        assert!(said.contains(place) && said.contains(rest), "{said}");
     }
 }
 
 #[test]
 fn help_and_version_are_no_failure() {
     let folder = folder();
-    for words in ["--help", "--version", "cave --help", "bench rays -h"] {
+    let commands = ["--help", "--version", "bench rays -h", "completions zsh"];
+    for words in commands {
         let said = run(folder.path(), words);
         assert!(!said.out.is_empty() && said.err.is_empty(), "{words}");
     }
@@ -179,33 +186,31 @@ fn broken_meshes_are_named() {
     let header = "ply\nformat binary_little_endian 1.0\nelement vertex 178956970\n\
                   property float x\nproperty float y\nproperty float z\n\
                   element face 1\nproperty list uchar int vertex_indices\nend_header\n";
-    let face = |face: &str| format!("{TRIANGLE}{face}\n");
-    for (name, text, expected) in [
-        ("text.txt", "hello".to_owned(), ".obj, .ply, .gltf or .glb"),
-        ("words.obj", "this is not a mesh".to_owned(), "words.obj"),
-        ("words.ply", "this is not a mesh".to_owned(), "words.ply"),
-        ("words.glb", "this is not a mesh".to_owned(), "words.glb"),
-        ("empty.obj", String::new(), "no triangles"),
-        ("points.obj", TRIANGLE.to_owned(), "no triangles"),
-        ("nan.obj", face("v nan 0 0\nf 1 2 3"), "nan.obj"),
-        ("infinite.obj", face("v 0 inf 0\nf 1 2 4"), "infinite.obj"),
-        ("range.obj", face("f 1 2 4"), "1 to 3"),
-        ("twice.obj", face("f 1 2 2"), "twice"),
-        // 2 GiB of vertices, of which there are none.
-        ("claim.ply", header.to_owned(), "2147483640"),
-    ] {
-        fs::write(folder.join(name), text).unwrap();
-        for words in ["cave --out new", "bake A -o new.shisen"] {
-            let row = format!("{words} --mesh {name} => {name} & {expected}");
-            refused(folder, 1, &row);
-        }
-    }
-    let flat = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n";
-    fs::write(folder.join("flat.obj"), flat).unwrap();
-    refused(
+    let face = |face: &str| format!("{TRIANGLE}{face}\n").into_bytes();
+    let commands = ["cave --out new --mesh", "bake A -o new.shisen --mesh"];
+    files_refused(
         folder,
-        1,
-        "cave --mesh flat.obj => flat.obj & turn the mesh",
+        &commands,
+        &[
+            ("text.txt", b"hello", ".obj, .ply, .gltf or .glb"),
+            ("words.obj", b"this is not a mesh", "words.obj"),
+            ("words.ply", b"this is not a mesh", "words.ply"),
+            ("words.glb", b"this is not a mesh", "words.glb"),
+            ("empty.obj", b"", "no triangles"),
+            ("points.obj", TRIANGLE.as_bytes(), "no triangles"),
+            ("nan.obj", &face("v nan 0 0\nf 1 2 3"), "nan.obj"),
+            ("infinite.obj", &face("v 0 inf 0\nf 1 2 4"), "infinite.obj"),
+            ("range.obj", &face("f 1 2 4"), "1 to 3"),
+            ("twice.obj", &face("f 1 2 2"), "twice"),
+            // 2 GiB of vertices, of which there are none.
+            ("claim.ply", header.as_bytes(), "2147483640"),
+        ],
+    );
+    let flat = b"v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n";
+    files_refused(
+        folder,
+        &commands[..1],
+        &[("flat.obj", flat, "turn the mesh")],
     );
     refused(folder, 1, "cave --mesh no.obj => no.obj & check");
 }
@@ -240,11 +245,9 @@ fn polygon_levels_of_a_baked_scene_are_chosen_when_baking() {
     run(folder, "bake one.obj -o a.shisen");
     for levels in ["--faces 600..3000", "--levels 3"] {
         for lod in ["off", "paper-ellipse"] {
-            let name = levels.split(' ').next().unwrap();
-            let expected =
-                "a.shisen & chosen when baking & shisen bake --faces MIN..MAX --levels N";
+            let expected = "chosen when baking & shisen bake --faces MIN..MAX --levels N";
             let words = format!("cave --scene a.shisen --lod {lod} {levels}");
-            refused(folder, 2, &format!("{words} => {name} & {expected}"));
+            refused(folder, 2, &format!("{words} => a.shisen & {expected}"));
         }
     }
 }
@@ -255,18 +258,18 @@ fn broken_scenes_are_named() {
     let folder = folder.path();
     let object = "[[object]]\nsphere = { radius = 1 }\n";
     let missing = "[meshes.cow]\nfile = \"no.obj\"\n[[object]]\nmesh = \"cow\"\n";
-    for (name, text, expected) in [
-        ("syntax.toml", "[[object]\n".to_owned(), "syntax.toml:1"),
-        ("empty.toml", String::new(), "no objects"),
-        ("key.toml", format!("colour = 1\n{object}"), "key.toml:1"),
-        ("radius.toml", object.replace('1', "-1"), "radius.toml:2"),
-        ("mesh.toml", missing.to_owned(), "no.obj"),
-    ] {
-        fs::write(folder.join(name), text).unwrap();
-        for words in ["cave --scene", "bake -o new.shisen"] {
-            refused(folder, 1, &format!("{words} {name} => {name} & {expected}"));
-        }
-    }
+    let (key, radius) = (format!("colour = 1\n{object}"), object.replace('1', "-1"));
+    files_refused(
+        folder,
+        &["cave --scene", "bake -o new.shisen"],
+        &[
+            ("syntax.toml", b"[[object]\n", "syntax.toml:1"),
+            ("empty.toml", b"", "no objects"),
+            ("key.toml", key.as_bytes(), "key.toml:1"),
+            ("radius.toml", radius.as_bytes(), "radius.toml:2"),
+            ("mesh.toml", missing.as_bytes(), "no.obj"),
+        ],
+    );
     let far = format!("v 1e11 0 0\n{TRIANGLE}f 1 2 3\n");
     fs::write(folder.join("far.obj"), far).unwrap();
     let text = "[meshes.far]\nfile = \"far.obj\"\n[[object]]\nmesh = \"far\"\nscale = 1e3\n";
@@ -296,21 +299,16 @@ fn damaged_blobs_are_named() {
     let [mut flipped, mut newer] = [whole.clone(), whole.clone()];
     flipped[whole.len() / 2] ^= 0x10;
     newer[12] = 0xFF;
-    for (bytes, expected) in [
-        (&whole[..whole.len() - 1], "cut off"),
-        (&whole[..20], "cut off"),
-        (&flipped, "checksum"),
-        (&newer, "version 255"),
-    ] {
-        fs::write(folder.join("damaged.shisen"), bytes).unwrap();
-        for words in ["cave --scene damaged.shisen", "inspect damaged.shisen"] {
-            refused(
-                folder,
-                1,
-                &format!("{words} => damaged.shisen & {expected} & bake"),
-            );
-        }
-    }
+    files_refused(
+        folder,
+        &["cave --scene", "inspect"],
+        &[
+            ("cut.shisen", &whole[..whole.len() - 1], "cut off & bake"),
+            ("short.shisen", &whole[..20], "cut off & bake"),
+            ("flipped.shisen", &flipped, "checksum & bake"),
+            ("newer.shisen", &newer, "version 255 & bake"),
+        ],
+    );
     refused(
         folder,
         1,
@@ -325,40 +323,37 @@ fn damaged_blobs_are_named() {
 fn unusable_walls_are_named() {
     let folder = folder();
     let folder = folder.path();
-    let wall = |corners: &str| {
-        let [lower_right, upper_left] = corners.split_once("] [").map(<[&str; 2]>::from).unwrap();
-        format!(
-            "[[wall]]\nname = \"screen\"\nlower_left = [-1, -1, -1]\n\
-             lower_right = {lower_right}]\nupper_left = [{upper_left}\n"
-        )
-    };
+    let wall = "[[wall]]\nname = \"screen\"\nlower_left = [-1, -1, -1]\n";
     for (name, text, expected) in [
-        ("width.toml", wall("[-1, -1, -1] [-1, 1, -1]"), "no width"),
-        ("height.toml", wall("[1, -1, -1] [-1, -1, -1]"), "no height"),
-        ("line.toml", wall("[1, -1, -1] [3, -1, -1]"), "on one line"),
+        ("width", "[-1, -1, -1] | [-1, 1, -1]", "no width"),
+        ("height", "[1, -1, -1] | [-1, -1, -1]", "no height"),
+        ("line", "[1, -1, -1] | [3, -1, -1]", "on one line"),
+        ("turned", "[-1, 1, -1] | [1, -1, -1]", "behind its plane"),
+        ("nan", "[nan, -1, -1] | [-1, 1, -1]", "NaN"),
         (
-            "turned.toml",
-            wall("[-1, 1, -1] [1, -1, -1]"),
-            "behind its plane",
-        ),
-        ("nan.toml", wall("[nan, -1, -1] [-1, 1, -1]"), "NaN"),
-        (
-            "pixels.toml",
-            wall("[1, -1, -1] [-1, 1, -1]\npixels = [0, 9]"),
+            "pixels",
+            "[1, -1, -1] | [-1, 1, -1]\npixels = [0, 9]",
             "0 × 9",
         ),
-        ("none.toml", String::new(), "[[wall]]"),
     ] {
-        fs::write(folder.join(name), &text).unwrap();
-        let wall = if text.is_empty() { name } else { "screen" };
-        let row = format!("cave --walls {name} --out new => {wall} & {expected}");
-        refused(folder, 1, &row);
+        let text = format!(
+            "{wall}lower_right = {}\n",
+            text.replace(" | ", "\nupper_left = ")
+        );
+        fs::write(folder.join(format!("{name}.toml")), text).unwrap();
+        refused(
+            folder,
+            1,
+            &format!("cave --walls {name}.toml --out new => screen & {expected}"),
+        );
     }
+    fs::write(folder.join("none.toml"), "").unwrap();
     refused(
         folder,
         1,
         "
         cave --walls no.toml => no.toml
+        cave --walls none.toml => none.toml & [[wall]]
         cave --eyes 1 --head 0,0,-1.5 --out new => front & in its plane
         cave --eyes 1 --head -0.5,0,-2 --out new => front & behind its plane
         cave --eyes 1 --head 1.6,0,0 --out new => right & behind its plane
@@ -395,12 +390,8 @@ fn unusable_files_of_rays_are_named() {
     let folder = folder();
     let folder = folder.path();
     fs::write(folder.join("one.obj"), format!("{TRIANGLE}f 1 2 3\n")).unwrap();
-    for (name, bytes) in [
-        ("rays.bin", &[0; 24][..]),
-        ("odd.bin", &[0; 25]),
-        ("empty.bin", &[]),
-    ] {
-        fs::write(folder.join(name), bytes).unwrap();
+    for (name, bytes) in [("rays.bin", 24), ("odd.bin", 25), ("empty.bin", 0)] {
+        fs::write(folder.join(name), vec![0; bytes]).unwrap();
     }
     refused(
         folder,

@@ -13,27 +13,21 @@ use tempfile::TempDir;
 const PROGRAM: &str = "qemu-system-arm";
 /// Puts a file to where the board has its scene.
 const LOADER: &str = "loader,addr=0x60000000,force-raw=on,file=";
-/// For how long a start may take.
 const START: Duration = Duration::from_secs(20);
-/// For how long bytes are waited for.
 const WAIT: Duration = Duration::from_millis(2);
 
-/// A serial port of the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Port {
-    /// From the tracker.
     Tracker,
     /// Reports out, orders in.
     Display,
-    /// The log.
     Log,
 }
 
-/// A board that runs.
 pub(super) struct Emulator {
     child: Child,
-    ports: [UnixStream; 3],
-    /// What the log's words are.
+    /// By the numbers of [`Port`].
+    ports: Vec<UnixStream>,
     table: Option<Box<Table>>,
     /// Bytes of the log that are not decoded yet.
     said: Vec<u8>,
@@ -75,36 +69,42 @@ impl Emulator {
                     "install it (on Debian and Ubuntu: apt-get install qemu-system-arm)",
                 )
             })?;
-        let mut starting = Starting(Some(child));
-        let mut accepted = Vec::new();
-        for listener in &listeners {
-            accepted.push(starting.accept(listener)?);
-        }
-        let ports = <[UnixStream; 3]>::try_from(accepted);
-        let ports = ports.map_err(|_| io::Error::other("a port is missing"))?;
-        for port in &ports {
-            port.set_nonblocking(true)?;
-        }
-        let child = starting.0.take();
-        Ok(Self {
-            child: child.ok_or_else(|| io::Error::other("it is gone"))?,
-            ports,
+        let mut emulator = Self {
+            child,
+            ports: Vec::new(),
             table: table.map(Box::new),
             said: Vec::new(),
             _folder: folder,
-        })
+        };
+        for listener in &listeners {
+            let port = emulator.accept(listener)?;
+            port.set_nonblocking(true)?;
+            emulator.ports.push(port);
+        }
+        Ok(emulator)
     }
 
-    fn port(&mut self, port: Port) -> &mut UnixStream {
-        &mut self.ports[port as usize]
+    fn accept(&mut self, listener: &UnixListener) -> Result<UnixStream, FirmwareError> {
+        listener.set_nonblocking(true)?;
+        let since = Instant::now();
+        loop {
+            match listener.accept() {
+                Ok((stream, _)) => return Ok(stream),
+                Err(error) if error.kind() != io::ErrorKind::WouldBlock => return Err(error.into()),
+                Err(_) => {}
+            }
+            if self.child.try_wait()?.is_some() || since.elapsed() > START {
+                return Err(self.ended());
+            }
+            std::thread::sleep(WAIT);
+        }
     }
 
-    /// Sends bytes, as fast as the board takes them.
     pub(super) fn send(&mut self, port: Port, bytes: &[u8]) -> Result<(), FirmwareError> {
         let mut left = bytes;
         let since = Instant::now();
         while !left.is_empty() {
-            match self.port(port).write(left) {
+            match self.ports[port as usize].write(left) {
                 Ok(sent) => left = left.get(sent..).unwrap_or_default(),
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
                     if since.elapsed() > START {
@@ -121,7 +121,7 @@ impl Emulator {
     /// What has come, after waiting a little where nothing has.
     pub(super) fn receive(&mut self, port: Port) -> Result<Vec<u8>, FirmwareError> {
         let mut buffer = vec![0; 1 << 16];
-        match self.port(port).read(&mut buffer) {
+        match self.ports[port as usize].read(&mut buffer) {
             Ok(0) => Err(self.ended()),
             Ok(count) => {
                 buffer.truncate(count);
@@ -158,8 +158,20 @@ impl Emulator {
         Ok(lines)
     }
 
+    /// What one that has ended, or has to, says of it.
     fn ended(&mut self) -> FirmwareError {
-        ended(&mut self.child)
+        let _ = self.child.kill();
+        let status = self.child.wait();
+        let status = status.map_or_else(|e| e.to_string(), |s| s.to_string());
+        let mut output = String::new();
+        if let Some(stderr) = &mut self.child.stderr {
+            // What cannot be read is not there.
+            let _ = stderr.read_to_string(&mut output);
+        }
+        FirmwareError::new(
+            format!("{PROGRAM} ended ({status}): {}", output.trim()),
+            "is the image one for the board mps2-an500?",
+        )
     }
 }
 
@@ -169,56 +181,6 @@ impl Drop for Emulator {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-/// One that has not opened all its ports yet.
-struct Starting(Option<Child>);
-
-impl Starting {
-    fn accept(&mut self, listener: &UnixListener) -> Result<UnixStream, FirmwareError> {
-        listener.set_nonblocking(true)?;
-        let since = Instant::now();
-        loop {
-            match listener.accept() {
-                Ok((stream, _)) => return Ok(stream),
-                Err(error) if error.kind() != io::ErrorKind::WouldBlock => return Err(error.into()),
-                Err(_) => {}
-            }
-            let child = self.0.as_mut();
-            let child = child.ok_or_else(|| io::Error::other("it is gone"))?;
-            if child.try_wait()?.is_some() || since.elapsed() > START {
-                return Err(ended(child));
-            }
-            std::thread::sleep(WAIT);
-        }
-    }
-}
-
-impl Drop for Starting {
-    fn drop(&mut self) {
-        if let Some(child) = &mut self.0 {
-            let _ = child.kill();
-            let _ = child.wait();
-        }
-    }
-}
-
-/// What one that has ended, or has to, says of it.
-fn ended(child: &mut Child) -> FirmwareError {
-    let _ = child.kill();
-    let status = child
-        .wait()
-        .map_or_else(|e| e.to_string(), |s| s.to_string());
-    let mut output = String::new();
-    if let Some(stderr) = &mut child.stderr {
-        // What cannot be read is not there.
-        let _ = stderr.read_to_string(&mut output);
-    }
-    let output = output.trim();
-    FirmwareError::new(
-        format!("{PROGRAM} ended ({status}): {output}"),
-        "is the image one for the board mps2-an500?",
-    )
 }
 
 fn with_path(before: &str, path: &Path) -> std::ffi::OsString {

@@ -8,7 +8,6 @@ use shisen_tracker::estimate::State;
 use shisen_tracker::link::display::Subject;
 use std::fmt;
 
-/// A frame and the host's.
 #[derive(Debug, Serialize)]
 pub(crate) struct FrameReport {
     number: u32,
@@ -31,7 +30,6 @@ pub(crate) struct FrameReport {
 }
 
 impl FrameReport {
-    /// The report of a frame, beside the hash of the host's.
     pub(crate) fn new(frame: &ShownFrame, host_hash: u64) -> Self {
         let start = &frame.start;
         let done = frame.done;
@@ -63,13 +61,11 @@ impl FrameReport {
         }
     }
 
-    /// Whether both are the same.
     pub(crate) fn is_equal(&self) -> bool {
         self.hash == self.host_hash
     }
 }
 
-/// A slice of a frame.
 #[derive(Debug, Serialize)]
 struct SliceReport {
     frame: u32,
@@ -78,7 +74,6 @@ struct SliceReport {
     ended_tile: bool,
 }
 
-/// What came from the tracker.
 #[derive(Debug, Serialize)]
 struct TrackerReport {
     records: u32,
@@ -86,7 +81,6 @@ struct TrackerReport {
     overrun_bytes: u32,
 }
 
-/// What a run was like.
 #[derive(Debug, Serialize)]
 pub(crate) struct Report {
     image: String,
@@ -184,18 +178,15 @@ fn restarted(frames: &[FrameReport]) -> impl Iterator<Item = u32> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            scene,
-            scene_bytes,
-            flash_bytes,
-            ram_bytes,
-            picture_bytes,
-            ..
-        } = self;
         writeln!(
             f,
-            "scene {scene}, {scene_bytes} bytes; {flash_bytes} bytes of flash, {ram_bytes} of \
-             static memory and {picture_bytes} for pictures, {} of stack",
+            "scene {}, {} bytes; {} bytes of flash, {} of static memory and {} for pictures, {} of \
+             stack",
+            self.scene,
+            self.scene_bytes,
+            self.flash_bytes,
+            self.ram_bytes,
+            self.picture_bytes,
             self.stack_bytes.unwrap_or(0)
         )?;
         writeln!(
@@ -226,57 +217,46 @@ impl fmt::Display for Report {
             )?;
         }
         if let Some(instructions) = self.instructions_per_primary_ray {
-            writeln!(
-                f,
-                "{instructions:.0} instructions a primary ray, shading included"
-            )?;
+            let what = "instructions a primary ray, shading included";
+            writeln!(f, "{instructions:.0} {what}")?;
         }
         if let Some(tracker) = &self.tracker {
-            let TrackerReport {
-                records,
-                dropped_bytes,
-                overrun_bytes,
-            } = tracker;
-            let each = self.instructions_per_record.unwrap_or(0.0);
+            let (records, each) = (tracker.records, self.instructions_per_record.unwrap_or(0.0));
+            let (dropped, overrun) = (tracker.dropped_bytes, tracker.overrun_bytes);
             writeln!(
                 f,
-                "tracker: {records} records of {each:.0} instructions, {dropped_bytes} bytes \
-                 dropped, {overrun_bytes} overrun"
+                "tracker: {records} records of {each:.0} instructions, {dropped} bytes dropped, \
+                 {overrun} overrun"
             )?;
         }
-        for (what, instructions) in [
+        for (instructions, what) in [
             (
-                "from the last byte of a new gaze to the first tile",
                 self.latency_instructions,
+                "from the last byte of a new gaze to the first tile",
             ),
             (
-                "of these once the frame before was over",
                 self.gaze_to_tile_instructions,
+                "of these once the frame before was over",
             ),
             (
-                "where a frame was cut short for it",
                 self.restart_latency_instructions,
+                "where a frame was cut short for it",
             ),
         ] {
             if let Some(instructions) = instructions {
-                let milliseconds = f64::from(instructions) / 400e3;
+                let ms = f64::from(instructions) / 400e3;
                 writeln!(
                     f,
-                    "{what}: {instructions} instructions at most, {milliseconds:.2} ms at 400 MHz"
+                    "{what}: {instructions} instructions at most, {ms:.2} ms at 400 MHz"
                 )?;
             }
         }
-        let slowest = self.slices.iter().max_by_key(|slice| slice.instructions);
-        if let Some(SliceReport {
-            instructions,
-            steps,
-            ..
-        }) = slowest
-        {
-            let count = self.slices.len();
+        if let Some(slowest) = self.slices.iter().max_by_key(|slice| slice.instructions) {
+            let (instructions, steps) = (slowest.instructions, slowest.steps);
+            let all = format!("{} slices", self.slices.len());
             writeln!(
                 f,
-                "{count} slices, the longest of {instructions} instructions for {steps} steps"
+                "{all}, the longest of {instructions} instructions for {steps} steps"
             )?;
         }
         for line in &self.log {

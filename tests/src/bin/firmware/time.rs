@@ -10,14 +10,13 @@ use shisen::scene::{Object, Scene, Shape};
 use shisen_core::frame::FlatScreen;
 use shisen_tests::firmware::ShownFrame;
 use shisen_tests::meshes::{gridded_cube, icosphere};
+use shisen_tests::scenes::object;
 use std::cell::Cell;
 
 /// Pixels a side of the wall that the scenes are seen on.
 const SIDE: u32 = 32;
-/// Steps of a slice.
 const SLICES: [u32; 4] = [1, 100, 3_000, 1_000_000];
 
-/// The slices looked at so far.
 #[derive(Default)]
 pub(crate) struct Slices {
     count: Cell<u64>,
@@ -28,7 +27,6 @@ pub(crate) struct Slices {
 }
 
 impl Bench {
-    /// Whether a frame's slices keep to their limits.
     pub(crate) fn in_time(&self, frame: &ShownFrame, budget: u32) -> Result<(), Wrong> {
         let (per_step, per_slice) = (self.limits.per_step, self.limits.per_slice);
         let seen = &self.slices;
@@ -145,14 +143,10 @@ fn scenes() -> Vec<(&'static str, Scene, u8)> {
     ]
 }
 
-/// A scene of one mesh.
 fn one(mesh: TriangleMesh, material: Option<Material>, world_from_object: DAffine3) -> Scene {
     let object = Object {
-        shape: Shape::Mesh(0),
         material: material.as_ref().map(|_| 0),
-        world_from_object,
-        casts_shadow: true,
-        smooth: false,
+        ..object(Shape::Mesh(0), 0, world_from_object)
     };
     let empty = shisen::scene::builtin::grid(1.0);
     Scene {
