@@ -24,8 +24,7 @@ fn main() {
     );
     let mesh = normalised(mesh, 10.0);
     println!("{} triangles", mesh.triangles.len());
-    let (seconds, baked) = timed(|| Baked::<8>::new(&lone_mesh(mesh.clone())).expect("bakes"));
-    println!("baked in {seconds:.3} s, {} bytes", baked.as_bytes().len());
+    let baked = Baked::<8>::new(&lone_mesh(mesh.clone())).expect("bakes");
     let compact = Baked::<4>::new(&lone_mesh(mesh.clone())).expect("bakes");
     let (scene, compact) = (baked.scene(), compact.scene());
     let detected = MeshTracer::new(&scene, 0, Simd::detect()).expect("a mesh");
@@ -37,11 +36,8 @@ fn main() {
     let mut stack = TraversalStack::EMPTY;
     let hit = |ray| detected.nearest(ray, &mut stack).0;
     let hits = to_rays(&primary);
-    let hits: Vec<_> = hits
-        .iter()
-        .map(hit)
-        .map(|hit| Some((hit?.t, hit?.triangle)))
-        .collect();
+    let hits = hits.iter().map(hit);
+    let hits: Vec<_> = hits.map(|hit| Some((hit?.t, hit?.triangle))).collect();
     let sets = [
         ("zoom", pinhole(1024, 0.12)),
         ("incoherent", incoherent(&mesh, 1 << 20, &mut random)),

@@ -1,6 +1,6 @@
 //! Dome masters through the renderer.
 
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Vec3, Vec4};
 use shisen::bake::Baked;
 use shisen::render;
 use shisen::scene::Scene;
@@ -93,27 +93,49 @@ fn the_same_bytes_come_from_any_threads_tiles_vectors_and_layouts() {
     }
 }
 
+const SIDE: u32 = 64;
+
+fn picture(projection: DomeProjection) -> Picture {
+    let baked = Baked::<8>::new(&small_scene()).expect("a scene");
+    let view = View::dome(projection, UPRIGHT, SIDE).expect("a dome master");
+    let options = options(1, 8, Mode::Tile, Simd::detect());
+    let found = render::dome(&baked.scene(), &view, None, &options, &|_, _| ());
+    found.expect("a picture").picture
+}
+
+fn pixels() -> impl Iterator<Item = (u32, u32)> {
+    (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)))
+}
+
 #[test]
 fn mirrored_pictures_are_left_as_mirrors_give_them() {
-    let baked = Baked::<8>::new(&small_scene()).expect("a scene");
-    let size = 48;
     for mapping in [Mapping::Screen, Mapping::Exact] {
-        let picture = |mirrored| {
-            let camera = MirrorCamera {
-                mirrored,
-                ..camera(SpheroidMirror::BEST_PARALLEL, mapping)
-            };
-            let view = View::dome(DomeProjection::Mirror(camera), UPRIGHT, size).expect("a view");
-            let options = options(1, 8, Mode::Tile, Simd::detect());
-            let found = render::dome(&baked.scene(), &view, None, &options, &|_, _| ());
-            found.expect("a picture").picture
-        };
-        let (straight, flipped) = (picture(false), picture(true));
+        let [straight, flipped] = [false, true].map(|mirrored| {
+            let camera = camera(SpheroidMirror::BEST_PARALLEL, mapping);
+            picture(DomeProjection::Mirror(MirrorCamera { mirrored, ..camera }))
+        });
         assert_ne!(straight, flipped);
-        for (x, y) in (0..size).flat_map(|y| (0..size).map(move |x| (x, y))) {
-            assert_eq!(straight.pixel(x, y), flipped.pixel(size - 1 - x, y));
+        for (x, y) in pixels() {
+            assert_eq!(straight.pixel(x, y), flipped.pixel(SIDE - 1 - x, y));
         }
     }
+}
+
+/// By a tiny mirror the picture is a fisheye's, also in the scene's mirrors.
+#[test]
+fn the_mirror_is_in_no_reflection_and_casts_no_shadow() {
+    let camera = MirrorCamera {
+        radius: 1.0e-6,
+        ..camera(SpheroidMirror::BEST, Mapping::Exact)
+    };
+    let mirror = picture(DomeProjection::Mirror(camera));
+    let fisheye = picture(DomeProjection::Equidistant { field_of_view: PI });
+    let differs = |&(x, y): &(u32, u32)| {
+        let [a, b] = [&mirror, &fisheye].map(|one| Vec4::from(one.pixel(x, y).expect("a pixel")));
+        (a - b).abs().max_element() > 0.02
+    };
+    // A silhouette or two.
+    assert!(pixels().filter(differs).count() <= 4);
 }
 
 #[test]

@@ -1,10 +1,10 @@
-//! Domes as screens: their pictures for an eye anywhere inside, and the warps
-//! that bring these onto them.
+//! Domes and walls as screens: what the viewer sees on them is what stands behind, from
+//! anywhere inside; and the warps that bring pictures onto domes.
 
 use glam::{DVec2, DVec3};
 use shisen::bake::Baked;
 use shisen::cave::warp::{Nodes, Projector, Warp};
-use shisen::cave::{Cave, DomeScreen, Eye, Wall};
+use shisen::cave::{Cave, DomeScreen, Eye, Viewer, Wall};
 use shisen::picture::Picture;
 use shisen::render::{Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
@@ -13,7 +13,7 @@ use shisen::scene::{Background, Scene};
 use shisen::show::overview::viewer::{self, ViewerCamera};
 use shisen_tests::command::{folder, list, number, refused, report};
 use shisen_tests::meshes::icosphere;
-use shisen_tests::scenes::{empty, frame, sphere};
+use shisen_tests::scenes::{empty, frame, sphere, three_walls};
 use std::fs;
 
 const SIZE: u32 = 256;
@@ -120,6 +120,37 @@ fn things_are_seen_where_they_stand() {
         worst[1] = worst[1].max(apart);
     }
     assert!(worst[0] < 0.3 && worst[1] < 0.3, "{worst:?}");
+}
+
+/// The same on walls: in the middle of each, and over the seams between them.
+#[test]
+fn things_are_seen_on_walls_where_they_stand() {
+    let room = three_walls(SIZE);
+    let eye = Viewer::default().eye(Eye::Left) + DVec3::new(0.1, 0.2, -0.15);
+    for look in [
+        DVec3::NEG_Z,
+        DVec3::X,
+        DVec3::new(0.2, -1.0, -0.3),
+        DVec3::new(1.0, 0.0, -1.0),
+        DVec3::new(0.0, -1.0, -1.0),
+        DVec3::new(1.0, -1.0, 0.1),
+        DVec3::new(1.0, -1.0, -1.0),
+    ] {
+        let direction = look.normalize();
+        let baked = Baked::<8>::new(&ball(eye + 4.0 * direction, 0.2)).expect("a scene");
+        let eyes = [Observer::new(Eye::Left, eye)];
+        let shown = frame(&baked, &room, &eyes, &Options::default());
+        let walls = shown.pictures.iter();
+        let walls: Vec<_> = walls.map(|p| (&room.walls[p.wall], &p.picture)).collect();
+        let up = direction.any_orthonormal_vector();
+        let camera = ViewerCamera::new(eye, direction, up, 0.5, [201, 151]).expect("a camera");
+        let view = viewer::render(&camera, &walls).expect("a view");
+        let seen = middle(&view, |at| camera.ray(at.x, at.y));
+        // Walls of 3 m, 1.5 m away: a pixel looks as large as this at most.
+        let pixel = 2.0 / f64::from(SIZE);
+        let apart = seen.angle_between(direction) / pixel;
+        assert!(apart < 0.3, "{look}: {apart} pixels");
+    }
 }
 
 #[test]

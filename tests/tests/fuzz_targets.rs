@@ -51,16 +51,22 @@ fn targets_hold_on_seeds_and_on_these_damaged() {
     }
 }
 
+/// Bytes that mean much in one format or another.
+const TELLING: [u8; 12] = [
+    0x00, 0x01, 0x10, 0x20, 0x30, 0x44, 0x55, 0x7F, 0x80, 0xAA, 0xF0, 0xFF,
+];
+
 /// One change of those that fuzzers make.
-fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
+pub(crate) fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
     if bytes.is_empty() {
         bytes.push(random.bits() as u8);
         return;
     }
     let at = random.below(bytes.len());
-    match random.below(6) {
+    let end = bytes.len().min(at + 1 + random.below(64));
+    match random.below(8) {
         0 => bytes[at] ^= 1 << random.below(8),
-        1 => bytes[at] = [0, 1, 0x7F, 0x80, 0xFF][random.below(5)],
+        1 => bytes[at] = TELLING[random.below(TELLING.len())],
         2 => bytes.truncate(at),
         3 => drop(bytes.drain(at..bytes.len().min(at + 1 + random.below(16)))),
         4 => {
@@ -69,8 +75,10 @@ fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
             lines.swap(one, other);
             *bytes = lines.join(&b'\n');
         }
+        5 => bytes[at..end].fill(TELLING[random.below(TELLING.len())]),
+        6 => drop(bytes.splice(at..at, (at..end).map(|_| random.bits() as u8))),
         _ => {
-            let piece = bytes[at..bytes.len().min(at + 1 + random.below(64))].to_vec();
+            let piece = bytes[at..end].to_vec();
             let to = random.below(bytes.len());
             bytes.splice(to..to, piece);
         }

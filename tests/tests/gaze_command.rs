@@ -1,11 +1,9 @@
-//! Levels of detail at the command line: `shisen gaze`, and `shisen cave` with `--lod`.
+//! Levels of detail at the command line: `shisen gaze`.
 
 use serde_json::{Value, json};
-use shisen_tests::command::{folder, line, number, refused, report, says, shisen, succeed};
-use shisen_tests::meshes::write_ball;
+use shisen_tests::command::{folder, line, number, refused, says, shisen, succeed};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
 use std::io::{BufRead, BufReader, Write};
-use std::path::Path;
 use std::process::Stdio;
 
 /// What `shisen gaze` says of some directions, a line each.
@@ -202,42 +200,5 @@ fn impossible_gazes_are_usage() {
         gaze --field-left 181 => degrees
         gaze --boundary wavy => ellipse
         gaze --reflect-max 256 => --reflect-max",
-    );
-}
-
-/// The report of a small frame of a mesh of few faces.
-fn cave(folder: &Path, words: &str) -> Value {
-    write_ball(folder);
-    report(
-        folder,
-        &format!("cave --size 48 --view-size 32x24 --mesh ball.obj {words}"),
-    )
-}
-
-#[test]
-fn a_filling_is_chosen_and_reported() {
-    let folder = folder();
-    let filled =
-        |words: &str| cave(folder.path(), &format!("--lod paper {words}"))["lod"]["fill"].clone();
-    let background = filled("");
-    assert_eq!(
-        (&background["mode"], &background["capture"]),
-        (&json!("background"), &Value::Null)
-    );
-    assert!(background["outside_pixels"].as_u64().unwrap() > 1000);
-    let captured = filled("--fill capture --fill-size 64");
-    assert_eq!(
-        (&captured["mode"], &captured["capture"]["size"]),
-        (&json!("capture"), &json!(64))
-    );
-    for image in captured["capture"]["images"].as_array().unwrap() {
-        assert!(folder.path().join(image.as_str().unwrap()).is_file());
-    }
-    let [near, far] = [&captured, &background].map(|fill| number(fill, "outside_rms"));
-    assert!(near < far, "{near} {far}");
-    assert!(number(&captured, "outside_psnr") > 10.0);
-    assert_eq!(
-        filled("--fill previous --previous-look 10,0")["mode"],
-        "previous"
     );
 }

@@ -1,17 +1,11 @@
-//! Ladders of polygon levels: what every rung keeps to, and what reaches the
-//! baked scene.
+//! Ladders of polygon levels: what every rung keeps to.
 
 use proptest::prelude::*;
 use shisen::bake::simplify::{Ladder, LadderError, PolygonLevels, Topology};
-use shisen::bake::{Baked, lone_mesh};
 use shisen::scene::material::Material;
 use shisen::scene::mesh::TriangleMesh;
-use shisen_core::Simd;
 use shisen_core::frame::FACE_TOLERANCE;
-use shisen_core::shape::Ray;
-use shisen_core::trace::{MeshTracer, TraversalStack};
 use shisen_tests::meshes::{faceted, gridded_cube, icosphere, meshes, torus};
-use shisen_tests::rays::{Random, incoherent};
 use std::collections::HashSet;
 
 fn levels(min: u32, max: u32, rungs: u32) -> PolygonLevels {
@@ -160,37 +154,6 @@ fn triangles_keep_their_materials() {
     let facets = faceted(&sides);
     let facets = with_materials(facets, 6, &|t| t as u32 / 128);
     check_materials(&facets, (50, 768, 9));
-}
-
-#[test]
-fn rungs_are_traced_as_meshes_of_their_own() {
-    let mesh = torus(40, 20);
-    let levels = levels(100, 1600, 6);
-    let ladder = Ladder::new(&mesh, &levels).expect("a ladder");
-    let baked = Baked::<8>::with_levels(&lone_mesh(mesh.clone()), &levels).expect("a scene");
-    let scene = baked.scene();
-    let rays = incoherent(&mesh, 4000, &mut Random::new(5));
-    let mut stack = TraversalStack::EMPTY;
-    let mut hits = 0;
-    for number in 0..6 {
-        let alone = rung(&ladder, number);
-        let expected = Baked::<8>::new(&lone_mesh(alone.clone())).expect("a scene");
-        let expected = expected.scene();
-        let expected = MeshTracer::new(&expected, 0, Simd::detect()).expect("a mesh");
-        let tracer = MeshTracer::new(&scene, number, Simd::detect()).expect("a mesh");
-        for &[a, b, c, d, e, f] in &rays {
-            let ray = Ray::new([a, b, c].into(), [d, e, f].into()).expect("finite");
-            let (expected, steps) = expected.nearest(&ray, &mut stack);
-            let (found, same_steps) = tracer.nearest(&ray, &mut stack);
-            // The tree is the same, so the cost is too.
-            assert_eq!(steps, same_steps);
-            assert_eq!(found.map(|hit| hit.t), expected.map(|hit| hit.t));
-            let number_of = expected.map(|hit| ladder.rungs()[number][hit.triangle as usize]);
-            assert_eq!(found.map(|hit| hit.triangle), number_of);
-            hits += u32::from(found.is_some());
-        }
-    }
-    assert!(hits > 5000, "{hits}");
 }
 
 proptest! {

@@ -31,7 +31,6 @@ mod lod;
 mod optics;
 mod overrun;
 mod paper_rays;
-mod reprojection;
 mod scene_fuzz;
 mod soft_light;
 mod spectrum;

@@ -6,27 +6,9 @@ use crate::fuzzed::scenes;
 /// A little of everything that a scene file can say.
 const SCENE: &str = include_str!("../fuzz/src/scene.toml");
 
-/// What a number is replaced by.
-const NUMBERS: [&str; 18] = [
-    "nan",
-    "-nan",
-    "inf",
-    "-inf",
-    "1e999",
-    "-1e999",
-    "0",
-    "-0.0",
-    "1e-320",
-    "1e-45",
-    "1e-6",
-    "1e6",
-    "1e18",
-    "-1e30",
-    "3.5e38",
-    "9223372036854775807",
-    "0x7f",
-    "\"1\"",
-];
+/// What a number is replaced by: at first six that are not finite.
+const NUMBERS: &str = "nan -nan inf -inf 1e999 -1e999 0 -0.0 1e-320 1e-45 1e-6 1e6 1e18 -1e30 3.5e38 \
+                       9223372036854775807 0x7f \"1\"";
 
 /// Where the numbers of a text are.
 fn numbers(text: &str) -> Vec<(usize, usize)> {
@@ -52,15 +34,12 @@ fn every_number_of_a_scene_file_replaced() {
     assert!(scenes::file(SCENE), "the whole one");
     let (mut taken, mut refused) = (0, 0);
     for (from, to) in numbers(SCENE) {
-        for number in NUMBERS {
+        for (place, number) in NUMBERS.split(' ').enumerate() {
             let mut text = SCENE.to_owned();
             text.replace_range(from..to, number);
             let is_scene = scenes::file(&text);
-            assert!(
-                !(is_scene
-                    && matches!(number, "nan" | "-nan" | "inf" | "-inf" | "1e999" | "-1e999")),
-                "{number} for byte {from} of the scene file was taken"
-            );
+            let is_finite = place >= 6;
+            assert!(!is_scene || is_finite, "{number} for byte {from} was taken");
             *(if is_scene { &mut taken } else { &mut refused }) += 1;
         }
     }

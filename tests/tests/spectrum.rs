@@ -122,10 +122,8 @@ fn the_medium_command_has_the_reference() {
     );
     let clamped = report(folder.path(), "medium sf11 --wavelength 380 500 --clamp");
     assert_eq!(clamped["clamped"], true);
-    assert_eq!(clamped["wavelengths"][0]["nm"], 390.0);
-    assert_eq!(clamped["wavelengths"][1]["nm"], 500.0);
-    let inside = report(folder.path(), "medium sf11 --wavelength 500 --clamp");
-    assert_eq!(inside["clamped"], false);
+    let nm = [0, 1].map(|place| &clamped["wavelengths"][place]["nm"]);
+    assert_eq!(nm, [390.0, 500.0]);
 }
 
 #[test]

@@ -18,24 +18,17 @@ fn script(folder: &Path, name: &str, places: &[[f32; 2]], seconds: f32) {
     std::fs::write(folder.join(name), table).unwrap();
 }
 
-const NINE: [[f32; 2]; 9] = [
-    [-0.35, 0.25],
-    [0.0, 0.25],
-    [0.35, 0.25],
-    [-0.35, 0.0],
-    [0.0, 0.0],
-    [0.35, 0.0],
-    [-0.35, -0.25],
-    [0.0, -0.25],
-    [0.35, -0.25],
-];
+/// Three rows of targets, from the upper left one on.
+fn nine() -> [[f32; 2]; 9] {
+    std::array::from_fn(|i| [[-0.35, 0.0, 0.35][i % 3], [0.25, 0.0, -0.25][i / 3]])
+}
 
 /// Between the targets.
 const THERE: Vec3 = Vec3::new(0.2, -0.15, -1.0);
 
 /// The targets `nine.csv`, and `one.csv` between them.
 fn scripts(folder: &Path) {
-    script(folder, "nine.csv", &NINE, 1.0);
+    script(folder, "nine.csv", &nine(), 1.0);
     script(folder, "one.csv", &[[THERE.x, THERE.y]], 9.0);
 }
 
@@ -118,7 +111,7 @@ fn directions_are_calibrated_with_the_head_that_turns() {
 fn one_of_several_recorded_sensors_is_calibrated() {
     let folder = folder();
     let folder = folder.path();
-    script(folder, "nine.csv", &NINE, 0.8);
+    script(folder, "nine.csv", &nine(), 0.8);
     let mock = format!(
         "mock:as=iscan&still=1&targets={}/nine.csv",
         folder.display()
@@ -169,7 +162,7 @@ fn one_of_several_recorded_sensors_is_calibrated() {
 fn a_device_is_calibrated_while_targets_are_looked_at() {
     let folder = folder();
     let folder = folder.path();
-    script(folder, "three.csv", &[NINE[0], NINE[2], NINE[7]], 1.2);
+    script(folder, "three.csv", &[0, 2, 7].map(|i| nine()[i]), 1.2);
     let mock = "tracker mock --as iscan --pty tracker --still --targets three.csv";
     let _mock = start_on_line(folder, mock);
     let calibrate = "tracker calibrate serial:tracker?protocol=iscan a.toml --targets three.csv";
@@ -189,9 +182,9 @@ fn a_device_is_calibrated_while_targets_are_looked_at() {
 fn what_makes_no_calibration_is_told() {
     let folder = folder();
     let folder = folder.path();
-    script(folder, "nine.csv", &NINE, 0.6);
-    script(folder, "two.csv", &NINE[..2], 0.6);
-    script(folder, "line.csv", &NINE[..3], 0.6);
+    script(folder, "nine.csv", &nine(), 0.6);
+    script(folder, "two.csv", &nine()[..2], 0.6);
+    script(folder, "line.csv", &nine()[..3], 0.6);
     let late = "start_s,end_s,x,y,z\n90,91,0,0,-1\n";
     std::fs::write(folder.join("late.csv"), late).unwrap();
     let mock = "mock:as=iscan&still=1&targets=nine.csv";

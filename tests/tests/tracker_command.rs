@@ -37,9 +37,7 @@ impl Running {
 
     /// Waits until it has ended well; returns what it has printed.
     pub(super) fn finish(&mut self) -> String {
-        let mut said = String::new();
-        let mut stdout = self.0.stdout.take().unwrap();
-        stdout.read_to_string(&mut said).unwrap();
+        let said = std::io::read_to_string(self.0.stdout.take().unwrap()).unwrap();
         assert!(self.0.wait().unwrap().success(), "{said}");
         said
     }
@@ -55,13 +53,9 @@ pub(super) fn start(folder: &Path, words: &str) -> Running {
 
 /// Waits until a file is there.
 pub(super) fn await_file(path: &Path) {
-    let begun = Instant::now();
+    let (begun, shown) = (Instant::now(), path.display());
     while !path.exists() {
-        assert!(
-            begun.elapsed() < Duration::from_mins(1),
-            "{}",
-            path.display()
-        );
+        assert!(begun.elapsed() < Duration::from_mins(1), "{shown}");
         thread::sleep(Duration::from_millis(2));
     }
 }
@@ -349,12 +343,8 @@ fn an_interrupt_ends_frames_with_a_report() {
     let frames = report["frames"].as_array().unwrap();
     assert!(frames.len() >= 3 && frames.len() < 100_000);
     for frame in frames {
-        assert!(
-            folder
-                .path()
-                .join(frame["images"][0].as_str().unwrap())
-                .exists()
-        );
+        let image = frame["images"][0].as_str().unwrap();
+        assert!(folder.path().join(image).exists(), "{image}");
     }
 }
 

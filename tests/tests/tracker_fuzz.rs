@@ -3,69 +3,10 @@
 //! and the decoder back in step. What still comes through goes on to the clock
 //! and the estimator, whose line of sight stays one.
 
+use crate::fuzz_targets::damage;
 use crate::fuzzed::line::{Line, records};
-use proptest::prelude::*;
-use proptest::sample::Index;
+use shisen_tests::rays::Random;
 use shisen_tests::sizes::cases;
-
-/// What can happen to a stream; the places are parts of its length.
-#[derive(Debug, Clone)]
-enum Damage {
-    Flip(Index, u8),
-    Set(Index, u8),
-    Insert(Index, Vec<u8>),
-    Cut(Index, usize),
-    /// A piece of the stream itself, elsewhere.
-    Splice(Index, Index, usize),
-    /// A value that means much in one protocol or another, all over a piece.
-    Fill(Index, usize, u8),
-}
-
-fn damage() -> impl Strategy<Value = Damage> {
-    let telling = prop::sample::select(vec![
-        0x00, 0x01, 0x10, 0x20, 0x30, 0x44, 0x55, 0x7F, 0x80, 0xAA, 0xFF,
-    ]);
-    let any_index = any::<Index>;
-    prop_oneof![
-        (any_index(), 1_u8..).prop_map(|(at, bits)| Damage::Flip(at, bits)),
-        (any_index(), any::<u8>()).prop_map(|(at, byte)| Damage::Set(at, byte)),
-        (any_index(), prop::collection::vec(any::<u8>(), 1..200))
-            .prop_map(|(at, bytes)| Damage::Insert(at, bytes)),
-        (any_index(), 1_usize..200).prop_map(|(at, count)| Damage::Cut(at, count)),
-        (any_index(), any_index(), 1_usize..200)
-            .prop_map(|(from, to, count)| Damage::Splice(from, to, count)),
-        (any_index(), 1_usize..64, telling)
-            .prop_map(|(at, count, byte)| Damage::Fill(at, count, byte)),
-    ]
-}
-
-impl Damage {
-    fn apply(&self, stream: &mut Vec<u8>) {
-        let length = stream.len();
-        if length == 0 {
-            return;
-        }
-        let piece = |at: &Index, count: usize| {
-            let at = at.index(length);
-            at..length.min(at + count)
-        };
-        match self {
-            Self::Flip(at, bits) => stream[at.index(length)] ^= bits,
-            Self::Set(at, byte) => stream[at.index(length)] = *byte,
-            Self::Insert(at, bytes) => {
-                let at = at.index(length);
-                stream.splice(at..at, bytes.iter().copied());
-            }
-            Self::Cut(at, count) => drop(stream.drain(piece(at, *count))),
-            Self::Splice(from, to, count) => {
-                let copy = stream[piece(from, *count)].to_vec();
-                let to = to.index(length);
-                stream.splice(to..to, copy);
-            }
-            Self::Fill(at, count, byte) => stream[piece(at, *count)].fill(*byte),
-        }
-    }
-}
 
 /// Streams of bytes; a HID device sends whole reports.
 const STREAMS: [&str; 8] = [
@@ -76,62 +17,67 @@ const REPORTS: [&str; 2] = ["osvr-hdk", "hid"];
 /// the last may wait for the one behind it.
 const INTACT: usize = 8;
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(cases("tracker fuzz", 200, 2_000) as u32))]
+/// Records before these, some damages of which are done to each.
+const DAMAGED: usize = 12;
 
-    #[test]
-    fn damaged_streams(
-        seed in 1_u64..1_000,
-        damages in prop::collection::vec(damage(), 1..8),
-        sizes in prop::collection::vec(1_usize..100, 1..20),
-    ) {
+/// Calls what is given with random numbers of a seed of their own, and a seed of the mock's.
+fn each_case(mut run: impl FnMut(u64, &mut Random, u64)) {
+    for seed in 0..cases("tracker fuzz", 200, 2_000) as u64 {
+        let mut random = Random::new(seed);
+        let mock = 1 + random.below(999) as u64;
+        run(seed, &mut random, mock);
+    }
+}
+
+#[test]
+fn damaged_streams() {
+    each_case(|seed, random, mock| {
         for name in STREAMS {
-            let records = records(name, seed, 12 + INTACT);
-            let mut stream = records[..12].concat();
-            for damage in &damages {
-                damage.apply(&mut stream);
+            let records = records(name, mock, DAMAGED + INTACT);
+            let (damaged, intact) = records.split_at(DAMAGED);
+            let mut stream = damaged.concat();
+            for _ in 0..=random.below(7) {
+                damage(&mut stream, random);
             }
             let mut line = Line::new(name);
             let mut rest = &stream[..];
-            for &size in sizes.iter().cycle() {
-                let (piece, behind) = rest.split_at(size.min(rest.len()));
+            while !rest.is_empty() {
+                let (piece, behind) = rest.split_at(rest.len().min(1 + random.below(99)));
                 line.feed(piece);
                 rest = behind;
-                if rest.is_empty() {
-                    break;
-                }
             }
             let before = line.samples;
-            for record in &records[12..] {
+            for record in intact {
                 line.feed(record);
             }
-            line.finish(stream.len() + records[12..].concat().len());
+            line.finish(stream.len() + intact.concat().len());
             let found = line.samples - before;
-            prop_assert!(found + 4 >= INTACT as u64, "{}: {} of {}", name, found, INTACT);
+            let what = format!("{name}, seed {seed}: {found} of {INTACT}");
+            assert!(found + 4 >= INTACT as u64, "{what}");
         }
-    }
+    });
+}
 
-    #[test]
-    fn damaged_reports(
-        seed in 1_u64..1_000,
-        damages in prop::collection::vec((0_usize..12, damage()), 1..8),
-    ) {
+#[test]
+fn damaged_reports() {
+    each_case(|seed, random, mock| {
         for name in REPORTS {
-            let mut records = records(name, seed, 12 + INTACT);
-            for (i, damage) in &damages {
-                damage.apply(&mut records[*i]);
+            let mut records = records(name, mock, DAMAGED + INTACT);
+            for _ in 0..=random.below(7) {
+                damage(&mut records[random.below(DAMAGED)], random);
             }
             let mut line = Line::new(name);
             let mut before = 0;
             for (i, record) in records.iter().enumerate() {
-                if i == 12 {
+                if i == DAMAGED {
                     before = line.samples;
                 }
                 line.feed(record);
             }
             line.finish(records.concat().len());
             // The first may have the number of a damaged one.
-            prop_assert!(line.samples - before + 1 >= INTACT as u64, "{}", name);
+            let found = line.samples - before;
+            assert!(found + 1 >= INTACT as u64, "{name}, seed {seed}");
         }
-    }
+    });
 }

@@ -1,33 +1,24 @@
 //! From inside a closed mesh every ray hits something: aimed at edges, at
 //! vertices, along grid lines, through instances, on every path.
 
-use glam::{DAffine3, DQuat, DVec3, Vec3};
+use crate::lod::cracks::{points_inside, triangles};
+use glam::{DAffine3, DQuat, DVec3};
 use shisen::bake::lone_mesh;
 use shisen::scene::mesh::TriangleMesh;
 use shisen_core::shape::Ray;
-use shisen_tests::meshes::{edges, ellipsoid, gridded_cube, meshes, position};
+use shisen_tests::meshes::{edges, ellipsoid, gridded_cube, meshes, normalised, position};
 use shisen_tests::paths::Paths;
 use shisen_tests::rays::Random;
 use shisen_tests::sizes::cases;
 
-/// What rays are aimed at.
-struct Targets {
-    edge_midpoints: Vec<DVec3>,
-    vertices: Vec<DVec3>,
-}
-
-impl Targets {
-    fn of(mesh: &TriangleMesh) -> Self {
-        Self {
-            edge_midpoints: edges(mesh)
-                .into_iter()
-                .map(|edge| 0.5 * edge.map(|v| position(mesh, v)).iter().sum::<DVec3>())
-                .collect(),
-            vertices: (0..mesh.positions.len() as u32)
-                .map(|v| position(mesh, v))
-                .collect(),
-        }
-    }
+/// What rays are aimed at: middles of edges, and vertices.
+fn targets(mesh: &TriangleMesh) -> [Vec<DVec3>; 2] {
+    let place = |vertex| position(mesh, vertex);
+    let middles = edges(mesh)
+        .into_iter()
+        .map(|[a, b]| 0.5 * (place(a) + place(b)));
+    let vertices = (0..mesh.positions.len() as u32).map(place);
+    [middles.collect(), vertices.collect()]
 }
 
 /// Aimed in f64, rounded to f32.
@@ -70,7 +61,7 @@ fn assert_none_lost<T>(
 #[test]
 fn edges_and_vertices_through_instances() {
     let mesh = ellipsoid();
-    let targets = Targets::of(&mesh);
+    let targets = targets(&mesh);
     let mut scene = lone_mesh(mesh);
     let rotation = DQuat::from_euler(glam::EulerRot::YXZ, 0.4, -1.2, 2.5);
     for (scale, moved) in [
@@ -90,7 +81,7 @@ fn edges_and_vertices_through_instances() {
             2_000,
             10_000,
         );
-        for targets in [&targets.edge_midpoints, &targets.vertices] {
+        for targets in &targets {
             assert_none_lost(
                 &format!("{map}"),
                 paths.in_scene(),
@@ -148,58 +139,16 @@ fn grid_lines_of_a_cube() {
     }
 }
 
-/// Whether a line from `origin` crosses the mesh an odd number of times, in
-/// f64; `None` where it comes too close to an edge to tell.
-fn crosses_oddly(mesh: &TriangleMesh, origin: DVec3, direction: DVec3) -> Option<bool> {
-    let mut odd = false;
-    for triangle in &mesh.triangles {
-        let [a, b, c] = triangle.map(|v| position(mesh, v) - origin);
-        let volumes = [b.cross(c), c.cross(a), a.cross(b)].map(|n| n.dot(direction));
-        if volumes.iter().any(|v| v.abs() < 1e-12) {
-            return None;
-        }
-        let same = volumes.iter().all(|v| *v > 0.0) || volumes.iter().all(|v| *v < 0.0);
-        let determinant: f64 = volumes.iter().sum();
-        if same && a.dot(b.cross(c)) / determinant > 0.0 {
-            odd = !odd;
-        }
-    }
-    Some(odd)
-}
-
-/// Points a little below the surface that several lines agree are inside.
-fn inside_points(mesh: &TriangleMesh, count: usize, random: &mut Random) -> Vec<DVec3> {
-    let (low, high) = mesh.bounds();
-    let size = (Vec3::from(high) - Vec3::from(low)).as_dvec3().length();
-    let mut points = Vec::new();
-    while points.len() < count {
-        let triangle = mesh.triangles[random.below(mesh.triangles.len())];
-        let [a, b, c] = triangle.map(|v| position(mesh, v));
-        let normal = (b - a).cross(c - a).normalize();
-        let depth = size * 10f64.powf(random.range(-4.0, -1.5));
-        let point = (a + b + c) / 3.0 - normal * depth;
-        // The rounded point is where rays start.
-        let point = point.as_vec3().as_dvec3();
-        let is_inside =
-            (0..3).all(|_| crosses_oddly(mesh, point, random.direction().into()) == Some(true));
-        if is_inside {
-            points.push(point);
-        }
-    }
-    points
-}
-
 #[test]
 fn no_ray_escapes_from_an_animal() {
     for (name, mesh) in meshes() {
-        let targets = Targets::of(&mesh);
-        let origins = inside_points(&mesh, 100, &mut Random::new(7));
+        let mesh = normalised(mesh, 10.0);
+        let targets = targets(&mesh);
+        let all: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+        let origins = points_inside(&triangles(&mesh, &all), 100, &mut Random::new(7));
         let paths = Paths::new(&lone_mesh(mesh));
         let count = cases("rays at edges, and at vertices, from inside", 5_000, 50_000);
-        for (what, targets) in [
-            ("edge midpoints", &targets.edge_midpoints),
-            ("vertices", &targets.vertices),
-        ] {
+        for (what, targets) in ["middles of edges", "vertices"].iter().zip(&targets) {
             assert_none_lost(
                 &format!("{name}, {what}"),
                 paths.in_mesh(),

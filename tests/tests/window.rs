@@ -24,8 +24,7 @@ impl Server {
         // A server starts anew when its last client goes, and drops who connects just then:
         // xdotool comes and goes while the window is waited for.
         let mut child = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1280x1024x24"])
-            .arg("-noreset")
+            .args("-displayfd 1 -screen 0 1280x1024x24 -noreset".split(' '))
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
@@ -83,8 +82,7 @@ impl Run {
         let mut child = Command::new(program)
             .current_dir(folder.path())
             .env("DISPLAY", &server.name)
-            .args(["run", "--view", "window", "--size", "48", "--json"])
-            .args(["--hz", "30"])
+            .args("run --view window --size 48 --json --hz 30".split(' '))
             .args(arguments)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -189,12 +187,8 @@ fn keys_change_what_is_seen_and_a_closed_window_ends_only_the_showing() {
     assert_eq!(plain.dimensions(), (960, 720));
     run.key(&server, "h");
     let levels = run.screenshot(&server);
-    assert!(
-        yellow(&levels) > 20_000 && yellow(&plain) < 2_000,
-        "{} {}",
-        yellow(&levels),
-        yellow(&plain)
-    );
+    let [levels, none] = [&levels, &plain].map(yellow);
+    assert!(levels > 20_000 && none < 2_000, "{levels} {none}");
     run.key(&server, "h");
     run.key(&server, "m");
     // On the front wall, away from its middle.

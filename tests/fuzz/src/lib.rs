@@ -70,27 +70,14 @@ fn baked_scene() -> Vec<u8> {
 fn on_a_bus() -> Vec<u8> {
     let report = records("hid", 1, 1).concat();
     let descriptor = documented::DESCRIPTOR;
-    let words: [u16; 15] = [
-        30,
-        0x0100,
-        descriptor.len() as u16,
-        2,
-        3,
-        report.len() as u16 + 2,
-        4,
-        0,
-        5,
-        6,
-        0xDEED,
-        0xFEED,
-        1,
-        0,
-        0,
+    let [long, most] = [descriptor.len(), report.len() + 2].map(|length| length as u16);
+    let words = [
+        30, 0x0100, long, 2, 3, most, 4, 0, 5, 6, 0xDEED, 0xFEED, 1, 0, 0,
     ];
     let mut bytes: Vec<u8> = words.into_iter().flat_map(u16::to_le_bytes).collect();
     bytes.extend(descriptor);
     bytes.extend([0, 0]);
-    bytes.extend((report.len() as u16 + 2).to_le_bytes());
+    bytes.extend(most.to_le_bytes());
     bytes.extend(report);
     bytes
 }

@@ -18,7 +18,6 @@ fn shisen(arguments: &[&str]) -> Command {
     command
 }
 
-/// Lines, as they come.
 fn lines(from: impl Read + Send + 'static) -> Receiver<String> {
     let (to, lines) = mpsc::channel();
     thread::spawn(move || {

@@ -155,7 +155,6 @@ fn listed(api: &mut HidApi, id: (u16, u16)) -> Result<Vec<[String; 3]>> {
     Ok(devices)
 }
 
-/// Waits until as many devices are listed.
 fn wait_for(api: &mut HidApi, id: (u16, u16), count: usize) -> Result<Vec<[String; 3]>> {
     let mut devices = Vec::new();
     within(Duration::from_millis(PATIENCE as u64), || {
@@ -165,7 +164,6 @@ fn wait_for(api: &mut HidApi, id: (u16, u16), count: usize) -> Result<Vec<[Strin
     Ok(devices)
 }
 
-/// Asks every 5 ms, until it is so.
 fn within(time: Duration, mut so: impl FnMut() -> Result<bool>) -> Result {
     let start = Instant::now();
     while !so()? {
@@ -175,7 +173,6 @@ fn within(time: Duration, mut so: impl FnMut() -> Result<bool>) -> Result {
     Ok(())
 }
 
-/// Waits for the one device with this id.
 fn path(api: &mut HidApi, id: (u16, u16)) -> Result<String> {
     let [device] = &wait_for(api, id, 1)?[..] else {
         return Err("more than one device".into());
@@ -462,7 +459,6 @@ fn decodes_a_head_tracker(api: &mut HidApi) -> Result {
     Ok(())
 }
 
-/// Checks, by their names.
 macro_rules! checks {
     ($($name:literal => $check:path,)*) => {
         [$(($name, $check as fn(&mut HidApi) -> Result)),*]

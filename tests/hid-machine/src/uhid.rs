@@ -11,7 +11,6 @@ const EVENT_BYTES: usize = 4 + 4372;
 const DESTROY: u32 = 1;
 const STOP: u32 = 3;
 const OPEN: u32 = 4;
-const CLOSE: u32 = 5;
 const GET_REPORT: u32 = 9;
 const GET_REPORT_REPLY: u32 = 10;
 const CREATE2: u32 = 11;
@@ -41,7 +40,6 @@ pub struct Description<'a> {
 #[derive(Default, Clone)]
 pub struct Seen {
     pub opened: u32,
-    pub closed: u32,
     /// Feature reports that were set, each with its id, or 0, in front.
     pub set: Vec<Vec<u8>>,
 }
@@ -54,7 +52,6 @@ pub struct Device {
 }
 
 impl Device {
-    /// Plugs it in.
     pub fn new(description: &Description<'_>) -> io::Result<Self> {
         let mut file = OpenOptions::new()
             .read(true)
@@ -85,7 +82,6 @@ impl Device {
         })
     }
 
-    /// Sends an input report.
     pub fn send(&mut self, report: &[u8]) -> io::Result<()> {
         let mut event = INPUT2.to_le_bytes().to_vec();
         event.extend((report.len() as u16).to_le_bytes());
@@ -93,7 +89,6 @@ impl Device {
         self.file.write_all(&event)
     }
 
-    /// What the host did so far.
     pub fn seen(&self) -> Seen {
         self.seen.lock().expect("no thread panics").clone()
     }
@@ -124,10 +119,6 @@ fn answer(mut file: File, features: &[(u8, Vec<u8>)], settable: bool, seen: &Mut
             STOP => return,
             OPEN => {
                 seen.opened += 1;
-                continue;
-            }
-            CLOSE => {
-                seen.closed += 1;
                 continue;
             }
             GET_REPORT => {

@@ -6,11 +6,9 @@ use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-/// The command `shisen`.
 #[derive(Debug, Clone)]
 pub struct Shisen(pub PathBuf);
 
-/// Runs a program to its end.
 pub fn run(command: &mut Command) -> Result<Output, Box<dyn Error>> {
     let name = command.get_program().to_string_lossy().into_owned();
     let output = command
@@ -33,7 +31,6 @@ impl Shisen {
         command
     }
 
-    /// Runs the command and returns its report.
     pub fn report(
         &self,
         arguments: impl IntoIterator<Item = impl AsRef<OsStr>>,

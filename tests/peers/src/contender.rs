@@ -10,7 +10,6 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::ptr::NonNull;
 
-/// One way of tracing.
 pub struct Contender {
     pub name: String,
     pub mode: String,
@@ -20,7 +19,6 @@ pub struct Contender {
     raw: &'static Raw,
 }
 
-/// A mesh to trace.
 pub struct Subject {
     pub name: String,
     pub mesh: TriangleMesh,
@@ -28,7 +26,6 @@ pub struct Subject {
     corners: Vec<f32>,
 }
 
-/// Rays to trace.
 pub struct RaySet {
     pub name: &'static str,
     /// Origin and direction.
@@ -37,7 +34,6 @@ pub struct RaySet {
     pub side: usize,
 }
 
-/// A contender with its tree of a subject.
 pub struct Opened<'s> {
     raw: &'static Raw,
     tree: NonNull<c_void>,
@@ -45,7 +41,6 @@ pub struct Opened<'s> {
     _subject: &'s Subject,
 }
 
-/// Text of a library.
 fn text(from: *const c_char) -> String {
     // SAFETY: the interface promises text that ends in 0 and never changes.
     let text = unsafe { CStr::from_ptr(from) };
@@ -92,7 +87,6 @@ impl Contender {
         }
     }
 
-    /// Whether it is ours.
     pub fn is_ours(&self) -> bool {
         self.name == "Shisen"
     }
@@ -135,7 +129,6 @@ impl Contender {
 }
 
 impl Opened<'_> {
-    /// Traces all rays.
     pub fn trace(&self, rays: &RaySet, hits: &mut [Hit]) {
         assert_eq!(rays.rays.len(), hits.len(), "a hit for each ray");
         let rays = Rays {
@@ -156,7 +149,6 @@ impl Drop for Opened<'_> {
 }
 
 impl Subject {
-    /// Bakes a mesh.
     pub fn new(name: impl Into<String>, mesh: TriangleMesh) -> Result<Self, BakeError> {
         let corners = mesh.triangles.iter().flatten();
         let corners = corners

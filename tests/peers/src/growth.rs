@@ -22,20 +22,16 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::thread::available_parallelism;
 
-/// Numbers along an axis.
 struct Curve {
     name: &'static str,
     points: Vec<(f64, f64)>,
 }
 
-/// How much is traced.
 #[derive(Debug, Clone, Copy)]
 pub struct Extent {
     /// Pixels along the edge of a picture, and the root of the number of other rays.
     pub side: u32,
-    /// Whether fewer places are measured.
     pub quick: bool,
-    /// Rounds of a median.
     pub rounds: usize,
 }
 

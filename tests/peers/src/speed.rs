@@ -264,30 +264,3 @@ fn marks(ratios: &[Ratio], report: &mut Report) {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn hits_in_about_the_same_place_are_the_same() {
-        let ray = [0.0, 0.0, 0.0, 0.0, 0.0, 2.0];
-        let hit = |triangle, t| Hit { triangle, t };
-        for (other, same) in [
-            (hit(1, 5.0), true),
-            (hit(1, 6.0), true),
-            (hit(2, 5.00004), true),
-            (hit(2, 5.00006), false),
-            (Hit::MISS, false),
-        ] {
-            assert_eq!(
-                is_about(Task::Nearest, &ray, &hit(1, 5.0), &other),
-                same,
-                "{other:?}"
-            );
-        }
-        assert!(is_about(Task::Any, &ray, &hit(1, 5.0), &hit(0, 0.0)));
-        assert!(!is_exactly(Task::Picture, &hit(1, 0.0), &hit(1, -0.0)));
-        assert!(is_exactly(Task::Any, &Hit::MISS, &Hit::MISS));
-    }
-}

@@ -13,28 +13,21 @@ use tempfile::TempDir;
 const PROGRAM: &str = "qemu-system-arm";
 /// Puts a file to where the board has its scene.
 const LOADER: &str = "loader,addr=0x60000000,force-raw=on,file=";
-/// For how long a start may take.
 const START: Duration = Duration::from_secs(20);
-/// For how long bytes are waited for.
 const WAIT: Duration = Duration::from_millis(2);
 
-/// A serial port of the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Port {
-    /// From the tracker.
     Tracker,
     /// Reports out, orders in.
     Display,
-    /// The log.
     Log,
 }
 
-/// A board that runs.
 pub(super) struct Emulator {
     child: Child,
     /// By the numbers of [`Port`].
     ports: Vec<UnixStream>,
-    /// What the log's words are.
     table: Option<Box<Table>>,
     /// Bytes of the log that are not decoded yet.
     said: Vec<u8>,
@@ -107,7 +100,6 @@ impl Emulator {
         }
     }
 
-    /// Sends bytes, as fast as the board takes them.
     pub(super) fn send(&mut self, port: Port, bytes: &[u8]) -> Result<(), FirmwareError> {
         let mut left = bytes;
         let since = Instant::now();

@@ -4,7 +4,6 @@ use super::FirmwareError;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The processor's target.
 const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// An image for the emulated board.
@@ -14,7 +13,6 @@ pub struct Image {
     elf: Vec<u8>,
 }
 
-/// What helps where a file is no image.
 const AN_IMAGE: &str = "give the path of an ELF file that tests/firmware/run built";
 
 impl Image {

@@ -13,7 +13,6 @@ use std::collections::VecDeque;
 /// Bytes of orders that a controller takes at a time: they wait while it renders.
 const MOST_ORDER_BYTES: usize = 240;
 
-/// What has been heard so far.
 pub(super) struct Session {
     encoder: Encoder,
     sizes: Vec<[u32; 2]>,
@@ -23,7 +22,6 @@ pub(super) struct Session {
     /// Those of them that have not been sent, in pieces that the controller has room for:
     /// how many are sent with each, and its bytes.
     unsent: VecDeque<(u8, Vec<u8>)>,
-    /// Orders sent.
     sent: u8,
     /// Orders that the newest frame had obeyed.
     obeyed: u8,
@@ -94,7 +92,6 @@ impl Session {
         Ok(session)
     }
 
-    /// What it is to be told at first.
     fn plan(&mut self, run: &Run<'_>) {
         let count = Order::Screens {
             count: run.screens.len() as u8,

@@ -20,9 +20,9 @@ fn closed_meshes() -> Vec<(&'static str, TriangleMesh)> {
 }
 
 /// The triangles of a rung, corner by corner.
-type Triangles = Vec<[DVec3; 3]>;
+pub(crate) type Triangles = Vec<[DVec3; 3]>;
 
-fn triangles(all: &TriangleMesh, rung: &[u32]) -> Triangles {
+pub(crate) fn triangles(all: &TriangleMesh, rung: &[u32]) -> Triangles {
     let corner = |c: u32| Vec3::from(all.positions[c as usize]).as_dvec3();
     rung.iter()
         .map(|&t| all.triangles[t as usize].map(corner))
@@ -41,8 +41,13 @@ fn winding(triangles: &Triangles, point: DVec3) -> f64 {
     triangles.iter().map(half_angle).sum::<f64>() / std::f64::consts::TAU
 }
 
-/// Points a little below the surface that it winds around once or more.
-fn points_inside(triangles: &Triangles, count: usize, random: &mut Random) -> Vec<DVec3> {
+/// Points a little below the surface that it winds around once or more; the farthest vertex is
+/// 10 from the middle.
+pub(crate) fn points_inside(
+    triangles: &Triangles,
+    count: usize,
+    random: &mut Random,
+) -> Vec<DVec3> {
     let mut points = Vec::new();
     while points.len() < count {
         let [a, b, c] = triangles[random.below(triangles.len())];

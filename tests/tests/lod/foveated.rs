@@ -54,12 +54,12 @@ fn a_frame_has_one_hash() {
     let mut hashes = Vec::new();
     for gaze in [GAZES[0], GAZES[4]] {
         let full = foveated(gaze, COARSE);
-        // The paper's levels besides, and its border across squares.
+        // The paper's levels besides, and its border across squares; and these alone.
         let paper = full.map(|eye| Observer {
             lod: Some(lod(gaze)),
             ..eye
         });
-        for eyes in [full, paper] {
+        for eyes in [full, paper, eyes(Some(lod(gaze)))] {
             let single = options(1, 32, Mode::Single, Simd::PORTABLE);
             let reference = frame(&fast.scene(), size, &eyes, &single);
             for mode in [Mode::Single, Mode::Tile] {
@@ -86,7 +86,7 @@ fn a_frame_has_one_hash() {
     hashes.dedup();
     assert_eq!(
         hashes.len(),
-        4,
+        6,
         "each gaze and each way has its own picture"
     );
 }

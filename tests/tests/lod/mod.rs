@@ -2,12 +2,11 @@
 //! the view and the gaze decides them.
 
 mod cost;
-mod cracks;
+pub(crate) mod cracks;
 mod flicker;
 mod foveated;
 mod odd_scenes;
 mod rungs;
-mod ways;
 
 use glam::{DVec3, Vec3};
 use shisen::bake::Layout;

@@ -54,28 +54,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         Some(field) => renderer.with_level_of_detail(LevelOfDetail::new(Gaze::new(sight, field))),
         None => renderer,
     };
-    let [left, right, bottom, top, front, back] = [-1.5, 1.5, -1.5, 1.5, -1.5, 1.5];
+    // Lower left, lower right and upper left, in half sides of a cube of 3 m.
     let corners = [
-        [
-            [left, bottom, front],
-            [right, bottom, front],
-            [left, top, front],
-        ],
-        [
-            [left, bottom, back],
-            [left, bottom, front],
-            [left, top, back],
-        ],
-        [
-            [right, bottom, front],
-            [right, bottom, back],
-            [right, top, front],
-        ],
+        [[-1., -1., -1.], [1., -1., -1.], [-1., 1., -1.]],
+        [[-1., -1., 1.], [-1., -1., -1.], [-1., 1., 1.]],
+        [[1., -1., -1.], [1., -1., 1.], [1., 1., -1.]],
     ];
     let mut workspace = Workspace::new();
     let mut hash = FNV_START;
     for corners in corners {
-        let [lower_left, lower_right, upper_left] = corners.map(Vec3::from_array);
+        let [lower_left, lower_right, upper_left] = corners.map(|corner| 1.5 * Vec3::from_array(corner));
         let screen = FlatScreen::from_corners(lower_left, lower_right, upper_left, [SIDE, SIDE]);
         let view = screen.view_from(eye)?;
         hash = fnv1a(hash, &picture(&following, &view, &mut workspace)?);

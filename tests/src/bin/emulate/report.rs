@@ -8,7 +8,6 @@ use shisen_tracker::estimate::State;
 use shisen_tracker::link::display::Subject;
 use std::fmt;
 
-/// A frame and the host's.
 #[derive(Debug, Serialize)]
 pub(crate) struct FrameReport {
     number: u32,
@@ -31,7 +30,6 @@ pub(crate) struct FrameReport {
 }
 
 impl FrameReport {
-    /// The report of a frame, beside the hash of the host's.
     pub(crate) fn new(frame: &ShownFrame, host_hash: u64) -> Self {
         let start = &frame.start;
         let done = frame.done;
@@ -63,13 +61,11 @@ impl FrameReport {
         }
     }
 
-    /// Whether both are the same.
     pub(crate) fn is_equal(&self) -> bool {
         self.hash == self.host_hash
     }
 }
 
-/// A slice of a frame.
 #[derive(Debug, Serialize)]
 struct SliceReport {
     frame: u32,
@@ -78,7 +74,6 @@ struct SliceReport {
     ended_tile: bool,
 }
 
-/// What came from the tracker.
 #[derive(Debug, Serialize)]
 struct TrackerReport {
     records: u32,
@@ -86,7 +81,6 @@ struct TrackerReport {
     overrun_bytes: u32,
 }
 
-/// What a run was like.
 #[derive(Debug, Serialize)]
 pub(crate) struct Report {
     image: String,

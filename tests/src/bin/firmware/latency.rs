@@ -1,6 +1,6 @@
 //! From the last byte of a new gaze to the first tile that follows it.
 
-use crate::{Bench, PaperScene, Wrong, mock, paper, record, sent};
+use crate::{Bench, Wrong, mock, record, sent};
 use glam::Vec3;
 use shisen_tests::firmware::TrackerBytes;
 use shisen_tracker::link::Encoder;
@@ -13,15 +13,14 @@ const MILLISECOND: f64 = 400e3;
 impl Bench {
     /// Scene A, and a tracker that moves: at 120 Hz and at 1,000.
     pub(crate) fn latency(&self) -> Result<String, Wrong> {
-        let scene = paper(PaperScene::A);
         let mut said = Vec::new();
         for (rate, row) in [("120", "latency_at_120_hz"), ("1000", "latency_at_1000_hz")] {
             let tracker = mock(&format!("mock:seed=5&rate={rate}"))?;
-            let mut run = self.run(scene.as_bytes(), Some(tracker));
-            run.frames = 6;
-            // The line is looked at often, as a board with a fast tracker would.
-            run.rendering.slice = 500;
-            let watched = self.same(&scene, run)?;
+            let watched = self.scene_a(tracker, |run| {
+                run.frames = 6;
+                // The line is looked at often, as a board with a fast tracker would.
+                run.rendering.slice = 500;
+            })?;
             let done = watched.frames.iter().filter_map(|frame| frame.done);
             let done: Vec<_> = done.filter(|done| done.latency > 0).collect();
             ensure!(done.len() >= 3, "hardly a frame had a new gaze");
@@ -46,10 +45,10 @@ impl Bench {
                 ms(waited),
                 ms(to_tile),
             ));
-            self.measured.add(&[(row, all)])?;
+            self.measured.add(row, all)?;
             if rate == "120" {
-                self.measured
-                    .add(&[("gaze_to_tile", to_tile), ("byte_to_gaze", waited)])?;
+                self.measured.add("gaze_to_tile", to_tile)?;
+                self.measured.add("byte_to_gaze", waited)?;
             }
         }
         Ok(said.join("; "))
@@ -58,12 +57,11 @@ impl Bench {
     /// A viewer whose eyes leap while frames are rendered: these are cut short, and the
     /// next ones begin where the viewer looks.
     pub(crate) fn restarts(&self) -> Result<String, Wrong> {
-        let scene = paper(PaperScene::A);
         let run = |frames, restart_angle: f32| {
-            let mut run = self.run(scene.as_bytes(), Some(leaps()));
-            run.frames = frames;
-            (run.rendering.slice, run.rendering.restart_angle) = (500, restart_angle);
-            let watched = self.same(&scene, run)?;
+            let watched = self.scene_a(leaps(), |run| {
+                run.frames = frames;
+                (run.rendering.slice, run.rendering.restart_angle) = (500, restart_angle);
+            })?;
             let done = watched.frames.iter().map(|frame| frame.done);
             let done: Vec<FrameDone> = done.collect::<Option<_>>().ok_or("no end")?;
             ensure!(
@@ -94,7 +92,7 @@ impl Bench {
         let in_a_row = restless.split(|done| !done.cut_short).map(<[_]>::len);
         let in_a_row = in_a_row.max().unwrap_or(0);
         ensure!(in_a_row == 3, "{in_a_row} were cut short in a row");
-        self.measured.add(&[("restart", most)])?;
+        self.measured.add("restart", most)?;
         Ok(format!(
             "of {} frames {} were cut short; {most} instructions ({:.2} ms) at most from the last \
              byte to the first tile",

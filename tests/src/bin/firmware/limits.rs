@@ -3,13 +3,11 @@
 use crate::Wrong;
 use shisen_tests::limits::limits;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
 
 /// Limits of a slice and of a gaze, in instructions.
 pub(crate) struct Limits {
-    /// For each step of a slice.
     pub(crate) per_step: u64,
-    /// For a slice besides.
+    /// For a slice besides its steps.
     pub(crate) per_slice: u64,
     /// From a gaze that is known to the end of its first tile.
     pub(crate) gaze_to_tile: u64,
@@ -18,8 +16,6 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    /// # Errors
-    /// A file that cannot be read, or a number that is not there.
     pub(crate) fn read(path: &str) -> Result<Self, Wrong> {
         let number = |table: &str, key: &str| {
             let number = limits(path, table)?.get(key).copied();
@@ -35,27 +31,13 @@ impl Limits {
 }
 
 /// A file of names and numbers, a line each, for the budget sheet.
-pub(crate) struct Measured(PathBuf);
+pub(crate) struct Measured(pub(crate) String);
 
 impl Measured {
-    pub(crate) fn new(path: &Path) -> Self {
-        Self(path.to_owned())
-    }
-
-    /// Adds lines to it.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub(crate) fn add(&self, lines: &[(&str, u64)]) -> Result<(), Wrong> {
-        let lines = lines
-            .iter()
-            .map(|(name, number)| format!("{name} {number}\n"));
-        let text: String = lines.collect();
-        let file = std::fs::OpenOptions::new()
-            .append(true)
-            .create(true)
-            .open(&self.0);
-        let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
-        written.map_err(|error| format!("{} cannot be written: {error}", self.0.display()).into())
+    pub(crate) fn add(&self, name: &str, number: u64) -> Result<(), Wrong> {
+        let mut options = std::fs::OpenOptions::new();
+        let file = options.append(true).create(true).open(&self.0);
+        let written = file.and_then(|mut file| writeln!(file, "{name} {number}"));
+        written.map_err(|error| format!("{} cannot be written: {error}", self.0).into())
     }
 }

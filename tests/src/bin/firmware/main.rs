@@ -56,10 +56,8 @@ const SIDE: u32 = 64;
 /// Between samples of a tracker that does not say otherwise.
 const STEP: Micros = Micros(2_000);
 
-/// What is wrong, in words.
 type Wrong = Box<dyn std::error::Error>;
 
-/// Says what it found.
 type Check = fn(&Bench) -> Result<String, Wrong>;
 
 fn main() -> ExitCode {
@@ -148,7 +146,6 @@ fn looking(place: Vec3, turn: Quat, gaze: Vec3) -> TrackerBytes {
     })
 }
 
-/// A record of a viewer.
 fn record(encoder: &mut Encoder, time: Micros, place: Vec3, turn: Quat, gaze: Vec3) -> Vec<u8> {
     let mut sample = Sample::arrived(time);
     sample.device_time = Some(DeviceTime::unwrapped(time.0));
@@ -173,7 +170,6 @@ fn down() -> TrackerBytes {
     looking(Vec3::ZERO, Quat::from_rotation_x(-bow), gaze)
 }
 
-/// A simulated viewer.
 fn mock(spec: &str) -> Result<TrackerBytes, Wrong> {
     let TrackerKind::Mock(spec) = spec.parse::<Spec>()?.kind else {
         return Err("no mock".into());
@@ -228,7 +224,7 @@ impl Bench {
             dispersive: Image::open(dispersive)?,
             screens: walls.iter().map(Wall::flat_screen).collect(),
             limits: Limits::read(limits)?,
-            measured: Measured::new(Path::new(measured)),
+            measured: Measured(measured.to_owned()),
             slices: Slices::default(),
             ram: Cell::default(),
             stack: Cell::default(),
@@ -246,6 +242,18 @@ impl Bench {
             tracker,
             patience: 60.0,
         }
+    }
+
+    /// Frames of scene A by this tracker, which are the host's.
+    fn scene_a(
+        &self,
+        tracker: TrackerBytes,
+        change: impl FnOnce(&mut Run<'_>),
+    ) -> Result<Watched, Wrong> {
+        let scene = paper(PaperScene::A);
+        let mut run = self.run(scene.as_bytes(), Some(tracker));
+        change(&mut run);
+        self.same(&scene, run)
     }
 
     /// Frames that are the host's, and what was watched.
@@ -276,7 +284,6 @@ impl Bench {
         Ok(watched)
     }
 
-    /// Notes what a run took of the memory.
     fn memory(&self, watched: &Watched) {
         let ready = watched.ready;
         self.ram
@@ -288,8 +295,8 @@ impl Bench {
     fn note_memory(&self) -> Result<String, Wrong> {
         let (ram, stack) = (self.ram.get(), self.stack.get());
         ensure!(ram > 0 && stack > 0, "nothing was said of memory");
-        self.measured
-            .add(&[("ram", ram), ("stack_painted", stack)])?;
+        self.measured.add("ram", ram)?;
+        self.measured.add("stack_painted", stack)?;
         Ok(format!(
             "{ram} static bytes without pictures, {stack} of stack painted over"
         ))
@@ -323,10 +330,8 @@ impl Bench {
     }
 
     fn dome_master(&self) -> Result<String, Wrong> {
-        let scene = paper(PaperScene::A);
-        let mut run = self.run(scene.as_bytes(), Some(ahead()));
-        run.capture = Some((96, Vec3::new(0.1, 0.2, 0.0)));
-        let watched = self.same(&scene, run)?;
+        let capture = Some((96, Vec3::new(0.1, 0.2, 0.0)));
+        let watched = self.scene_a(ahead(), |run| run.capture = capture)?;
         let last = watched.frames.last().ok_or("no frame")?;
         ensure!(last.pictures.len() == 1, "no dome master came");
         ensure!(last.pictures[0].core_pixels().len() == 96 * 96, "its size");
@@ -391,7 +396,7 @@ impl Bench {
         let tracker = watched.tracker.ok_or("nothing said of the tracker")?;
         ensure!(tracker.records > 10 && tracker.dropped == 0, "records");
         let each = tracker.instructions / u64::from(tracker.records);
-        self.measured.add(&[("record", each)])?;
+        self.measured.add("record", each)?;
         Ok(format!("the host's; {each} instructions a record"))
     }
 
@@ -425,17 +430,12 @@ impl Bench {
     }
 
     fn noise(&self) -> Result<String, Wrong> {
-        let scene = paper(PaperScene::A);
         let mut random = shisen_tests::rays::Random::new(7);
         let bytes = sent(STEP, move |_| {
             (0..20).map(|_| random.bits() as u8).collect()
         });
-        let watched = self.same(&scene, self.run(scene.as_bytes(), Some(bytes)))?;
-        let last = watched.frames.last().ok_or("no frame")?;
-        ensure!(
-            last.start.widen >= core::f32::consts::PI,
-            "full quality everywhere"
-        );
+        let watched = self.scene_a(bytes, |_| {})?;
+        ensure!(is_everywhere(&watched), "full quality everywhere");
         let tracker = watched.tracker.ok_or("nothing said of the tracker")?;
         ensure!(
             tracker.records == 0 && tracker.dropped > 0,
@@ -448,7 +448,6 @@ impl Bench {
     }
 
     fn flood(&self) -> Result<String, Wrong> {
-        let scene = paper(PaperScene::A);
         let mut still = ahead();
         let bytes = sent(STEP, move |at| {
             let mut burst = vec![0x55; 200];
@@ -457,10 +456,8 @@ impl Bench {
             }
             burst
         });
-        let mut run = self.run(scene.as_bytes(), Some(bytes));
         // Slices so long that the line is not listened to.
-        run.rendering.slice = 1_000_000;
-        let watched = self.same(&scene, run)?;
+        let watched = self.scene_a(bytes, |run| run.rendering.slice = 1_000_000)?;
         let tracker = watched.tracker.ok_or("nothing said of the tracker")?;
         ensure!(tracker.overrun > 0, "nothing was lost");
         logged(&watched, "bytes of the tracker found no room")?;
@@ -468,10 +465,9 @@ impl Bench {
     }
 
     fn behind_a_wall(&self) -> Result<String, Wrong> {
-        let scene = paper(PaperScene::A);
         let place = Vec3::new(0.0, 0.0, -4.0);
         let tracker = looking(place, Quat::IDENTITY, Vec3::NEG_Z);
-        let watched = self.same(&scene, self.run(scene.as_bytes(), Some(tracker)))?;
+        let watched = self.scene_a(tracker, |_| {})?;
         let mut eyes = watched.frames.iter().map(|frame| frame.start.eyes[0]);
         ensure!(eyes.all(|eye| eye == Vec3::ZERO), "eyes");
         logged(&watched, "not seen")?;
@@ -479,7 +475,6 @@ impl Bench {
     }
 
     fn no_gazes(&self) -> Result<String, Wrong> {
-        let scene = paper(PaperScene::A);
         for gaze in [Vec3::splat(f32::NAN), Vec3::ZERO, Vec3::Z, Vec3::X * 1e30] {
             let mut encoder = Encoder::new();
             let bytes = sent(STEP, move |at| {
@@ -488,18 +483,19 @@ impl Bench {
                 sample.combined.direction = Some(Reading::tracked(gaze));
                 encoder.sample(&sample).to_vec()
             });
-            let watched = self.same(&scene, self.run(scene.as_bytes(), Some(bytes)))?;
-            let last = watched.frames.last().ok_or("no frame")?;
-            ensure!(
-                last.start.widen >= core::f32::consts::PI,
-                "{gaze} is taken for a gaze"
-            );
+            let watched = self.scene_a(bytes, |_| {})?;
+            ensure!(is_everywhere(&watched), "{gaze} is taken for a gaze");
         }
         Ok("full quality everywhere".to_owned())
     }
 }
 
-/// Whether the controller has said so.
+/// Whether the last frame is of full quality everywhere.
+fn is_everywhere(watched: &Watched) -> bool {
+    let last = watched.frames.last();
+    last.is_some_and(|frame| frame.start.widen >= std::f32::consts::PI)
+}
+
 fn logged(watched: &Watched, words: &str) -> Result<(), Wrong> {
     let said = watched.log.iter().any(|line| line.contains(words));
     ensure!(said, "its log has no \"{words}\"");

@@ -15,10 +15,8 @@ use std::cell::Cell;
 
 /// Pixels a side of the wall that the scenes are seen on.
 const SIDE: u32 = 32;
-/// Steps of a slice.
 const SLICES: [u32; 4] = [1, 100, 3_000, 1_000_000];
 
-/// The slices looked at so far.
 #[derive(Default)]
 pub(crate) struct Slices {
     count: Cell<u64>,
@@ -29,7 +27,6 @@ pub(crate) struct Slices {
 }
 
 impl Bench {
-    /// Whether a frame's slices keep to their limits.
     pub(crate) fn in_time(&self, frame: &ShownFrame, budget: u32) -> Result<(), Wrong> {
         let (per_step, per_slice) = (self.limits.per_step, self.limits.per_slice);
         let seen = &self.slices;
@@ -146,7 +143,6 @@ fn scenes() -> Vec<(&'static str, Scene, u8)> {
     ]
 }
 
-/// A scene of one mesh.
 fn one(mesh: TriangleMesh, material: Option<Material>, world_from_object: DAffine3) -> Scene {
     let object = Object {
         material: material.as_ref().map(|_| 0),

@@ -11,17 +11,14 @@ pub(crate) type Wrong = String;
 /// One instruction.
 #[derive(Debug, Clone)]
 pub(crate) struct Instruction {
-    /// Where it is.
     pub(crate) at: u32,
-    /// Its bytes: 2 or 4.
+    /// Bytes: 2 or 4.
     pub(crate) length: u32,
-    /// Without condition and width.
+    /// The name without condition and width.
     pub(crate) name: String,
-    /// Whether it is carried out under a condition.
     pub(crate) conditional: bool,
-    /// Its operands.
     pub(crate) operands: Vec<Operand>,
-    /// As a person reads it.
+    /// The instruction as a person reads it.
     pub(crate) text: String,
 }
 
@@ -30,7 +27,6 @@ pub(crate) struct Instruction {
 pub(crate) enum Operand {
     /// r0 to r12, sp, lr and pc by number; `None` for others.
     Register(Option<usize>),
-    /// A number.
     Number(i32),
     /// A place in memory: its base, and what is added.
     Memory(Option<usize>, i32),
@@ -40,36 +36,30 @@ pub(crate) enum Operand {
     Other,
 }
 
-/// The stack pointer's number.
 pub(crate) const SP: usize = 13;
-/// Number of the link register.
 pub(crate) const LR: usize = 14;
-/// Number of the program counter.
 pub(crate) const PC: usize = 15;
 
 /// A function of the program.
 #[derive(Debug)]
 pub(crate) struct Function {
-    /// Its symbol, readable.
     pub(crate) name: String,
-    /// Past its last byte.
+    /// The address past its last byte.
     pub(crate) end: u32,
-    /// Its instructions by where they are.
+    /// Instructions by address.
     pub(crate) instructions: BTreeMap<u32, Instruction>,
 }
 
 /// A linked program.
 pub(crate) struct Program {
-    /// By where they begin.
+    /// Functions by address.
     pub(crate) functions: BTreeMap<u32, Function>,
-    /// Those that a pointer may lead to wherever it comes from: their addresses are
-    /// in the program's data, in the constants between its functions, or put
-    /// together by instructions.
+    /// Functions that any pointer may lead to: their addresses are in the program's data,
+    /// in the constants between its functions, or put together by instructions.
     pub(crate) taken: BTreeSet<u32>,
-    /// Those that stand in the method tables of trait objects, by the offset
-    /// there: nothing but a load at that offset leads to them.
+    /// Functions in the method tables of trait objects, by the offset there: only a load
+    /// at that offset leads to them.
     pub(crate) methods: BTreeMap<i32, BTreeSet<u32>>,
-    /// Symbols by name.
     pub(crate) symbols: HashMap<String, u32>,
     sections: Vec<(u32, Vec<u8>, bool)>,
     /// Where data begins within code, and code again.
@@ -78,9 +68,6 @@ pub(crate) struct Program {
 
 impl Program {
     /// Reads an ELF file.
-    ///
-    /// # Errors
-    /// A file that is none, or code that cannot be decoded.
     pub(crate) fn read(bytes: &[u8]) -> Result<Self, Wrong> {
         let file = object::File::parse(bytes).map_err(|error| error.to_string())?;
         let mut sections = Vec::new();
@@ -112,7 +99,9 @@ impl Program {
             }
             let is_code = symbol.kind() == SymbolKind::Text;
             if is_code && symbol.is_definition() && !name.starts_with('$') {
-                let entry = (readable(name), symbol.size() as u32);
+                // Without what the compiler adds to it.
+                let readable = format!("{:#}", rustc_demangle::demangle(name));
+                let entry = (readable, symbol.size() as u32);
                 let place = names.entry(at & !1).or_insert_with(|| entry.clone());
                 if place.1 < entry.1 {
                     *place = entry;
@@ -152,7 +141,6 @@ impl Program {
         next.map_or(at, |(&end, _)| end)
     }
 
-    /// A function's name.
     pub(crate) fn name(&self, at: u32) -> &str {
         self.functions.get(&at).map_or("?", |it| &it.name)
     }
@@ -367,11 +355,6 @@ fn number(decoder: &Capstone, register: RegId) -> Option<usize> {
     }
 }
 
-/// A symbol without what the compiler adds to it.
-fn readable(symbol: &str) -> String {
-    format!("{:#}", rustc_demangle::demangle(symbol))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -393,12 +376,5 @@ mod tests {
             assert_eq!(methods_of(&other, &is_function), 0, "{other:?}");
         }
         assert_eq!(methods_of(&[0, 8, 4], &is_function), 0);
-    }
-
-    #[test]
-    fn what_the_compiler_adds_to_a_name_is_left_out() {
-        let name = "_ZN6shisen4head5Track2at17h0123456789abcdefE";
-        assert_eq!(readable(name), "shisen::head::Track::at");
-        assert_eq!(readable("shisen_tiles"), "shisen_tiles");
     }
 }

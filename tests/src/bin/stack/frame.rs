@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 pub(crate) struct Frame {
     /// Bytes at its deepest.
     pub(crate) bytes: u32,
-    /// Where it is called from its deepest place: bytes taken until then.
+    /// Most bytes taken where it calls each.
     pub(crate) calls: BTreeMap<Callee, u32>,
 }
 
@@ -57,15 +57,12 @@ impl State {
                 *own = Value::Unknown;
             }
         }
+        let mut aside = self.aside.clone();
+        aside.retain(|at, value| other.aside.get(at) == Some(&*value));
         Self {
             depth: self.depth.max(other.depth),
             registers,
-            aside: self
-                .aside
-                .iter()
-                .filter(|(at, value)| other.aside.get(at) == Some(value))
-                .map(|(&at, &value)| (at, value))
-                .collect(),
+            aside,
         }
     }
 
@@ -83,10 +80,7 @@ impl State {
             return Ok(());
         }
         let Value::Depth(depth) = value else {
-            return Err(unknown(
-                instruction,
-                "moves the stack pointer to nobody knows where",
-            ));
+            return Err(unknown(instruction, "moves the stack pointer anywhere"));
         };
         self.depth = depth;
         Ok(())
@@ -109,14 +103,9 @@ enum After {
 }
 
 /// Follows a function from its first instruction to all that can be reached.
-///
-/// # Errors
-/// What cannot be followed.
 pub(crate) fn frame(program: &Program, start: u32) -> Result<Frame, Wrong> {
-    let function = program
-        .functions
-        .get(&start)
-        .ok_or_else(|| format!("no function is at {start:#x}"))?;
+    let function = program.functions.get(&start);
+    let function = function.ok_or_else(|| format!("no function is at {start:#x}"))?;
     follow(program, start, function).map_err(|wrong| format!("{}: {wrong}", function.name))
 }
 
@@ -220,13 +209,12 @@ fn pushes(instruction: &Instruction, state: &mut State) -> bool {
             state.depth -= registers(list, 4);
         }
         ("str" | "strd" | "ldr" | "ldrd", [.., Memory(Some(SP), by)])
-            if is_written_back(instruction) =>
+        | ("str" | "strd" | "ldr" | "ldrd", [.., Memory(Some(SP), _), Number(by)])
+            if is_written_back(instruction) || matches!(operands, [.., Number(_)]) =>
         {
-            forget_loaded(instruction, state);
-            state.depth -= i64::from(*by);
-        }
-        ("str" | "strd" | "ldr" | "ldrd", [.., Memory(Some(SP), _), Number(by)]) => {
-            forget_loaded(instruction, state);
+            if instruction.name.starts_with("ldr") {
+                forget(operands, state);
+            }
             state.depth -= i64::from(*by);
         }
         _ => return false,
@@ -298,6 +286,10 @@ fn apply(program: &Program, instruction: &Instruction, state: &mut State) -> Res
     if pushes(instruction, state) || moves(program, instruction, state)? {
         return Ok(());
     }
+    let deeper = |value: Value, by: i64| match value {
+        Value::Depth(depth) => Value::Depth(depth + by),
+        _ => Value::Unknown,
+    };
     let operands = instruction.operands.as_slice();
     match (instruction.name.as_str(), operands) {
         ("sub" | "subw" | "add" | "addw" | "adds" | "subs", [Register(Some(to)), rest @ ..])
@@ -308,32 +300,17 @@ fn apply(program: &Program, instruction: &Instruction, state: &mut State) -> Res
                 [Number(by)] => (*to, *by),
                 _ => return Err(unknown(instruction, "is not understood")),
             };
-            let by = i64::from(by);
-            let by = if instruction.name.starts_with("add") {
-                -by
-            } else {
-                by
-            };
-            let value = match state.get(from) {
-                Value::Depth(depth) => Value::Depth(depth + by),
-                _ => Value::Unknown,
-            };
-            state.set(instruction, *to, value)?;
+            let is_up = instruction.name.starts_with("add");
+            let by = if is_up { -i64::from(by) } else { by.into() };
+            state.set(instruction, *to, deeper(state.get(from), by))?;
         }
         // Aligned downwards.
         ("bfc", [Register(Some(to)), Number(0), Number(bits)]) => {
-            let value = match state.get(*to) {
-                Value::Depth(depth) => Value::Depth(depth + (1 << bits) - 1),
-                _ => Value::Unknown,
-            };
-            state.set(instruction, *to, value)?;
+            let by = (1_i64 << bits) - 1;
+            state.set(instruction, *to, deeper(state.get(*to), by))?;
         }
         ("bic", [Register(Some(to)), Register(Some(from)), Number(mask)]) => {
-            let value = match state.get(*from) {
-                Value::Depth(depth) => Value::Depth(depth + i64::from(*mask)),
-                _ => Value::Unknown,
-            };
-            state.set(instruction, *to, value)?;
+            state.set(instruction, *to, deeper(state.get(*from), (*mask).into()))?;
         }
         ("mov", [Register(Some(to)), Register(Some(from))]) if *to != PC => {
             state.set(instruction, *to, state.get(*from))?;
@@ -422,12 +399,6 @@ fn forget(list: &[Operand], state: &mut State) {
     }
 }
 
-fn forget_loaded(instruction: &Instruction, state: &mut State) {
-    if instruction.name.starts_with("ldr") {
-        forget(&instruction.operands, state);
-    }
-}
-
 /// Where control goes.
 fn control(
     (program, function): (&Program, &Function),
@@ -452,8 +423,7 @@ fn control(
             | ("ldr", [Register(Some(PC)), Memory(Some(SP), _), ..])
             | ("udf" | "trap", _) => After::Leave(None),
             ("bx", [Register(Some(register))]) => After::Leave(Some(by(*register))),
-            ("pop", list) if list.contains(&Register(Some(PC))) => After::Leave(None),
-            ("ldm" | "ldmia", [Register(Some(SP)), list @ ..])
+            ("pop", list) | ("ldm" | "ldmia", [Register(Some(SP)), list @ ..])
                 if list.contains(&Register(Some(PC))) =>
             {
                 After::Leave(None)
@@ -490,10 +460,8 @@ fn table(
         [low, high] => u32::from(u16::from_le_bytes([*low, *high])),
         _ => 0,
     });
-    let places = entries.map(|entry| base + 2 * entry);
-    let places: Vec<u32> = places
-        .filter(|place| function.instructions.contains_key(place))
-        .collect();
+    let mut places: Vec<u32> = entries.map(|entry| base + 2 * entry).collect();
+    places.retain(|place| function.instructions.contains_key(place));
     if places.is_empty() {
         return Err(unknown(instruction, "has an empty table"));
     }

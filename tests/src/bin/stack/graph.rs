@@ -1,15 +1,15 @@
 //! What a function takes together with all that it calls.
 
 use crate::code::{Program, Wrong};
-use crate::frame::{Callee, Frame, frame};
+use crate::frame::{Callee, frame};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A function, and the deepest way down from it.
+/// The deepest way down from a function.
 #[derive(Debug, Clone)]
 pub(crate) struct Deepest {
-    /// Bytes of all frames of it.
+    /// Bytes of all its frames.
     pub(crate) bytes: u32,
-    /// The functions on it with their own frames, from the top.
+    /// Its functions and their frames' bytes, from the top.
     pub(crate) way: Vec<(u32, u32)>,
 }
 
@@ -27,10 +27,7 @@ impl<'p> Graph<'p> {
         }
     }
 
-    /// The deepest way down from a function.
-    ///
-    /// # Errors
-    /// Recursion, and what cannot be followed.
+    /// The deepest way down from a function; recursion is an error.
     pub(crate) fn deepest(&mut self, from: u32) -> Result<Deepest, Wrong> {
         self.descend(from, &mut Vec::new())
     }
@@ -80,18 +77,17 @@ impl<'p> Graph<'p> {
         }
     }
 
-    /// How many functions pointers may lead to.
-    pub(crate) fn pointed_at(&self) -> usize {
-        let methods = self.program.methods.values().flatten();
-        let all: BTreeSet<_> = self.program.taken.iter().chain(methods).collect();
-        all.len()
-    }
-
-    /// Functions that have been looked at, by their own frames.
-    pub(crate) fn frames(&self) -> Result<Vec<(u32, Frame)>, Wrong> {
-        self.done
-            .keys()
-            .map(|&at| Ok((at, frame(self.program, at)?)))
-            .collect()
+    /// What has been looked at, in a sentence.
+    pub(crate) fn summary(&self) -> Result<String, Wrong> {
+        let frames = self.done.keys().map(|&at| frame(self.program, at));
+        let frames = frames.collect::<Result<Vec<_>, Wrong>>()?;
+        let largest = frames.iter().map(|frame| frame.bytes).max();
+        Ok(format!(
+            "{} functions, none of them recursive; the largest frame has {} bytes; pointers lead \
+             to {}",
+            frames.len(),
+            largest.unwrap_or(0),
+            self.targets(Callee::Pointer(None)).len(),
+        ))
     }
 }

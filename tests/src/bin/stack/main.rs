@@ -37,14 +37,8 @@ use std::process::ExitCode;
 /// single precision, their state, a gap, and up to 4 bytes to align them.
 const SAVED: u32 = 8 * 4 + 18 * 4 + 4;
 
-/// What the board's faults are named, which nothing comes back from.
-const FAULTS: [&str; 5] = [
-    "HardFault",
-    "HardFault_",
-    "HardFaultTrampoline",
-    "DefaultHandler",
-    "DefaultHandler_",
-];
+/// How the names of the board's faults begin, which nothing comes back from.
+const FAULTS: [&str; 2] = ["HardFault", "DefaultHandler"];
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -79,11 +73,13 @@ fn open(elf: &str) -> Result<Program, Wrong> {
 
 /// Prints what was found beside its limits, and says what is beyond.
 fn compare(
+    graph: &Graph<'_>,
     program: &Program,
     found: &[(String, Deepest)],
     limits: &BTreeMap<String, u64>,
 ) -> Result<(), Wrong> {
     let mut wrong = Vec::new();
+    println!("{}", graph.summary()?);
     println!(
         "{:<32} {:>7} {:>7}  deepest way, with the bytes of each frame",
         "stack of", "bytes", "limit"
@@ -104,10 +100,8 @@ fn compare(
         match limit {
             None => wrong.push(format!("{name} has no limit")),
             Some(limit) if u64::from(deepest.bytes) > limit => {
-                wrong.push(format!(
-                    "{name} may take {} bytes, more than {limit}",
-                    deepest.bytes
-                ));
+                let bytes = deepest.bytes;
+                wrong.push(format!("{name} may take {bytes} bytes, more than {limit}"));
             }
             Some(_) => {}
         }
@@ -131,18 +125,6 @@ fn short(name: &str) -> String {
     parts[parts.len().saturating_sub(2)..].join("::")
 }
 
-/// What its counters say of it.
-fn summary(graph: &Graph<'_>) -> Result<String, Wrong> {
-    let frames = graph.frames()?;
-    let largest = frames.iter().max_by_key(|(_, frame)| frame.bytes);
-    Ok(format!(
-        "{} functions, none of them recursive; the largest frame has {} bytes; pointers lead to {}",
-        frames.len(),
-        largest.map_or(0, |(_, frame)| frame.bytes),
-        graph.pointed_at(),
-    ))
-}
-
 fn library(path: &str, table: &str, elf: &str, names: &[&str]) -> Result<(), Wrong> {
     let limits = limits(path, &format!("stack.{table}"))?;
     let program = open(elf)?;
@@ -153,8 +135,7 @@ fn library(path: &str, table: &str, elf: &str, names: &[&str]) -> Result<(), Wro
         let at = at.ok_or_else(|| format!("{elf} has no {name}"))?;
         found.push((name.to_owned(), graph.deepest(at & !1)?));
     }
-    println!("{}", summary(&graph)?);
-    compare(&program, &found, &limits)
+    compare(&graph, &program, &found, &limits)
 }
 
 fn image(path: &str, table: &str, elf: &str, painted: Option<&str>) -> Result<(), Wrong> {
@@ -166,32 +147,27 @@ fn image(path: &str, table: &str, elf: &str, painted: Option<&str>) -> Result<()
     let vector = |number: u32| program.word(vectors + 4 * number).map(|word| word & !1);
     let start = vector(1).ok_or("the vector table is empty")?;
     let thread = graph.deepest(start)?;
-    let mut interrupts: BTreeMap<u32, Deepest> = BTreeMap::new();
+    let mut interrupts = BTreeMap::new();
     for handler in (2..16 + 240).map_while(vector) {
         if let Some(function) = program.functions.get(&handler)
-            && !FAULTS.contains(&function.name.as_str())
+            && !FAULTS.iter().any(|fault| function.name.starts_with(fault))
         {
             interrupts.insert(handler, graph.deepest(handler)?);
         }
     }
-    let mut found = vec![("start".to_owned(), thread.clone())];
-    for (&handler, deepest) in &interrupts {
-        let name = short(program.name(handler)).replace("::", " ");
-        found.push((format!("interrupt {name}"), deepest.clone()));
-    }
     let highest = interrupts.values().map(|deepest| deepest.bytes).max();
     let total = thread.bytes + highest.map_or(0, |bytes| SAVED + bytes);
-    let all = Deepest {
-        bytes: total,
-        way: Vec::new(),
-    };
-    found.push(("with an interrupt".to_owned(), all));
-    println!("{}", summary(&graph)?);
-    compare(&program, &found, &limits)?;
+    let mut found = vec![("start".to_owned(), thread)];
+    for (handler, deepest) in interrupts {
+        let name = short(program.name(handler)).replace("::", " ");
+        found.push((format!("interrupt {name}"), deepest));
+    }
+    let (bytes, way) = (total, Vec::new());
+    found.push(("with an interrupt".to_owned(), Deepest { bytes, way }));
+    compare(&graph, &program, &found, &limits)?;
     if let Some(painted) = painted {
-        let painted: u32 = painted
-            .parse()
-            .map_err(|_| "PAINTED is no number of bytes")?;
+        let painted = painted.parse::<u32>();
+        let painted = painted.map_err(|_| "PAINTED is no number of bytes")?;
         println!("painted {painted} of {total} bytes");
         if painted > total {
             return Err(format!(
