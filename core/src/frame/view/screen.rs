@@ -110,24 +110,6 @@ impl Screen {
         ]
     }
 
-    /// Eight columns from `x` on, at an offset from the centres; the last one repeats.
-    #[inline(always)]
-    pub(crate) fn columns_at<L: Lanes<8>>(&self, l: L, x: u32, dx: f32) -> ScreenColumns<L::F> {
-        let mut columns = [0.0; 8];
-        for (column, place) in (x..).zip(&mut columns) {
-            *place = column.min(self.columns - 1) as f32 + dx;
-        }
-        let columns = l.load(&columns);
-        let (first, step) = (self.first_pixel.to_array(), self.column_step.to_array());
-        ScreenColumns {
-            tops: map3([0, 1, 2], |axis: usize| {
-                l.add(l.splat(first[axis]), l.mul(l.splat(step[axis]), columns))
-            }),
-            row_step: map3(self.row_step.to_array(), |step| l.splat(step)),
-            last_row: self.rows - 1,
-        }
-    }
-
     /// The ray through a point, in pixels from the first's centre, if it can be traced.
     #[inline(always)]
     pub(crate) fn ray(&self, x: f32, y: f32) -> Option<Ray> {
@@ -147,9 +129,22 @@ impl OnePoint for Screen {
         self.direction(x, y)
     }
 
+    /// The last column repeats.
     #[inline(always)]
     fn columns_at<L: Lanes<8>>(&self, l: L, x: u32, dx: f32) -> ScreenColumns<L::F> {
-        self.columns_at(l, x, dx)
+        let mut columns = [0.0; 8];
+        for (column, place) in (x..).zip(&mut columns) {
+            *place = column.min(self.columns - 1) as f32 + dx;
+        }
+        let columns = l.load(&columns);
+        let (first, step) = (self.first_pixel.to_array(), self.column_step.to_array());
+        ScreenColumns {
+            tops: map3([0, 1, 2], |axis: usize| {
+                l.add(l.splat(first[axis]), l.mul(l.splat(step[axis]), columns))
+            }),
+            row_step: map3(self.row_step.to_array(), |step| l.splat(step)),
+            last_row: self.rows - 1,
+        }
     }
 
     #[inline(always)]
