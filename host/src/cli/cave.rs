@@ -122,9 +122,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return follow(arguments, tracker, &frames, &title, source.name);
     }
     let fill = &arguments.fill;
-    let frame = match looked.map(|look| look.basis()) {
-        Some(looked) => {
-            let directions = (looked.forward, looked.up);
+    let frame = match looked {
+        Some(look) => {
+            let basis = look.basis();
+            let directions = (basis.forward, basis.up);
             let before = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
             let previous = frames.render(&before, Filling::Background)?;
             frames.render(&observers, Filling::Previous(&previous))?

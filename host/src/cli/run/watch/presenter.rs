@@ -107,8 +107,8 @@ impl Presenter {
             }
             match self.ends.frames.recv_timeout(POLL) {
                 Ok(frame) => {
-                    let is_same = |old: &Box<Frame>| Arc::ptr_eq(&old.about, &frame.about);
-                    if !newest.as_ref().is_some_and(is_same) {
+                    let is_same = |old: &Frame| Arc::ptr_eq(&old.about, &frame.about);
+                    if !newest.as_deref().is_some_and(is_same) {
                         self.status.message = None;
                     }
                     spare = newest.replace(frame);
