@@ -30,7 +30,7 @@ use glam::{Quat, Vec3};
 ///
 /// Right-handed axes: +X to the viewer's right, +Y up, −Z forward. The
 /// identity orientation looks along −Z.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct HeadPose {
     /// The midpoint between the eyes, in metres, in the room's frame.
     pub position: Vec3,

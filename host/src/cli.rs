@@ -30,9 +30,10 @@ mod run;
 mod spectrum;
 pub mod tracker;
 
+use crate::live;
 use clap::Parser;
 use output::failure::{Failure, misuse};
-use program::{Examples, Program, Schemas, schema};
+use program::{Either, Examples, Program, Schemas, schema};
 use std::process::ExitCode;
 
 /// Renders what a viewer sees on the walls of a CAVE.
@@ -83,18 +84,19 @@ impl Elsewhere {
         let line = [&[program.to_owned()], &self.words[..]].concat().join(" ");
         Err(misuse!("another program has this command: {line}"))
     }
-
-    fn run_evidence(&self, command: &str) -> Result<(), Failure> {
-        let program = format!("cargo run --release -p shisen-evidence -- {command}");
-        self.run(&program)
-    }
 }
 
 impl Program for Shisen {
     const EXAMPLES: Examples = include_str!("cli/help.txt");
     const SCHEMAS: Schemas = &[
-        ("cave", schema::<cave::report::Json>),
-        ("run", schema::<run::report::Json>),
+        (
+            "cave",
+            schema::<Either<cave::report::Report, cave::report::TrackedFrames>>,
+        ),
+        (
+            "run",
+            schema::<Either<run::report::Report, live::FrameRecord>>,
+        ),
         ("bake", schema::<bake::Report>),
         ("inspect", schema::<inspect::Report>),
         ("explain", schema::<explain::report::Report>),
@@ -129,9 +131,13 @@ impl Program for Shisen {
             Self::Dome(dome) => dome::run(dome),
             Self::Tracker(command) => tracker::run(command),
             Self::Completions(arguments) => completions::run(arguments),
-            Self::Bench(words) => words.run_evidence("bench"),
-            Self::Selftest(words) => words.run_evidence("selftest"),
-            Self::Tradeoff(words) => words.run_evidence("tradeoff"),
+            Self::Bench(words) => words.run("cargo run --release -p shisen-evidence -- bench"),
+            Self::Selftest(words) => {
+                words.run("cargo run --release -p shisen-evidence -- selftest")
+            }
+            Self::Tradeoff(words) => {
+                words.run("cargo run --release -p shisen-evidence -- tradeoff")
+            }
             Self::Firmware(Firmware::Run(words)) => words.run("tests/firmware/run"),
         }
     }

@@ -41,6 +41,9 @@ pub fn without<T: ValueEnum + Clone + Send + Sync + 'static>(
     PossibleValuesParser::new(values).try_map(|name| T::from_str(&name, false))
 }
 
+/// What `--scene` takes, for help.
+pub const SCENES: &str = "A|B|C|D|grid|prism|spheres|FILE";
+
 /// `--scene`: a letter, a name or a file.
 #[derive(Debug, Clone)]
 pub enum SceneName {
@@ -173,35 +176,29 @@ impl SimdChoice {
     }
 }
 
-/// Defines the values of an argument that stand for a library's values, which have names.
+/// Lets arguments take the values of an enum of the library, by their names.
 macro_rules! choices {
-    ($(#[$doc:meta])* $visibility:vis $name:ident($of:ty) { $($value:path => $help:literal,)+ }) => {
-        $(#[$doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        $visibility struct $name($visibility $of);
-
+    ($name:ident { $($value:ident => $help:literal,)+ }) => {
         impl clap::ValueEnum for $name {
             fn value_variants<'a>() -> &'a [Self] {
-                &[$(Self($value)),+]
+                &[$(Self::$value),+]
             }
 
             fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
-                let helps = [$(($value, $help)),+];
-                let (value, help) = helps.into_iter().find(|(value, _)| *value == self.0)?;
-                Some(clap::builder::PossibleValue::new(value.name()).help(help))
+                let help = match self {
+                    $(Self::$value => $help,)+
+                };
+                Some(clap::builder::PossibleValue::new(self.name()).help(help))
             }
         }
     };
 }
 pub(in crate::cli) use choices;
 
-choices! {
-    /// `--layout`.
-    pub LayoutChoice(Layout) {
-        Layout::Fast => "Nodes of eight children, for processors with wide vectors",
-        Layout::Compact => "Nodes of four children, for microcontrollers",
-    }
-}
+choices!(Layout {
+    Fast => "Nodes of eight children, for processors with wide vectors",
+    Compact => "Nodes of four children, for microcontrollers",
+});
 
 /// The parser of `--head-report`: how a head is turned, as an OSVR HDK measured it. Reads two
 /// hexadecimal digits a byte, and skips white space.
@@ -311,27 +308,4 @@ pub fn turn(text: &str) -> Result<f32, String> {
 
 pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
     whole(NonZeroUsize::MIN..=MOST_THREADS)(text)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ranges_of_faces_have_an_order() {
-        assert_eq!(faces(" 4 .. "), Ok((4, None)));
-        assert_eq!(face_range(" 4 .. 8 "), Ok(FaceRange::new(4, 8).unwrap()));
-        for text in [
-            "",
-            "4",
-            "..8",
-            "8..4",
-            "0..4",
-            "-1..4",
-            "4..=8",
-            "1..4294967296",
-        ] {
-            assert!(faces(text).is_err(), "{text}");
-        }
-    }
 }

@@ -1,8 +1,9 @@
 //! `shisen bake`: scenes and meshes to the bytes that the core traces.
 
+use crate::bake::Layout;
 use crate::cli::arguments::levels::Level;
 use crate::cli::arguments::source::{Loaded, Source, bake, is_mesh, load_mesh, scene_of_meshes};
-use crate::cli::arguments::{LayoutChoice, LevelArguments, Model, SceneName};
+use crate::cli::arguments::{LevelArguments, Model, SceneName};
 use crate::cli::prelude::*;
 use crate::files::write_atomically;
 use crate::scene::Scene;
@@ -21,7 +22,7 @@ pub(super) struct Arguments {
     model: Model,
     /// Layout of the tree's nodes
     #[arg(long, value_enum, default_value = "fast")]
-    layout: LayoutChoice,
+    layout: Layout,
     #[command(flatten)]
     levels: LevelArguments,
     /// Print one JSON object
@@ -61,7 +62,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let start = Instant::now();
     let scene = load(arguments)?;
     let names: Vec<String> = arguments.input.iter().map(ToString::to_string).collect();
-    let layout = arguments.layout.0;
+    let layout = arguments.layout;
     let asked = arguments.levels.given();
     let levels = asked.map(|_| arguments.levels.polygon_levels(layout));
     let levels = levels.transpose()?;
@@ -129,11 +130,9 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (path, objects, triangles) = (&self.path, self.objects, self.triangles);
         let (bytes, layout, seconds) = (self.bytes, self.layout, self.seconds);
-        write!(
-            f,
-            "{path}: {objects} objects, {triangles} triangles, {bytes} bytes "
-        )?;
-        write!(f, "in the {layout} layout, baked in {seconds:.2} s")?;
+        write!(f, "{path}: {objects} objects, {triangles} triangles, ")?;
+        write!(f, "{bytes} bytes in the {layout} layout, ")?;
+        write!(f, "baked in {seconds:.2} s")?;
         let Some(deviation) = self.largest_deviation else {
             return Ok(());
         };

@@ -5,12 +5,12 @@ mod pictures;
 pub(super) mod report;
 mod tracked;
 
-use crate::cli::arguments::filling::{FillArguments, FillSource};
+use crate::cli::arguments::filling::{Fill, FillArguments};
 use crate::cli::arguments::lod::LodArguments;
 use crate::cli::arguments::room::RoomArguments;
 use crate::cli::arguments::source::Source;
 use crate::cli::arguments::tracing::TracingArguments;
-use crate::cli::arguments::{Model, SceneName, picture_size};
+use crate::cli::arguments::{Model, SCENES, SceneName, picture_size};
 use crate::cli::output::progress::Progress;
 use crate::cli::prelude::*;
 use crate::cli::tracker::{Interrupt, TrackerName};
@@ -29,11 +29,7 @@ pub(super) struct Arguments {
     /// A, B, C or D of the paper, grid (meridians and parallels on a sphere of 100 m), prism (light
     /// through a slit, seen through a 60° prism), spheres (three balls of quartz), a TOML
     /// description or a baked scene
-    #[arg(
-        long,
-        value_name = "A|B|C|D|grid|prism|spheres|FILE",
-        default_value = "A"
-    )]
+    #[arg(long, value_name = SCENES, default_value = "A")]
     scene: SceneName,
     #[command(flatten)]
     model: Model,
@@ -102,7 +98,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let eyes = arguments.room.eyes(pose);
     let (forward, up) = arguments.room.directions(pose);
     let observers = arguments.lod.observers(eyes.clone(), (forward, up), 0.0)?;
-    let fill = arguments.fill.source(arguments.lod.is_on())?;
+    let looked = arguments.fill.looked(arguments.lod.is_on())?;
     arguments.room.check_stereo(arguments.stereo)?;
     // Checked before anything large is loaded or any file is written.
     for (_, position) in eyes.clone() {
@@ -125,21 +121,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(tracker) = &arguments.tracker.tracker {
         return follow(arguments, tracker, &frames, &title, source.name);
     }
-    let frame = match fill {
-        FillSource::Background => frames.render(&observers, Filling::Background)?,
-        FillSource::Capture(how) => frames.render(&observers, Filling::Capture(how))?,
-        FillSource::Previous(look) => {
-            let looked = look.basis();
+    let fill = &arguments.fill;
+    let frame = match looked.map(|look| look.basis()) {
+        Some(looked) => {
             let directions = (looked.forward, looked.up);
             let before = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
             let previous = frames.render(&before, Filling::Background)?;
             frames.render(&observers, Filling::Previous(&previous))?
         }
+        None if fill.fill == Fill::Capture => {
+            frames.render(&observers, Filling::Capture(fill.capture.options()))?
+        }
+        None => frames.render(&observers, Filling::Background)?,
     };
     let full = arguments.lod.is_on().then(|| frames.in_full(&observers));
     let full = full.transpose()?;
     let lod_pictures = match &full {
-        Some(full) => LodPictures::of_first(&frames, &observers, &frame, full)?,
+        Some(full) => LodPictures::of_first(&frames, &observers, [&frame, full])?,
         None => None,
     };
     let writer = arguments.writer(&arguments.out, &title);
@@ -161,8 +159,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             .map(|full| lod::report(arguments, &frames, &observers, [&frame, full], captured))
             .transpose()?,
         folder: arguments.out.display().to_string(),
-        walls: cave.walls.len(),
-        domes: cave.domes.len(),
+        screens: [cave.walls.len(), cave.domes.len()],
         eyes: eyes.count(),
     };
     print(&report, arguments.json)

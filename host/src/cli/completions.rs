@@ -16,13 +16,8 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut script = Vec::new();
-    clap_complete::generate(
-        arguments.shell,
-        &mut Shisen::command(),
-        "shisen",
-        &mut script,
-    );
+    let (mut command, mut script) = (Shisen::command(), Vec::new());
+    clap_complete::generate(arguments.shell, &mut command, "shisen", &mut script);
     output::write(|stdout| stdout.write_all(&script))?;
     Ok(())
 }

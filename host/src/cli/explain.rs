@@ -10,12 +10,12 @@ use crate::cli::arguments::tracing::TracingArguments;
 use crate::cli::arguments::{Model, SceneName};
 use crate::cli::prelude::*;
 use crate::live::quantiles::{median, quartiles};
-use crate::render::effects::compiled_for;
+use crate::render::effects::{Effects, compiled_for};
 use crate::render::spectrum::Dispersion;
-use crate::render::{self, Observer, Options};
+use crate::render::{self, Options};
 use crate::scene::builtin::PaperScene;
 use crate::scene::file::material_names;
-use report::{Asked, Met, NOT_BUILT, NotSimulated, Primary, Report, Seconds, reason};
+use report::{Asked, Met, NOT_BUILT, Primary, Report, Seconds, not_simulated};
 use shisen_core::scene::EffectSet;
 
 /// Shows which effects a scene asks for, and what each costs
@@ -75,11 +75,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
              ray is traced for dispersion alone: explain comb or split"
         ));
     }
-    let frames = Frames {
-        baked: &baked,
-        cave: &cave,
-        observers: &observers,
-        options: &options,
+    let quiet = |_, _| {};
+    let seconds = |effects| {
+        let options = Options { effects, ..options };
+        let frame = with_scene!(&baked, |scene| render::cave(
+            &scene, &cave, &observers, &options, &quiet
+        ));
+        Ok(frame?.seconds)
     };
     let records = baked.records();
     let asked = EffectSet::of_records(&records);
@@ -92,61 +94,48 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         &scene, &cave, &observers, &options
     ))?;
     let effects: Vec<EffectSet> = named(carried_out).collect();
-    let (seconds, times) = frames.times(&effects, arguments.repeat)?;
+    let (whole, times) = times(seconds, options.effects, &effects, arguments.repeat)?;
     let met = Met::new(&records, &names(name));
-    let ledger = &account.ledger;
-    let all = ledger.entry(EffectSet::ALL);
-    print(
-        &Report {
-            scene: source.name,
-            mesh: source.mesh,
-            walls: cave.screens().map(|one| one.name().to_owned()).collect(),
-            eyes: observers.len(),
-            size: arguments.room.size,
-            pixels: account.pixels,
-            lod: arguments.lod.name(),
-            samples: arguments.tracing.samples,
-            depth: arguments.tracing.depth,
-            dispersion: traced.dispersion,
-            threads: traced.threads,
-            repeat: arguments.repeat,
-            seconds,
-            primary: Primary {
-                rays: account.statistics.primary,
-                steps: account.statistics.steps - all.steps,
-            },
-            effects: effects
-                .iter()
-                .zip(times)
-                .map(|(&effect, (seconds_without, seconds))| {
-                    let entry = ledger.entry(effect);
-                    Asked {
-                        cause: met.cause(effect),
-                        pixels: entry.pixels,
-                        rays: entry.rays,
-                        steps: entry.steps,
-                        seconds_without,
-                        seconds,
-                    }
-                })
-                .collect(),
-            left_out: named(asked.difference(carried_out))
-                .map(|effect| met.cause(effect))
-                .collect(),
-            compiled: compiled_for(options.effects.of(asked)).names().collect(),
-            not_simulated: EffectSet::ALL
-                .difference(asked)
-                .names()
-                .filter_map(|name| {
-                    let reason = reason(EffectSet::named(name)?, &records);
-                    let effect = name;
-                    Some(NotSimulated { effect, reason })
-                })
-                .collect(),
-            not_built: NOT_BUILT,
+    let asked_for = effects
+        .into_iter()
+        .zip(times)
+        .map(|(effect, [seconds_without, seconds])| {
+            let entry = account.ledger.entry(effect);
+            Asked {
+                cause: met.cause(effect),
+                pixels: entry.pixels,
+                rays: entry.rays,
+                steps: entry.steps,
+                seconds_without,
+                seconds,
+            }
+        });
+    let left_out = named(asked.difference(carried_out)).map(|effect| met.cause(effect));
+    let report = Report {
+        scene: source.name,
+        mesh: source.mesh,
+        walls: cave.screens().map(|one| one.name().to_owned()).collect(),
+        eyes: observers.len(),
+        size: arguments.room.size,
+        pixels: account.pixels,
+        lod: arguments.lod.name(),
+        samples: arguments.tracing.samples,
+        depth: arguments.tracing.depth,
+        dispersion: traced.dispersion,
+        threads: traced.threads,
+        repeat: arguments.repeat,
+        seconds: whole,
+        primary: Primary {
+            rays: account.statistics.primary,
+            steps: account.statistics.steps - account.ledger.entry(EffectSet::ALL).steps,
         },
-        arguments.json,
-    )
+        effects: asked_for.collect(),
+        left_out: left_out.collect(),
+        compiled: compiled_for(options.effects.of(asked)).names().collect(),
+        not_simulated: not_simulated(asked, &records),
+        not_built: NOT_BUILT,
+    };
+    print(&report, arguments.json)
 }
 
 /// The names of a scene's first materials.
@@ -164,55 +153,32 @@ fn names(scene: &SceneName) -> Vec<String> {
     }
 }
 
-struct Frames<'r> {
-    baked: &'r BakedScene,
-    cave: &'r Cave,
-    observers: &'r [Observer],
-    options: &'r Options,
-}
-
-impl Frames<'_> {
-    /// Returns the seconds of a frame, and for each effect those without it and those it adds.
-    /// Frames take turns, and each is compared with the one just before.
-    fn times(
-        &self,
-        effects: &[EffectSet],
-        repeat: u32,
-    ) -> Result<(Seconds, Vec<(Seconds, Seconds)>), Failure> {
-        let seconds = |effects| {
-            let options = Options {
-                effects,
-                ..*self.options
-            };
-            let frame = with_scene!(self.baked, |scene| render::cave(
-                &scene,
-                self.cave,
-                self.observers,
-                &options,
-                &|_, _| {}
-            ));
-            Ok::<_, Failure>(frame?.seconds)
-        };
-        let all = self.options.effects;
-        let mut whole = Vec::new();
-        let mut of_each = vec![(Vec::new(), Vec::new()); effects.len()];
-        for _ in 0..repeat {
-            for (&effect, (without, added)) in effects.iter().zip(&mut of_each) {
-                let with = seconds(all)?;
-                let less = seconds(all.less(effect))?;
-                whole.push(with);
-                without.push(less);
-                added.push(with - less);
-            }
-            if effects.is_empty() {
-                whole.push(seconds(all)?);
-            }
+/// Returns the seconds of a frame, and for each effect those without it and those it adds. Frames
+/// take turns, and each is compared with the one just before.
+fn times(
+    seconds: impl Fn(Effects) -> Result<f64, Failure>,
+    all: Effects,
+    effects: &[EffectSet],
+    repeat: u32,
+) -> Result<(Seconds, Vec<[Seconds; 2]>), Failure> {
+    let mut whole = Vec::new();
+    let mut of_each = vec![[Vec::new(), Vec::new()]; effects.len()];
+    for _ in 0..repeat {
+        for (&effect, [without, added]) in effects.iter().zip(&mut of_each) {
+            let with = seconds(all)?;
+            let less = seconds(all.less(effect))?;
+            whole.push(with);
+            without.push(less);
+            added.push(with - less);
         }
-        let of = |times: Vec<f64>| Seconds {
-            median: median(times.clone()),
-            quartiles: quartiles(times),
-        };
-        let each = of_each.into_iter().map(|(a, b)| (of(a), of(b))).collect();
-        Ok((of(whole), each))
+        if effects.is_empty() {
+            whole.push(seconds(all)?);
+        }
     }
+    let of = |times: Vec<f64>| Seconds {
+        median: median(times.clone()),
+        quartiles: quartiles(times),
+    };
+    let each = of_each.into_iter().map(|times| times.map(of)).collect();
+    Ok((of(whole), each))
 }

@@ -7,11 +7,10 @@ use crate::cli::prelude::*;
 use crate::render::gaze_reference::{self, Limits};
 use glam::{DVec3, Vec3};
 use shisen_core::gaze::{
-    Boundary, Detail, FaceRange, Gaze, LineOfSight, VisualField, VisualFieldError,
+    Boundary, Detail, FaceRange, Gaze, LineOfSight, VisualField, VisualFieldError as Error,
     VisualFieldLimits, Zone,
 };
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
-use std::str::FromStr;
 
 /// Most bytes in a line, so that a line without an end does not fill the memory.
 const LONGEST_LINE: u64 = 4096;
@@ -20,17 +19,13 @@ const LONGEST_LINE: u64 = 4096;
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// Where the viewer looks: X,Y,Z of any length but zero, or as in `shisen cave --look`
-    #[arg(
-        long,
-        value_name = "X,Y,Z",
-        default_value = "0,0,-1",
-        allow_hyphen_values = true
-    )]
-    look: Direction,
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,-1", allow_hyphen_values = true,
+          value_parser = vector)]
+    look: DVec3,
     /// Where the top of the viewer's head points, not parallel to --look [default: 0,1,0, or as in
     /// `shisen cave` for a look straight up or down]
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    up: Option<Direction>,
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = vector)]
+    up: Option<DVec3>,
     /// Reflections and refractions at level 1
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole::<u8>(0..=u8::MAX))]
     reflect_max: u8,
@@ -71,18 +66,11 @@ enum BoundaryChoice {
     Ellipse,
 }
 
-/// A vector as given, not rounded to unit length.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Direction(DVec3);
-
-impl FromStr for Direction {
-    type Err = LookError;
-
-    fn from_str(text: &str) -> Result<Self, LookError> {
-        match text.parse() {
-            Ok(Point(vector)) if vector != DVec3::ZERO => Ok(Self(vector)),
-            _ => text.parse().map(|look: ViewDirection| Self(look.vector())),
-        }
+/// The parser of a vector as given, not rounded to unit length.
+fn vector(text: &str) -> Result<DVec3, LookError> {
+    match text.parse() {
+        Ok(Point(vector)) if vector != DVec3::ZERO => Ok(vector),
+        _ => text.parse().map(|look: ViewDirection| look.vector()),
     }
 }
 
@@ -97,9 +85,9 @@ fn up_to(most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
 }
 
 /// Words an error of the limits in degrees, with the names of the options.
-fn in_degrees(error: VisualFieldError) -> String {
+fn in_degrees(error: Error) -> String {
     match error {
-        VisualFieldError::BelowCentral {
+        Error::BelowCentral {
             side,
             limit,
             central,
@@ -109,12 +97,12 @@ fn in_degrees(error: VisualFieldError) -> String {
             limit.to_degrees(),
             central.to_degrees()
         ),
-        VisualFieldError::TooFar { side, limit, most } => format!(
+        Error::TooFar { side, limit, most } => format!(
             "--field-{side} {:.4}: give at most {:.0} degrees",
             limit.to_degrees(),
             most.to_degrees()
         ),
-        VisualFieldError::Central { central } => format!(
+        Error::Central { central } => format!(
             "--central {}: give 0.0001 degrees or more",
             central.to_degrees()
         ),
@@ -209,9 +197,9 @@ impl Levels {
         };
         let field = VisualField::new(field, boundary);
         let field = field.map_err(|error| Failure::usage(&in_degrees(error)))?;
-        let Direction(look) = arguments.look;
+        let look = arguments.look;
         let up = match arguments.up {
-            Some(Direction(up)) => up,
+            Some(up) => up,
             // As if the viewer had bowed, or leaned back.
             None if look.x.hypot(look.z) <= 1.0e-6 * look.y.abs() => DVec3::new(0.0, 0.0, look.y),
             None => DVec3::Y,

@@ -126,10 +126,8 @@ fn tables<const W: usize>(bytes: &[u8]) -> Vec<TableReport> {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (path, layout, version, bytes) = (&self.path, self.layout, self.version, self.bytes);
-        writeln!(
-            f,
-            "{path}: {layout} layout, format version {version}, {bytes} bytes"
-        )?;
+        write!(f, "{path}: {layout} layout, format version {version}, ")?;
+        writeln!(f, "{bytes} bytes")?;
         for table in &self.tables {
             let (name, records, bytes) = (table.name, table.records, table.bytes);
             writeln!(f, "{name:>12} {records:>10} records {bytes:>12} bytes")?;

@@ -118,13 +118,8 @@ impl fmt::Display for Report {
         if self.clamped {
             write!(f, ", wavelengths moved into this range")?;
         }
-        write!(
-            f,
-            "\n{:>10}{:>12}{:>24}",
-            "nm",
-            "n",
-            format!("turned by a {}° prism", self.prism_deg)
-        )?;
+        let turned = format!("turned by a {}° prism", self.prism_deg);
+        write!(f, "\n{:>10}{:>12}{turned:>24}", "nm", "n")?;
         for bent in &self.wavelengths {
             write!(f, "\n{:>10}{:>12.7}", bent.nm, bent.n)?;
             let turned = bent.minimum_deviation_deg;

@@ -9,7 +9,7 @@ use crate::cli::arguments::lod::LodArguments;
 use crate::cli::arguments::room::RoomArguments;
 use crate::cli::arguments::source::Source;
 use crate::cli::arguments::tracing::TracingArguments;
-use crate::cli::arguments::{Model, SceneName};
+use crate::cli::arguments::{Model, SCENES, SceneName};
 use crate::cli::prelude::*;
 use crate::cli::tracker::Opened;
 use crate::live::{
@@ -32,11 +32,7 @@ use shisen_core::Simd;
 )]
 pub struct LiveArguments {
     /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked scene
-    #[arg(
-        long,
-        value_name = "A|B|C|D|grid|prism|spheres|FILE",
-        default_value = "A"
-    )]
+    #[arg(long, value_name = SCENES, default_value = "A")]
     scene: SceneName,
     #[command(flatten)]
     model: Model,
@@ -98,7 +94,7 @@ pub enum Change {
 
 impl LiveArguments {
     pub fn prepare(&self, time: &TimeArguments) -> Result<Prepared, Failure> {
-        if self.room.says_where_to_look() {
+        if self.room.look.is_some() {
             return Err(misuse!(
                 "--look is for a single frame: here the viewer looks where the tracker says"
             ));
@@ -269,13 +265,13 @@ impl Prepared {
             seen
         };
         let run = |engine: &mut dyn Engine| part(engine, &mut observe);
-        let capture = arguments.capture;
+        let how = arguments.capture;
         let played = with_scene!(&self.baked, |scene| with_engine(
             (scene, spectrum),
             cave,
             &eyes,
             options,
-            capture,
+            how,
             share,
             run
         ))?;

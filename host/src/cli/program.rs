@@ -2,7 +2,7 @@
 
 use super::output::failure::Failure;
 use super::output::{self, terminal_size};
-use clap::builder::Resettable;
+use clap::builder::{Resettable, StyledStr};
 use clap::{Arg, ArgAction, Command, Parser};
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
@@ -43,6 +43,15 @@ pub enum Request<P> {
     Run(P, Vec<String>),
     /// Print a schema.
     Print(String),
+}
+
+/// One of two types, for the schema of a command that prints or writes both.
+#[derive(JsonSchema)]
+#[serde(untagged)]
+#[allow(dead_code, reason = "only its schema is used")]
+pub enum Either<A, B> {
+    First(Box<A>),
+    Second(Box<B>),
 }
 
 /// Returns the keys of a type, their types and their documentation.
@@ -132,19 +141,15 @@ pub fn with_examples(command: Command, examples: Examples) -> Command {
         let words = |paragraph: &str| paragraph.split_whitespace().collect::<Vec<_>>().join(" ");
         let details: Vec<_> = paragraphs.map(words).collect();
         at(command, names, &mut |one| {
-            let long = one
-                .get_long_about()
-                .map(ToString::to_string)
-                .unwrap_or_default();
-            let besides = long
-                .split_once("\n\n")
-                .map(|(_, besides)| besides.to_owned());
-            let after = one.get_after_long_help().map(ToString::to_string);
+            let shown = |text: Option<&StyledStr>| text.map(ToString::to_string);
+            let long = shown(one.get_long_about()).unwrap_or_default();
+            let besides = long.split_once("\n\n");
+            let besides = besides.map(|(_, besides)| besides.to_owned());
+            let after = shown(one.get_after_long_help());
             let parts = [text.clone()].into_iter().chain(details.clone());
             let parts: Vec<_> = parts.chain(besides).chain(after).collect();
-            let one = one
-                .after_help(text.clone())
-                .after_long_help(parts.join("\n\n"));
+            let one = one.after_help(text.clone());
+            let one = one.after_long_help(parts.join("\n\n"));
             one.long_about(Resettable::Reset)
         })
     })

@@ -20,7 +20,7 @@ use crate::live::{Latch, SessionSettings, SwapLock};
 use crate::render::CaptureOptions;
 use crate::show::stereo::Stereo;
 use files::Log;
-use frames::{Frames, Output};
+use frames::Frames;
 use report::{Report, Surroundings, Together};
 
 /// Follows a tracker frame after frame, within a budget
@@ -37,7 +37,7 @@ pub(super) struct Arguments {
     tracker: TrackerName,
     /// When a frame takes the gaze
     #[arg(long, value_enum, default_value = "late")]
-    latch: LatchChoice,
+    latch: Latch,
     /// End after S seconds
     #[arg(long, value_name = "S", value_parser = span)]
     seconds: Option<Duration>,
@@ -75,13 +75,10 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-choices! {
-    /// `--latch`.
-    LatchChoice(Latch) {
-        Latch::Early => "As soon as the frame before is shown",
-        Latch::Late => "With the last sample that comes in time, as late as the last frames allow",
-    }
-}
+choices!(Latch {
+    Early => "As soon as the frame before is shown",
+    Late => "With the last sample that comes in time, as late as the last frames allow",
+});
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum View {
@@ -150,8 +147,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let prepared = arguments.live().prepare(&arguments.time)?;
     let interrupt = Interrupt::watched();
-    let output = Output::open(arguments, &prepared, lock.share())?;
-    let mut frames = Frames::new(arguments, &interrupt, None, output);
+    let mut frames = Frames::open(arguments, &interrupt, None, &prepared, lock.share())?;
     frames.begin(&prepared);
     prepared.obey(&mut frames, lock)?;
     frames.finish().1
@@ -162,14 +158,13 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let log = arguments.record.as_deref().map(Log::create).transpose()?;
     let mut prepared = arguments.live().prepare(&arguments.time)?;
     let interrupt = Interrupt::watched();
-    let output = Output::open(arguments, &prepared, lock.share())?;
+    let mut frames = Frames::open(arguments, &interrupt, log, &prepared, lock.share())?;
     let tracker = arguments.live.listen(&arguments.tracker.spec)?;
-    let mut frames = Frames::new(arguments, &interrupt, log, output);
     let mut earlier = 0;
     // Once for each scene and level of detail that is asked for.
     loop {
         let settings = prepared.settings(SessionSettings {
-            latch: arguments.latch.0,
+            latch: arguments.latch,
             frames: arguments.frames.map(|frames| frames - earlier),
             ..SessionSettings::default()
         });
@@ -200,7 +195,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
             interference: played.interference,
         };
         // The report comes even if a file failed.
-        let report = Report::new(surroundings, arguments, &prepared, &settings, played.report);
+        let report = Report::new(surroundings, arguments, &prepared, played.report);
         print(&report, arguments.json)?;
         return files;
     }

@@ -1,6 +1,5 @@
 //! `shisen spectrum`: the wavelengths that rays take, and their colours.
 
-use crate::cli::arguments::choices;
 use crate::cli::medium::{NamedMedium, decimal, named_medium};
 use crate::cli::prelude::*;
 use crate::render::spectrum::{CIE_1931, Method};
@@ -34,13 +33,14 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-choices! {
-    /// `--method`.
-    MethodChoice(Method) {
-        Method::Fixed => "The centres of equal parts of the range",
-        Method::Comb => "The same, shifted from ray to ray",
-        Method::Paper => "As in Kishioka's paper, with a picture for each",
-    }
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MethodChoice {
+    /// The centres of equal parts of the range
+    Fixed,
+    /// The same, shifted from ray to ray
+    Comb,
+    /// As in Kishioka's paper, with a picture for each
+    Paper,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -51,16 +51,6 @@ enum MatchingChoice {
     Table,
     /// Endo's seven Gaussians
     Endo,
-}
-
-impl From<MatchingChoice> for Matching<'static> {
-    fn from(choice: MatchingChoice) -> Self {
-        match choice {
-            MatchingChoice::Wyman => Self::Wyman,
-            MatchingChoice::Table => Self::Table(CIE_1931),
-            MatchingChoice::Endo => Self::Endo,
-        }
-    }
 }
 
 /// One phase of a table of wavelengths.
@@ -91,7 +81,11 @@ pub(super) struct Report {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let MethodChoice(method) = arguments.method;
+    let method = match arguments.method {
+        MethodChoice::Fixed => Method::Fixed,
+        MethodChoice::Comb => Method::Comb,
+        MethodChoice::Paper => Method::Paper,
+    };
     let range = match *arguments.range.as_slice() {
         [] => method.range(),
         [least, most] => [least, most],
@@ -103,7 +97,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let asked = Wavelengths::new(arguments.wavelengths, range).or_misuse()?;
     let within = within_medium(arguments, method, asked)?;
-    let matching = arguments.matching.map_or(method.matching(), Matching::from);
+    let matching = match arguments.matching {
+        None => method.matching(),
+        Some(MatchingChoice::Wyman) => Matching::Wyman,
+        Some(MatchingChoice::Table) => Matching::Table(CIE_1931),
+        Some(MatchingChoice::Endo) => Matching::Endo,
+    };
     let phases = method.phases();
     if arguments.phase >= phases {
         let (phase, name, last) = (arguments.phase, method.name(), phases - 1);
@@ -184,11 +183,7 @@ impl fmt::Display for Report {
             write!(f, "\nphase {phase} of {phases}: shifted by {offset} of ")?;
             write!(f, "the distance to the next wavelength")?;
         }
-        write!(
-            f,
-            "\n{:>10}{:>11}{:>11}{:>11}",
-            "nm", "red", "green", "blue"
-        )?;
+        f.write_str("\n        nm        red      green       blue")?;
         for (nm, [red, green, blue]) in self.wavelengths_nm.iter().zip(&self.weights) {
             write!(f, "\n{nm:>10.3}{red:>11.6}{green:>11.6}{blue:>11.6}")?;
         }

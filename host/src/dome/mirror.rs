@@ -13,6 +13,8 @@ pub enum Projection {
     Perspective,
 }
 
+named!(Projection { Parallel => "parallel", Perspective => "perspective" });
+
 /// A mirrored spheroid and its camera, by the axis ratio a and g = a·tan β₁: 0 for a viewpoint at
 /// the pole, 1 for one at infinity. Next to infinity g rounds to 1, so 1/d₁ is kept too.
 #[derive(Debug, Clone, Copy, PartialEq)]

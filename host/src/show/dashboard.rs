@@ -49,7 +49,7 @@ pub(crate) struct About {
 }
 
 /// A frame to draw.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Frame {
     pub(crate) about: Arc<About>,
     /// By screen, then eye.

@@ -16,7 +16,7 @@ pub struct DispersionArguments {
     wavelengths: Option<u32>,
     /// How rays take the wavelengths
     #[arg(long, value_name = "METHOD", value_enum, default_value = "comb")]
-    dispersion: MethodChoice,
+    dispersion: Method,
     /// Wavelengths that each ray of a comb takes. With several, edges without colours stay
     /// colourless with fewer rays a pixel [default: 1]
     #[arg(long, value_name = "N", value_parser = whole::<u8>(1..=Wavelengths::MOST as u8))]
@@ -28,20 +28,17 @@ pub struct DispersionArguments {
     range: Option<Vec<f32>>,
 }
 
-choices! {
-    /// `--dispersion`.
-    MethodChoice(Method) {
-        Method::Comb => "A ray takes one or some where it enters glass, those of a pixel in turns",
-        Method::Split => "Each ray takes all of them where it enters glass",
-        Method::Paper => "As in Kishioka's paper: a picture for each, with a part of the samples",
-        Method::Fixed => "As paper, in the colours of the other methods",
-    }
-}
+choices!(Method {
+    Comb => "A ray takes one or some where it enters glass, those of a pixel in turns",
+    Split => "Each ray takes all of them where it enters glass",
+    Paper => "As in Kishioka's paper: a picture for each, with a part of the samples",
+    Fixed => "As paper, in the colours of the other methods",
+});
 
 /// `--dispersion` for commands that render one frame: without the methods that render a picture
 /// for each wavelength.
 pub fn in_one_frame(dispersion: Arg) -> Arg {
-    dispersion.value_parser(without::<MethodChoice>(&["paper", "fixed"]))
+    dispersion.value_parser(without::<Method>(&["paper", "fixed"]))
 }
 
 /// `--range` for the same commands.
@@ -69,7 +66,7 @@ impl DispersionArguments {
         baked: &BakedScene,
         options: &mut Options,
     ) -> Result<Option<DispersionReport>, Failure> {
-        let MethodChoice(method) = self.dispersion;
+        let method = self.dispersion;
         let count = self.wavelengths.unwrap_or(Dispersion::WAVELENGTHS);
         let range = match self.range.as_deref() {
             Some(&[low, high]) => Some([low, high]),
@@ -122,23 +119,21 @@ impl DispersionArguments {
             }
             dispersion = Dispersion::Images(clamped, matching);
         }
-        if let Some(wavelengths) = dispersion.wavelengths() {
-            check_known(media, wavelengths.range())?;
-        }
+        options.dispersion = dispersion;
+        let Some(wavelengths) = dispersion.wavelengths() else {
+            return Ok(None);
+        };
+        check_known(media, wavelengths.range())?;
         let each = match dispersion {
             Dispersion::Comb(_, each) => usize::from(each),
             _ => 1,
         };
-        let report = dispersion
-            .wavelengths()
-            .map(|wavelengths| DispersionReport {
-                method: method.name(),
-                wavelengths: wavelengths.count(),
-                each: each.min(wavelengths.count()),
-                range_nm: wavelengths.range(),
-            });
-        options.dispersion = dispersion;
-        Ok(report)
+        Ok(Some(DispersionReport {
+            method: method.name(),
+            wavelengths: wavelengths.count(),
+            each: each.min(wavelengths.count()),
+            range_nm: wavelengths.range(),
+        }))
     }
 }
 

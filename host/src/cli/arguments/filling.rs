@@ -96,37 +96,28 @@ pub struct FillArguments {
     #[arg(long, value_enum, default_value = "background")]
     pub fill: Fill,
     #[command(flatten)]
-    capture: CaptureArguments,
+    pub capture: CaptureArguments,
     /// Where the viewer looked in the frame before, as in --look, for --fill previous
     #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
     previous_look: Option<ViewDirection>,
 }
 
-/// What fills one frame.
-#[derive(Debug, Clone, Copy)]
-pub enum FillSource {
-    Background,
-    Capture(CaptureOptions),
-    /// A frame whose viewer looks this way.
-    Previous(ViewDirection),
-}
-
 impl FillArguments {
-    pub fn source(&self, lod_is_on: bool) -> Result<FillSource, Failure> {
+    /// Checks that these arguments go together; returns where the viewer of the frame before looked,
+    /// for --fill previous.
+    pub fn looked(&self, lod_is_on: bool) -> Result<Option<ViewDirection>, Failure> {
         let steps = self.capture.steps.map(|_| "--fill-steps");
         let given = self.capture.detail.given().or(steps);
         self.fill.check(lod_is_on, given)?;
         match (self.fill, self.previous_look) {
-            (Fill::Previous, Some(look)) => Ok(FillSource::Previous(look)),
             (Fill::Previous, None) => Err(misuse!(
                 "--fill previous needs --previous-look DIRECTION: where the viewer looked in the \
                  frame before"
             )),
-            (_, Some(_)) => Err(misuse!(
+            (Fill::Background | Fill::Capture, Some(_)) => Err(misuse!(
                 "--previous-look is for --fill previous: nothing else shows an earlier frame"
             )),
-            (Fill::Background, None) => Ok(FillSource::Background),
-            (Fill::Capture, None) => Ok(FillSource::Capture(self.capture.options())),
+            (_, looked) => Ok(looked),
         }
     }
 }

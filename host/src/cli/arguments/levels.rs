@@ -56,9 +56,8 @@ impl Level {
     }
 
     pub fn finest_faces(levels: &[Self]) -> usize {
-        Self::by_mesh(levels)
-            .map(|levels| levels[0].faces as usize)
-            .sum()
+        let finest = Self::by_mesh(levels).map(|levels| levels[0].faces);
+        finest.map(|faces| faces as usize).sum()
     }
 }
 

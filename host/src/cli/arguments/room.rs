@@ -37,7 +37,7 @@ pub struct RoomArguments {
     /// (positive to the right and up), or a direction X,Y,Z [default: as --head-report says, or
     /// else front]
     #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
-    look: Option<ViewDirection>,
+    pub look: Option<ViewDirection>,
     /// Distance between the pupils, metres
     #[arg(long, value_name = "METRES", default_value_t = DEFAULT_INTERPUPILLARY_DISTANCE,
           value_parser = within(0.0..=1.0, "metres from 0 to 1, such as 0.064"))]
@@ -78,10 +78,6 @@ impl RoomArguments {
             ));
         }
         Ok(())
-    }
-
-    pub const fn says_where_to_look(&self) -> bool {
-        self.look.is_some()
     }
 
     /// The viewer's directions forward and up. A measured head may be tilted; a viewer who looks

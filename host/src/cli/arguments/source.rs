@@ -41,6 +41,10 @@ impl Source {
                 "--mesh and --normals are for the built-in scenes A to D: {why}"
             )),
         };
+        let built_in = |why, scene| {
+            without_model(why)?;
+            Ok::<_, Failure>((Loaded::Described(scene), None))
+        };
         let (scene, mesh) = match name {
             SceneName::Paper(which) => {
                 let (mesh, mesh_name) = match &model.mesh {
@@ -61,18 +65,9 @@ impl Source {
                 }
                 (Loaded::Described(scene), Some(mesh_name))
             }
-            SceneName::Grid => {
-                without_model("the grid has no mesh")?;
-                (Loaded::Described(grid(GRID_RADIUS)), None)
-            }
-            SceneName::Prism => {
-                without_model("the prism has its own")?;
-                (Loaded::Described(prism()), None)
-            }
-            SceneName::Spheres => {
-                without_model("the spheres have no mesh")?;
-                (Loaded::Described(spheres()), None)
-            }
+            SceneName::Grid => built_in("the grid has no mesh", grid(GRID_RADIUS))?,
+            SceneName::Prism => built_in("the prism has its own", prism())?,
+            SceneName::Spheres => built_in("the spheres have no mesh", spheres())?,
             SceneName::File(path) => {
                 without_model("a scene file names its own meshes")?;
                 (load_scene(path)?, None)
@@ -160,29 +155,25 @@ pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
 
 /// Whether a file has the extension of a mesh.
 pub fn is_mesh(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| {
-        ["obj", "ply", "gltf", "glb"]
-            .iter()
-            .any(|known| extension.eq_ignore_ascii_case(known))
-    })
+    let mut known = ["obj", "ply", "gltf", "glb"].into_iter();
+    let extension = path.extension();
+    extension.is_some_and(|extension| known.any(|one| extension.eq_ignore_ascii_case(one)))
 }
 
 /// Puts meshes where their files place them, under a sun and a sky.
 pub fn scene_of_meshes(meshes: Vec<TriangleMesh>) -> Scene {
-    let objects = (0..meshes.len())
-        .map(|mesh| Object {
-            shape: Shape::Mesh(mesh),
-            material: None,
-            world_from_object: DAffine3::IDENTITY,
-            casts_shadow: true,
-            smooth: true,
-        })
-        .collect();
+    let objects = (0..meshes.len()).map(|mesh| Object {
+        shape: Shape::Mesh(mesh),
+        material: None,
+        world_from_object: DAffine3::IDENTITY,
+        casts_shadow: true,
+        smooth: true,
+    });
     Scene {
         name: "meshes".to_owned(),
         meshes,
         materials: Vec::new(),
-        objects,
+        objects: objects.collect(),
         lights: vec![Light::Directional {
             direction: DVec3::new(-0.4, -1.0, -0.6),
             colour: [0.8; 3],
@@ -228,10 +219,7 @@ fn load_scene(path: &Path) -> Result<Loaded, Failure> {
             MeshSource::BuiltIn(BuiltInMesh::Square) => Ok(TriangleMesh::square()),
         }
     };
-    Ok(Loaded::Described(Scene::from_toml(
-        &text,
-        &path.to_string_lossy(),
-        folder,
-        load,
-    )?))
+    let name = path.to_string_lossy();
+    let scene = Scene::from_toml(&text, &name, folder, load)?;
+    Ok(Loaded::Described(scene))
 }

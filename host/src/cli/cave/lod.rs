@@ -6,13 +6,11 @@ use crate::cave::Screen;
 use crate::cli::arguments::levels::Level;
 use crate::cli::prelude::*;
 use crate::picture::Picture;
-use crate::render::{self, Frame, Observer, Options};
+use crate::render::{self, Frame, Observer};
 use crate::show::lod;
 use crate::show::lod::{Coverage, OutsideDifference};
 use crate::show::overview::net;
-use shisen_core::frame::{LevelOfDetail, Spectrum};
-use shisen_core::scene::Scene;
-use shisen_core::{Runs, Simd};
+use shisen_core::frame::Spectrum;
 
 /// Reports what the level of detail did in a frame, by the same frame without it. `images` are the
 /// files of its capture.
@@ -77,64 +75,44 @@ pub(super) struct LodPictures {
 }
 
 impl LodPictures {
-    /// Makes the pictures of the first eye; `None` if it has no level of detail.
+    /// Makes the pictures of the first eye, for a frame and the same frame without level of detail;
+    /// `None` if it has no level of detail.
     pub(super) fn of_first(
         frames: &Frames<'_>,
         observers: &[Observer],
-        frame: &Frame,
-        full: &Frame,
+        [frame, full]: [&Frame; 2],
     ) -> Result<Option<Self>, Failure> {
         let first = observers.first();
-        let Some(first) = first.and_then(|one| Some((one, one.lod.as_ref()?))) else {
+        let Some((observer, lod)) = first.and_then(|one| Some((one, one.lod.as_ref()?))) else {
             return Ok(None);
         };
-        let (cave, options) = (frames.cave, frames.options);
-        let pictures = with_scene!(frames.baked, |scene| Self::new(
-            &scene,
-            cave,
-            first,
-            options,
-            [frame, full]
-        ));
-        pictures.map(Some)
-    }
-
-    /// Makes the pictures of one eye, for a frame and the same frame without level of detail.
-    fn new<const W: usize>(
-        scene: &Scene<'_, W>,
-        cave: &Cave,
-        (observer, lod): (&Observer, &LevelOfDetail),
-        options: &Options,
-        [frame, full]: [&Frame; 2],
-    ) -> Result<Self, Failure>
-    where
-        Simd: Runs<W>,
-    {
-        let renderer = render::renderer(scene, observer, options, Spectrum::Rgb).or_fail()?;
         let (mut levels, mut polygons, mut difference) = (Vec::new(), Vec::new(), Vec::new());
-        for (number, screen) in cave.screens().enumerate() {
-            let view = render::view(screen, observer)?;
-            let made = |picture: Result<Picture, _>| Ok::<_, Failure>((screen, picture.or_fail()?));
-            levels.push(made(match observer.acuity {
-                Some(_) => lod::sampling(&renderer, &view),
-                None => lod::levels(&view, lod),
-            })?);
-            polygons.push(made(lod::polygons(scene, &renderer, &view))?);
-            let of = |frame: &Frame| {
-                let mut pictures = frame.pictures.iter();
-                pictures
-                    .find(|one| one.wall == number && one.eye == observer.eye)
-                    .map(|one| one.picture.clone())
-            };
-            if let (Some(a), Some(b)) = (of(frame), of(full)) {
-                difference.push(made(lod::difference(&a, &b))?);
+        with_scene!(frames.baked, |scene| {
+            let renderer = render::renderer(&scene, observer, frames.options, Spectrum::Rgb);
+            let renderer = renderer.or_fail()?;
+            for (number, screen) in frames.cave.screens().enumerate() {
+                let view = render::view(screen, observer)?;
+                let found = match observer.acuity {
+                    Some(_) => lod::sampling(&renderer, &view),
+                    None => lod::levels(&view, lod),
+                };
+                levels.push((screen, found.or_fail()?));
+                let found = lod::polygons(&scene, &renderer, &view);
+                polygons.push((screen, found.or_fail()?));
+                let mut both = frame.pictures.iter().zip(&full.pictures);
+                if let Some((a, b)) =
+                    both.find(|(one, _)| one.wall == number && one.eye == observer.eye)
+                {
+                    let found = lod::difference(&a.picture, &b.picture);
+                    difference.push((screen, found.or_fail()?));
+                }
             }
-        }
-        Ok(Self {
+        });
+        Ok(Some(Self {
             levels: unfold(&levels)?,
             polygons: unfold(&polygons)?,
             difference: unfold(&difference)?,
-        })
+        }))
     }
 }
 

@@ -6,15 +6,6 @@ use crate::cli::output::ray_counts::RayCounts;
 use crate::cli::prelude::*;
 use crate::show::lod::Coverage;
 
-/// The report of one frame, or with --tracker of several.
-#[derive(JsonSchema)]
-#[serde(untagged)]
-#[allow(dead_code, reason = "only its schema is used")]
-pub(in crate::cli) enum Json {
-    Frame(Box<Report>),
-    Frames(TrackedFrames),
-}
-
 /// A frame.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(in crate::cli) struct Report {
@@ -42,10 +33,9 @@ pub(in crate::cli) struct Report {
     pub(super) lod: Option<Lod>,
     #[serde(skip)]
     pub(super) folder: String,
+    /// Numbers of walls and domes.
     #[serde(skip)]
-    pub(super) walls: usize,
-    #[serde(skip)]
-    pub(super) domes: usize,
+    pub(super) screens: [usize; 2],
     #[serde(skip)]
     pub(super) eyes: usize,
 }
@@ -209,10 +199,8 @@ impl fmt::Display for TrackedFrames {
         for one in &self.frames {
             let (number, [x, y, z], hash) = (one.frame, one.gaze, &one.frame_hash);
             let state = one.state;
-            writeln!(
-                f,
-                "frame {number}: gaze {x:.4} {y:.4} {z:.4}, {state}, {hash}"
-            )?;
+            write!(f, "frame {number}: gaze {x:.4} {y:.4} {z:.4}, ")?;
+            writeln!(f, "{state}, {hash}")?;
         }
         let count = counted(self.frames.len() as u64, "frame");
         let (scene, tracker, hz) = (&self.scene, &self.tracker, self.hz);
@@ -228,7 +216,7 @@ impl fmt::Display for Report {
             write!(f, " of {mesh}")?;
         }
         f.write_str(":")?;
-        for (count, what) in [(self.walls, "wall"), (self.domes, "dome")] {
+        for (count, what) in self.screens.into_iter().zip(["wall", "dome"]) {
             if count > 0 {
                 write!(f, " {},", counted(count as u64, what))?;
             }
@@ -239,21 +227,21 @@ impl fmt::Display for Report {
         writeln!(f, " {eyes}, traced in {seconds:.3} s on {threads} ({simd})")?;
         writeln!(f, "rays: {}", self.rays)?;
         if let Some(lod) = &self.lod {
-            writeln!(
+            let percent = |part: u64, all: u64| 100.0 * part as f64 / all.max(1) as f64;
+            let steps = percent(self.steps, lod.full_steps);
+            let rays = percent(self.rays.all(), lod.full_rays.all());
+            write!(
                 f,
-                "level of detail ({}): {:.0} % of the steps of full tracing, {:.0} % of its rays",
-                lod.mode,
-                100.0 * self.steps as f64 / lod.full_steps.max(1) as f64,
-                100.0 * self.rays.all() as f64 / lod.full_rays.all().max(1) as f64,
+                "level of detail ({}): {steps:.0} % of the steps ",
+                lod.mode
             )?;
+            writeln!(f, "of full tracing, {rays:.0} % of its rays")?;
         }
         let fill = self.lod.as_ref().map(|lod| &lod.fill);
         if let Some((fill, error)) = fill.and_then(|fill| Some((fill, fill.outside_rms?))) {
             let mode = fill.mode.name();
-            write!(
-                f,
-                "outside the field ({mode}): {error:.1} of 255 codes from full tracing"
-            )?;
+            write!(f, "outside the field ({mode}): {error:.1} of 255 codes ")?;
+            f.write_str("from full tracing")?;
             if let Some(capture) = &fill.capture {
                 let (ms, steps) = (1e3 * capture.seconds, capture.steps);
                 write!(f, ", captured in {ms:.1} ms and {steps} steps")?;
@@ -262,10 +250,8 @@ impl fmt::Display for Report {
         }
         let pictures = self.written.images.len() + self.written.exr.len();
         let folder = &self.folder;
-        write!(
-            f,
-            "{pictures} pictures of single screens, cave.png and viewer.png in {folder}"
-        )?;
+        write!(f, "{pictures} pictures of single screens, ")?;
+        write!(f, "cave.png and viewer.png in {folder}")?;
         if self.lod.is_some() {
             f.write_str(", levels.png, polygons.png, difference.png")?;
         }

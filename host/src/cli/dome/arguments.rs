@@ -4,43 +4,34 @@ use crate::cli::arguments::choices;
 use crate::cli::prelude::*;
 use crate::dome::{self, Design, Mapping, Mirror, Named, Projection};
 
-choices! {
-    /// `--config`.
-    pub(in crate::cli) ConfigChoice(Named) {
-        Named::Paper1 => "Parallel projection, a = 1.288",
-        Named::Paper2 => "Perspective, a sphere",
-        Named::Paper3 => "Perspective, a = 2.35",
-        Named::BestParallel => "The least error in parallel projection",
-        Named::Best => "The least error of all",
-    }
-}
+choices!(Named {
+    Paper1 => "Parallel projection, a = 1.288",
+    Paper2 => "Perspective, a sphere",
+    Paper3 => "Perspective, a = 2.35",
+    BestParallel => "The least error in parallel projection",
+    Best => "The least error of all",
+});
 
-choices! {
-    /// `--mapping`.
-    pub(in crate::cli) MappingChoice(Mapping) {
-        Mapping::Mirror => "What the mirror shows, as in the paper",
-        Mapping::Exact => "The mirror's point that reflects the pixel's direction",
-        Mapping::True => "No mirror: an equidistant fisheye",
-    }
-}
+choices!(Mapping {
+    Mirror => "What the mirror shows, as in the paper",
+    Exact => "The mirror's point that reflects the pixel's direction",
+    True => "No mirror: an equidistant fisheye",
+});
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ProjectionChoice {
-    /// The viewpoint is at infinity
-    Parallel,
-    /// The viewpoint is near the mirror
-    Perspective,
-}
+choices!(Projection {
+    Parallel => "The viewpoint is at infinity",
+    Perspective => "The viewpoint is near the mirror",
+});
 
 #[derive(Debug, Args)]
 pub(super) struct MirrorArguments {
     /// Mirror of the paper's Table 1, or the best one
     #[arg(long, value_name = "NAME", value_enum,
           conflicts_with_all = ["projection", "a", "p", "beta1"])]
-    config: Option<ConfigChoice>,
+    config: Option<Named>,
     /// Projection, for the mirror of the least error, with --a of the least error for that shape
     #[arg(long, value_enum)]
-    projection: Option<ProjectionChoice>,
+    projection: Option<Projection>,
     /// Polar by equatorial radius of the mirror, from 0.01 to 100
     #[arg(long, value_name = "RATIO", requires = "projection", allow_hyphen_values = true,
           value_parser = number::<f64>)]
@@ -56,23 +47,17 @@ pub(super) struct MirrorArguments {
     beta1: Option<f64>,
     /// How pixels become directions
     #[arg(long, value_enum, default_value = "mirror")]
-    mapping: MappingChoice,
+    pub(super) mapping: Mapping,
 }
 
 impl MirrorArguments {
-    pub(super) fn mapping(&self) -> Mapping {
-        self.mapping.0
-    }
-
     /// The mirror that is asked for, if any.
     pub(super) fn design(&self) -> Result<Option<Design>, Failure> {
-        if let Some(ConfigChoice(named)) = self.config {
+        if let Some(named) = self.config {
             return Ok(Some(Design::of(named.mirror())));
         }
-        let projection = match self.projection {
-            None => return Ok(None),
-            Some(ProjectionChoice::Parallel) => Projection::Parallel,
-            Some(ProjectionChoice::Perspective) => Projection::Perspective,
+        let Some(projection) = self.projection else {
+            return Ok(None);
         };
         let Some(a) = self.a else {
             return Ok(Some(dome::best(projection)));
@@ -102,7 +87,7 @@ impl MirrorArguments {
     /// The mirror's name; `None` for a mirror by its shape.
     pub(super) fn name(&self) -> Option<&'static str> {
         match (self.config, self.projection) {
-            (Some(ConfigChoice(named)), _) => Some(named.name()),
+            (Some(named), _) => Some(named.name()),
             (None, None) => Some(Named::Paper1.name()),
             (None, Some(_)) => None,
         }

@@ -1,32 +1,31 @@
 //! The camera of a dome master.
 
-use super::arguments::{ConfigChoice, MappingChoice};
 use crate::cli::output::progress::Progress;
 use crate::cli::prelude::*;
-use crate::dome::{Named, NearField, effective_viewpoint};
+use crate::dome::{Mapping, Named, NearField, effective_viewpoint};
 use crate::render::{self, DomePicture, Options};
 use crate::scene::Scene;
 use crate::scene::builtin::grid;
 use crate::scene::camera::DomeCamera;
 use shisen_core::frame::{DomeProjection, MirrorCamera, View};
 use shisen_core::shape::Spheroid;
-use std::str::FromStr;
 
 #[derive(Debug, Args)]
 pub(super) struct MirrorChoice {
     /// Mirror of the paper's Table 1, or the best one [default: paper-1]
     #[arg(long, value_name = "NAME", value_enum)]
-    config: Option<ConfigChoice>,
+    config: Option<Named>,
     /// How pixels become directions
     #[arg(long, value_enum, default_value = "mirror")]
-    pub(super) mapping: MappingChoice,
+    pub(super) mapping: Mapping,
     /// Equatorial radius of the mirror, from 1e-9 to 1e6 metres [default: 0.001]
     #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = number::<f32>)]
     mirror_size: Option<f32>,
     /// Point of the mirror's axis from which the picture is taken: screen (the screen's centre),
     /// best (for the least parallax), or a distance from the screen's centre towards the zenith in
     /// equatorial radii [default: screen]
-    #[arg(long, value_name = "screen|best|RADII", allow_hyphen_values = true)]
+    #[arg(long, value_name = "screen|best|RADII", allow_hyphen_values = true,
+          value_parser = viewpoint)]
     viewpoint: Option<Viewpoint>,
     /// Nearest surroundings for --viewpoint best, equatorial radii [default: the grid's distance,
     /// else 100]
@@ -36,24 +35,17 @@ pub(super) struct MirrorChoice {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Viewpoint {
-    Screen,
     Best,
     /// Equatorial radii from the screen's centre towards the zenith.
     At(f64),
 }
 
-impl FromStr for Viewpoint {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.trim() {
-            "screen" => Ok(Self::Screen),
-            "best" => Ok(Self::Best),
-            number => {
-                let radii = within(-100.0..=100.0, "screen, best, or radii from -100 to 100");
-                radii(number).map(Self::At)
-            }
-        }
+fn viewpoint(text: &str) -> Result<Viewpoint, String> {
+    let radii = within(-100.0..=100.0, "screen, best, or radii from -100 to 100");
+    match text.trim() {
+        "screen" => Ok(Viewpoint::At(0.0)),
+        "best" => Ok(Viewpoint::Best),
+        number => radii(number).map(Viewpoint::At),
     }
 }
 
@@ -90,13 +82,13 @@ impl MirrorChoice {
         grid: Option<f64>,
     ) -> Result<Optics, Failure> {
         let radius = self.mirror_size.unwrap_or(RADIUS);
-        let viewpoint = self.viewpoint.unwrap_or(Viewpoint::Screen);
+        let viewpoint = self.viewpoint.unwrap_or(Viewpoint::At(0.0));
         if self.nearest.is_some() && viewpoint != Viewpoint::Best {
             return Err(misuse!(
                 "--nearest is for --viewpoint best: no other depends on the surroundings"
             ));
         }
-        let Some(mapping) = self.mapping.0.core() else {
+        let Some(mapping) = self.mapping.core() else {
             if let Some(argument) = self.given(grid) {
                 return Err(misuse!(
                     "{argument} is for --mapping mirror or exact: with true there is no mirror"
@@ -109,19 +101,17 @@ impl MirrorChoice {
                 viewpoint: 0.0,
             });
         };
-        let ConfigChoice(named) = self.config.unwrap_or(ConfigChoice(Named::Paper1));
+        let named = self.config.unwrap_or(Named::Paper1);
         let double = named.mirror();
+        let near = NearField::new(double, self.mapping);
         if let Some(distance) = grid {
             // The grid's centre is the screen's.
-            let near = NearField::new(double, self.mapping.0);
             near.check(distance).or_misuse()?;
         }
         let viewpoint = match viewpoint {
-            Viewpoint::Screen => 0.0,
             Viewpoint::At(offset) => offset,
             Viewpoint::Best => {
                 let nearest = self.nearest.or(grid).unwrap_or(DISTANCE);
-                let near = NearField::new(double, self.mapping.0);
                 effective_viewpoint(&near, nearest).or_misuse()?.offset
             }
         };
@@ -168,10 +158,8 @@ impl Optics {
 
 /// `--distance`, mirror radii.
 pub(super) fn distance(text: &str) -> Result<f64, String> {
-    within(
-        1.0e-3..=1.0e12,
-        "mirror radii from 0.001 to 1e12, such as 100",
-    )(text)
+    let expected = "mirror radii from 0.001 to 1e12, such as 100";
+    within(1.0e-3..=1.0e12, expected)(text)
 }
 
 pub(super) fn view(

@@ -1,13 +1,11 @@
 //! `shisen dome compare`: a mirror's dome master against the true one.
 
-use super::arguments::MappingChoice;
 use super::camera::{MirrorChoice, trace, view};
 use crate::bake::Layout;
 use crate::cli::arguments::source::bake;
 use crate::cli::arguments::threads;
 use crate::cli::prelude::*;
 use crate::dome::Named;
-use crate::picture::Picture;
 use crate::render::Options;
 use crate::scene::camera::DomeCamera;
 use shisen_core::frame::{DomeProjection, MAX_SAMPLES, View};
@@ -77,7 +75,7 @@ pub(in crate::cli) struct Report {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let MappingChoice(mapping) = arguments.mirror.mapping;
+    let mapping = arguments.mirror.mapping;
     // Both pictures are taken from the camera's position, the mirror's from its viewpoint.
     let camera = DomeCamera::UPRIGHT;
     let distance = arguments.distance;
@@ -103,14 +101,29 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let quiet = arguments.quiet || arguments.json;
     let truth = trace(&baked, &truth, &options, quiet)?;
     let simulated = trace(&baked, &simulated, &options, quiet)?;
+    let (mut differing, mut true_lines, mut simulated_lines, mut pixels) = (0, 0, 0, 0);
+    // The true picture shows in the red of the mirror's.
+    let mut picture = simulated.picture;
+    for (pixel, &[of_true, _, _, alpha]) in picture.pixels.iter_mut().zip(&truth.picture.pixels) {
+        let of_mirror = pixel[0];
+        pixels += u64::from(alpha > 0.5);
+        true_lines += u64::from(of_true > 0.5);
+        simulated_lines += u64::from(of_mirror > 0.5);
+        differing += u64::from((of_true - of_mirror).abs() > 0.5);
+        *pixel = [of_true, of_mirror, of_mirror, pixel[3]];
+    }
     let (config, mapping) = (optics.config.map(Named::name), mapping.name());
-    let mut report = Report {
+    let name = config.unwrap_or("no mirror");
+    let note = format!("grid at {distance} radii, {name} ({mapping}): red true, cyan simulated");
+    let written = picture.write_png_with_alpha(&path, &metadata(note));
+    written.or_fail()?;
+    let report = Report {
         image: path.display().to_string(),
-        hash: String::new(),
-        differing: 0,
-        true_lines: 0,
-        simulated_lines: 0,
-        pixels: 0,
+        hash: hexadecimal(picture.hash()),
+        differing,
+        true_lines,
+        simulated_lines,
+        pixels,
         config,
         mapping,
         distance,
@@ -119,42 +132,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         samples: arguments.samples,
         seconds: truth.seconds + simulated.seconds,
     };
-    let mut picture = simulated.picture;
-    report.overlay(&truth.picture, &mut picture);
-    report.hash = hexadecimal(picture.hash());
-    let name = config.unwrap_or("no mirror");
-    let note = format!("grid at {distance} radii, {name} ({mapping}): red true, cyan simulated");
-    picture
-        .write_png_with_alpha(&path, &metadata(note))
-        .or_fail()?;
     print(&report, arguments.json)
-}
-
-impl Report {
-    /// Counts where two pictures differ, and puts the true one into the other's red.
-    fn overlay(&mut self, truth: &Picture, simulated: &mut Picture) {
-        for (pixel, &[of_true, _, _, alpha]) in simulated.pixels.iter_mut().zip(&truth.pixels) {
-            let of_mirror = pixel[0];
-            self.pixels += u64::from(alpha > 0.5);
-            self.true_lines += u64::from(of_true > 0.5);
-            self.simulated_lines += u64::from(of_mirror > 0.5);
-            self.differing += u64::from((of_true - of_mirror).abs() > 0.5);
-            *pixel = [of_true, of_mirror, of_mirror, pixel[3]];
-        }
-    }
 }
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{} ({}) at {} radii: {} of {} pixels differ\n{}",
-            self.config.unwrap_or("no mirror"),
-            self.mapping,
-            self.distance,
-            self.differing,
-            self.pixels,
-            self.image
-        )
+        let name = self.config.unwrap_or("no mirror");
+        let (mapping, distance, image) = (self.mapping, self.distance, &self.image);
+        let (differing, pixels) = (self.differing, self.pixels);
+        write!(f, "{name} ({mapping}) at {distance} radii: ")?;
+        write!(f, "{differing} of {pixels} pixels differ\n{image}")
     }
 }

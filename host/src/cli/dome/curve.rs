@@ -1,9 +1,8 @@
 //! `shisen dome curve`: the paper's figures 10 to 16.
 
-use super::arguments::{ConfigChoice, MappingChoice};
 use super::figure::{Figure, chart, logarithmic};
 use crate::cli::prelude::*;
-use crate::dome::{self, Design, Mapping, MirrorError, Projection};
+use crate::dome::{self, Design, Mapping, MirrorError, Named, Projection};
 use crate::picture::chart::{Axis, Chart, Corner, Line};
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
@@ -14,10 +13,10 @@ use std::ops::Range;
 pub(in crate::cli) struct Arguments {
     /// Mirror to mark
     #[arg(long, value_name = "NAME", value_enum)]
-    config: Option<ConfigChoice>,
+    config: Option<Named>,
     /// How pixels become directions. Only mirror has errors
     #[arg(long, value_enum, default_value = "mirror")]
-    mapping: MappingChoice,
+    mapping: Mapping,
     /// Axis ratios in each figure
     #[arg(long, value_name = "N", default_value_t = 300, value_parser = whole::<u32>(2..=10_000))]
     points: u32,
@@ -54,11 +53,11 @@ const PARALLEL_BEST: Range<f64> = 1.28..1.3;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     make_writable(&arguments.out)?;
-    let MappingChoice(mapping) = arguments.mapping;
+    let mapping = arguments.mapping;
     let charts = charts(arguments.points, mapping)?;
     let mut figures = Vec::new();
     for (number, mut chart) in (10..).zip(charts) {
-        if let Some(ConfigChoice(named)) = arguments.config {
+        if let Some(named) = arguments.config {
             let design = Design::of(named.mirror()).mapped(mapping);
             mark(&mut chart, number, named.name(), &design);
         }
@@ -95,32 +94,25 @@ fn charts(count: u32, mapping: Mapping) -> Result<[Chart; 7], Failure> {
         };
         let points = ratios(&range, count).into_iter().map(point);
         let points = points.collect::<Result<Vec<_>, _>>().or_fail()?;
-        let (axes, lines) = (
-            [of_ratio(&range), y],
-            Line::new("parallel projection", 0, points),
-        );
-        Ok(chart(title, axes, vec![lines], Corner::LowerLeft))
+        let line = Line::new("parallel projection", 0, points);
+        let axes = [of_ratio(&range), y];
+        Ok(chart(title, axes, vec![line], Corner::LowerLeft))
     };
     let viewpoint = |range| Axis::linear("p", "viewpoint from the centre, p", range);
     let far_axis = logarithmic(viewpoint(1.0..1.0e4));
     let [errors, more] = ["Error by perspective", "Error by perspective, enlarged"];
-    let [viewpoints, farther] = [
-        "Viewpoint by perspective",
-        "Viewpoint by perspective, enlarged",
-    ];
-    let title = "Error in parallel projection";
+    let viewpoints = "Viewpoint by perspective";
+    let farther = "Viewpoint by perspective, enlarged";
+    let title = "Error in parallel projection".to_owned();
+    let enlarged_title = format!("{title}, enlarged");
     Ok([
         best(errors, &whole, WHOLE, error(0.0..2.0)),
         best(more, &small, SMALL_ERRORS, enlarged(0.1..0.14)),
         best(viewpoints, &whole, WHOLE, viewpoint(0.0..12.0)),
         best(farther, &far, FAR_VIEWPOINTS, far_axis),
         places(&whole),
-        parallel(title.to_owned(), PARALLEL, error(0.0..22.0))?,
-        parallel(
-            format!("{title}, enlarged"),
-            PARALLEL_BEST,
-            enlarged(0.1..0.22),
-        )?,
+        parallel(title, PARALLEL, error(0.0..22.0))?,
+        parallel(enlarged_title, PARALLEL_BEST, enlarged(0.1..0.22))?,
     ])
 }
 

@@ -7,7 +7,7 @@ use clap::Arg;
 
 /// Designs the mirror that takes the truest dome master
 #[derive(Debug, Args)]
-#[command(mut_arg("mapping", with_errors))]
+#[command(mut_args(with_errors))]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     mirror: MirrorArguments,
@@ -16,8 +16,11 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-fn with_errors(mapping: Arg) -> Arg {
-    mapping.help("How pixels become directions. Only mirror has errors")
+fn with_errors(argument: Arg) -> Arg {
+    if argument.get_id() != "mapping" {
+        return argument;
+    }
+    argument.help("How pixels become directions. Only mirror has errors")
 }
 
 /// A mirror and its viewpoint. Lengths are in equatorial radii of the mirror.
@@ -48,7 +51,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
              with --config"
         ));
     };
-    let mapping = arguments.mirror.mapping();
+    let mapping = arguments.mirror.mapping;
     let design = design.mapped(mapping);
     let (parallel, extrema) = (design.p.is_none(), design.extrema.iter());
     let report = Report {

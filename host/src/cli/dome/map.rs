@@ -2,8 +2,7 @@
 
 use super::arguments::MirrorArguments;
 use crate::cli::prelude::*;
-use crate::dome::{Design, Mapping, px_4096};
-use shisen_core::capture::SpheroidMirror;
+use crate::dome::px_4096;
 
 /// Maps angles to places in the dome master and back
 #[derive(Debug, Args)]
@@ -49,38 +48,23 @@ struct Row {
     error_px: f64,
 }
 
-enum Precision {
-    Double(Design),
-    Single(SpheroidMirror),
-}
-
-impl Precision {
-    fn theta(&self, mapping: Mapping, r_d: f64) -> Option<f64> {
-        match self {
-            Self::Double(design) => Some(mapping.theta(&design.mirror, r_d)),
-            Self::Single(mirror) => mapping.single_theta(mirror, r_d as f32).map(f64::from),
-        }
-    }
-
-    fn r_d(&self, mapping: Mapping, theta: f64) -> Option<f64> {
-        match self {
-            Self::Double(design) => Some(mapping.r_d(&design.mirror, theta)),
-            Self::Single(mirror) => mapping.single_r_d(mirror, theta as f32).map(f64::from),
-        }
-    }
-}
-
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let design = arguments.mirror.design_or_first()?;
-    let mapping = arguments.mirror.mapping();
-    let precision = if arguments.f32 {
-        Precision::Single(design.mirror.single().or_misuse()?)
-    } else {
-        Precision::Double(design)
+    let mapping = arguments.mirror.mapping;
+    let mirror = &design.mirror;
+    let single = arguments.f32.then(|| mirror.single());
+    let single = single.transpose().or_misuse()?;
+    let theta = |angle: f64| match &single {
+        Some(mirror) => mapping.single_theta(mirror, angle as f32).map(f64::from),
+        None => Some(mapping.theta(mirror, angle)),
+    };
+    let r_d = |angle: f64| match &single {
+        Some(mirror) => mapping.single_r_d(mirror, angle as f32).map(f64::from),
+        None => Some(mapping.r_d(mirror, angle)),
     };
     let angles = angles(arguments.step);
     let to_theta = |&(degrees, angle): &(f64, f64)| {
-        let theta = precision.theta(mapping, angle)?;
+        let theta = theta(angle)?;
         Some(Row {
             r_d_deg: degrees,
             theta_deg: theta.to_degrees(),
@@ -88,7 +72,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         })
     };
     let to_place = |&(degrees, angle): &(f64, f64)| {
-        let r_d = precision.r_d(mapping, angle)?;
+        let r_d = r_d(angle)?;
         Some(Row {
             theta_deg: degrees,
             r_d_deg: r_d.to_degrees(),

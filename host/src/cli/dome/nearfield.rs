@@ -111,7 +111,7 @@ const STEPS: i32 = 2;
 
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Design { mirror, .. } = arguments.mirror.design_or_first()?;
-    let mapping = arguments.mirror.mapping();
+    let mapping = arguments.mirror.mapping;
     let near = NearField::new(mirror, mapping);
     let mut distances = arguments.distance.clone();
     distances.retain(|&distance| distance != f64::INFINITY);
@@ -196,13 +196,9 @@ fn at_distance(near: &NearField, distance: f64) -> AtDistance {
 }
 
 fn sizes(near: &NearField, offsets: &[f64]) -> Result<Vec<SizeErrors>, Failure> {
-    let each: Vec<(f64, f64)> = offsets
-        .iter()
-        .flat_map(|&offset| {
-            let size = |i: i32| libm::pow(10.0, f64::from(i) / f64::from(STEPS));
-            (-DECADES * STEPS..=0).map(move |i| (offset, size(i)))
-        })
-        .collect();
+    let size = |i: i32| libm::pow(10.0, f64::from(i) / f64::from(STEPS));
+    let sizes = |&offset: &f64| (-DECADES * STEPS..=0).map(move |i| (offset, size(i)));
+    let each: Vec<(f64, f64)> = offsets.iter().flat_map(sizes).collect();
     let errors = each.par_iter();
     let errors = errors.map(|&(offset, size)| dome::size_errors(near, size, offset));
     errors.collect::<Result<_, _>>().or_misuse()
@@ -263,10 +259,8 @@ fn viewpoint_chart(title: &str, near: &NearField) -> Chart {
     let least = libm::floor(libm::log10(least.max(1.0e-6)));
     let label = "nearest surface, equatorial radii";
     let nearest = Axis::linear("nearest", label, range.clone());
-    let (label, range) = (
-        "largest displacement, pixels at 4096",
-        libm::pow(10.0, least)..1.0e3,
-    );
+    let label = "largest displacement, pixels at 4096";
+    let range = libm::pow(10.0, least)..1.0e3;
     let largest = Axis::linear("displacement_px", label, range);
     let axes = [nearest, largest].map(logarithmic);
     let title = format!("{title}: largest displacement");
@@ -304,13 +298,13 @@ fn pixels(px: Option<f64>, digits: usize) -> String {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
+        let (name, mapping) = (self.config.unwrap_or("this mirror"), self.mapping);
+        write!(
             f,
-            "{}, mapping {}, seen from {}: displacement in pixels at 4096",
-            self.config.unwrap_or("this mirror"),
-            self.mapping,
+            "{name}, mapping {mapping}, seen from {}: ",
             self.seen_from
         )?;
+        writeln!(f, "displacement in pixels at 4096")?;
         write!(f, "{:>10}", "distance")?;
         for degrees in 1..=8 {
             write!(f, "{degrees:>7}0°")?;
@@ -324,38 +318,24 @@ impl fmt::Display for Report {
             }
             writeln!(f, "{:>10.3}", at.max_px)?;
         }
-        writeln!(
-            f,
-            "surroundings from a distance to infinity:\n{:>10}{:>18}{:>16}{:>16}{:>8}",
-            "nearest", "best viewpoint", "px from there", "px from screen", "gain"
-        )?;
+        writeln!(f, "surroundings from a distance to infinity:")?;
+        let heading = "   nearest    best viewpoint   px from there  px from screen    gain";
+        writeln!(f, "{heading}")?;
         for best in &self.viewpoints {
-            writeln!(
-                f,
-                "{:>10}{:>18.6}{:>16.3}{:>16.3}{:>8.2}",
-                best.distance, best.offset, best.max_px, best.screen_max_px, best.gain
-            )?;
+            write!(f, "{:>10}{:>18.6}", best.distance, best.offset)?;
+            write!(f, "{:>16.3}{:>16.3}", best.max_px, best.screen_max_px)?;
+            writeln!(f, "{:>8.2}", best.gain)?;
         }
-        writeln!(
-            f,
-            "in single precision:\n{:>10}{:>10}{:>14}{:>20}{:>24}",
-            "world at", "size", "near field px", "own frame adds px", "as an object adds px"
-        )?;
-        for size in &self.sizes {
-            writeln!(
-                f,
-                "{:>10}{:>10.1e}{:>14}{:>20.5}{:>24}",
-                size.offset,
-                size.size,
-                pixels(size.near_field_px, 5),
-                size.rounding_px,
-                pixels(size.world_px, 5)
-            )?;
+        writeln!(f, "in single precision:")?;
+        let heading =
+            "  world at      size near field px   own frame adds px     as an object adds px";
+        writeln!(f, "{heading}")?;
+        for one in &self.sizes {
+            let (near, world) = (pixels(one.near_field_px, 5), pixels(one.world_px, 5));
+            write!(f, "{:>10}{:>10.1e}{near:>14}", one.offset, one.size)?;
+            writeln!(f, "{:>20.5}{world:>24}", one.rounding_px)?;
         }
-        write!(
-            f,
-            "nearfield-rings, nearfield-viewpoint and nearfield-size as .svg and .csv in {}",
-            self.folder
-        )
+        let names = "nearfield-rings, nearfield-viewpoint and nearfield-size";
+        write!(f, "{names} as .svg and .csv in {}", self.folder)
     }
 }

@@ -5,13 +5,12 @@ use crate::bake::Layout;
 use crate::cave::look::Point;
 use crate::cli::arguments::source::{Loaded, Source, bake};
 use crate::cli::arguments::tracing::{TracingArguments, TracingReport};
-use crate::cli::arguments::{Model, SceneName};
+use crate::cli::arguments::{Model, SCENES, SceneName};
 use crate::cli::output::ray_counts::RayCounts;
 use crate::cli::prelude::*;
 use crate::dome::{Mapping, Named};
 use crate::scene::camera::{CameraPath, DomeCamera};
 use shisen_core::frame::{Statistics, View};
-use std::borrow::Cow;
 
 /// Renders dome masters of a scene, through a mirrored spheroid or without
 #[derive(Debug, Args)]
@@ -20,11 +19,7 @@ pub(in crate::cli) struct Arguments {
     /// A, B, C or D of Mochizuki and Makino, grid (meridians and parallels every 10° on a sphere
     /// about the screen's centre), prism (light through a slit, seen through a 60° prism), spheres
     /// (three balls of quartz), a TOML description or a baked scene
-    #[arg(
-        long,
-        value_name = "A|B|C|D|grid|prism|spheres|FILE",
-        default_value = "A"
-    )]
+    #[arg(long, value_name = SCENES, default_value = "A")]
     scene: SceneName,
     #[command(flatten)]
     model: Model,
@@ -126,42 +121,15 @@ struct Image {
     hash: Option<String>,
 }
 
-/// Folder of the pictures, and the beginning of their names.
-struct Names {
-    folder: PathBuf,
-    stem: String,
-}
-
-impl Names {
-    fn new(out: &Path, scene: &str) -> Self {
-        let (folder, named) = if is_png(out) {
-            (out.parent().unwrap_or(Path::new("")), out)
-        } else {
-            (out, Path::new(scene))
-        };
-        let stem = named.file_stem().map(|stem| stem.to_string_lossy());
-        Self {
-            folder: folder.to_owned(),
-            stem: stem.map_or("dome".to_owned(), Cow::into_owned),
-        }
-    }
-
-    fn path(&self, frame: u32, extension: &str) -> PathBuf {
-        let name = format!("{}_{frame:05}.{extension}", self.stem);
-        self.folder.join(name)
-    }
-}
-
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let field_of_view = field_of_view(arguments)?;
     let is_grid = matches!(arguments.scene, SceneName::Grid);
-    if arguments.distance.is_some() && !is_grid {
-        return Err(misuse!("--distance is for --scene grid"));
-    }
     let distance = is_grid.then(|| arguments.distance.unwrap_or(DISTANCE));
-    let mirror = &arguments.mirror;
-    let optics = mirror.optics(arguments.mirrored, field_of_view, distance)?;
-    let placed = placed(arguments);
+    let optics = (arguments.mirror).optics(arguments.mirrored, field_of_view, distance)?;
+    let placed = (arguments.at.is_some() || arguments.tilt.is_some()).then(|| {
+        let position = arguments.at.map_or(glam::DVec3::ZERO, |at| at.0);
+        DomeCamera::tilted(position, arguments.tilt.unwrap_or(0.0).to_radians())
+    });
     // Checked before anything large is loaded.
     let camera = placed.unwrap_or(DomeCamera::UPRIGHT);
     view(optics.projection, &camera, arguments.size)?;
@@ -176,44 +144,45 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             (baked, scene.camera)
         }
     };
-    let path = if placed.is_some() {
-        CameraPath::default()
-    } else {
-        path
+    let path = placed.map_or(path, |_| CameraPath::default());
+    let (folder, named) = match arguments.out.parent() {
+        Some(folder) if is_png(&arguments.out) => (folder, &*arguments.out),
+        _ => (&*arguments.out, Path::new(&source.name)),
     };
-    let names = Names::new(&arguments.out, &source.name);
+    let stem = named.file_stem().unwrap_or("dome".as_ref());
+    let file = |frame: u32, extension: &str| {
+        folder.join(format!("{}_{frame:05}.{extension}", stem.display()))
+    };
     let (mut options, traced) = arguments.tracing.options(&baked)?;
-    make_writable(&names.folder)?;
+    make_writable(folder)?;
     // Tiles are bands of rows: small ones spread evenly over the threads.
     options.tile = 8;
-    let quiet = arguments.output.quiet || arguments.output.json;
+    let Output { quiet, json, .. } = arguments.output;
     let frames = arguments.frames.unwrap_or(path.frames());
     let (mut images, mut exr) = (Vec::new(), Vec::new());
     let (mut statistics, mut seconds) = (Statistics::default(), 0.0);
     for frame in 1..=frames {
-        let camera = path.camera(frame).or(placed);
-        let camera = camera.unwrap_or(DomeCamera::UPRIGHT);
+        let camera = path.camera(frame).unwrap_or(camera);
         let view = view(optics.projection, &camera, arguments.size)?;
-        let found = trace(&baked, &view, &options, quiet)?;
+        let found = trace(&baked, &view, &options, quiet || json)?;
         statistics.add(&found.statistics);
         seconds += found.seconds;
         let title = format!("dome master of scene {}, frame {frame}", source.name);
-        let path = names.path(frame, "png");
+        let path = file(frame, "png");
         let (picture, notes) = (&found.picture, metadata(title));
         picture.write_png_with_alpha(&path, &notes).or_fail()?;
         images.push(Image {
             frame,
             path: path.display().to_string(),
             // Takes time, so only if somebody reads it.
-            hash: (arguments.output.json).then(|| hexadecimal(picture.hash())),
+            hash: json.then(|| hexadecimal(picture.hash())),
         });
         if arguments.output.exr {
-            let path = names.path(frame, "exr");
+            let path = file(frame, "exr");
             picture.write_exr(&path, &notes).or_fail()?;
             exr.push(path.display().to_string());
         }
     }
-    let config = optics.config;
     let report = Report {
         images,
         exr,
@@ -222,10 +191,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         steps: statistics.steps,
         size: arguments.size,
         frames,
-        mapping: arguments.mirror.mapping.0.name(),
-        config: config.map(Named::name),
-        mirror_size: config.map(|_| optics.radius),
-        viewpoint: config.map(|_| optics.viewpoint),
+        mapping: arguments.mirror.mapping.name(),
+        config: optics.config.map(Named::name),
+        mirror_size: optics.config.map(|_| optics.radius),
+        viewpoint: optics.config.map(|_| optics.viewpoint),
         fov: arguments.fov.unwrap_or(180.0),
         mirrored: arguments.mirrored,
         distance,
@@ -233,12 +202,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         mesh: source.mesh,
         traced,
     };
-    print(&report, arguments.output.json)
+    print(&report, json)
 }
 
-/// The field of view, radians; a mirror's is half of all directions.
+/// Checks arguments; returns the field of view, radians. A mirror's is half of all directions.
 fn field_of_view(arguments: &Arguments) -> Result<f32, Failure> {
-    let mirror = arguments.mirror.mapping.0 != Mapping::True;
+    if arguments.distance.is_some() && !matches!(arguments.scene, SceneName::Grid) {
+        return Err(misuse!("--distance is for --scene grid"));
+    }
+    let mirror = arguments.mirror.mapping != Mapping::True;
     if mirror && arguments.fov.is_some() {
         return Err(misuse!(
             "--fov is for --mapping true: a mirror shows 180 degrees"
@@ -259,15 +231,6 @@ fn field_of_view(arguments: &Arguments) -> Result<f32, Failure> {
     ))
 }
 
-fn placed(arguments: &Arguments) -> Option<DomeCamera> {
-    if arguments.at.is_none() && arguments.tilt.is_none() {
-        return None;
-    }
-    let position = arguments.at.map_or(glam::DVec3::ZERO, |at| at.0);
-    let tilt = arguments.tilt.unwrap_or(0.0).to_radians();
-    Some(DomeCamera::tilted(position, tilt))
-}
-
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let masters = counted(self.frames.into(), "dome master");
@@ -276,14 +239,10 @@ impl fmt::Display for Report {
             Some(config) => write!(f, " by {config} ({})", self.mapping)?,
             None => write!(f, " of {} degrees without a mirror", self.fov)?,
         }
-        writeln!(
-            f,
-            ", {0} × {0}, traced in {1:.3} s on {2} ({3})",
-            self.size,
-            self.seconds,
-            counted(self.traced.threads as u64, "thread"),
-            self.traced.simd
-        )?;
+        let threads = counted(self.traced.threads as u64, "thread");
+        let (size, seconds, simd) = (self.size, self.seconds, self.traced.simd);
+        write!(f, ", {size} × {size}, traced in {seconds:.3} s ")?;
+        writeln!(f, "on {threads} ({simd})")?;
         write!(f, "rays: {}", self.rays)?;
         for image in &self.images {
             write!(f, "\n{}", image.path)?;

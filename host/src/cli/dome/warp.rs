@@ -120,15 +120,9 @@ fn dome<'a>(arguments: &Arguments, cave: &'a Cave) -> Result<&'a DomeScreen, Fai
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}: {} × {} nodes of projector {} on dome {}, {:.1} % on the dome",
-            self.path,
-            self.columns,
-            self.rows,
-            self.projector,
-            self.dome,
-            100.0 * self.share
-        )
+        let (path, columns, rows) = (&self.path, self.columns, self.rows);
+        let (projector, dome, percent) = (&self.projector, &self.dome, 100.0 * self.share);
+        write!(f, "{path}: {columns} × {rows} nodes of projector ")?;
+        write!(f, "{projector} on dome {dome}, {percent:.1} % on the dome")
     }
 }

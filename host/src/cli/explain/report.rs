@@ -116,16 +116,29 @@ impl Cause {
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct NotSimulated {
     /// Name of the effect.
-    pub(super) effect: &'static str,
+    effect: &'static str,
     /// Why nothing asks for it.
-    pub(super) reason: &'static str,
+    reason: &'static str,
+}
+
+/// The effects that a scene does not ask for.
+pub(super) fn not_simulated(asked: EffectSet, records: &Records<'_>) -> Vec<NotSimulated> {
+    let others = EffectSet::NAMED
+        .iter()
+        .filter(|(effect, _)| !asked.contains(*effect));
+    let others = others.map(|&(effect, name)| NotSimulated {
+        effect: name,
+        reason: reason(effect, records),
+    });
+    others.collect()
 }
 
 /// Why nothing in a scene asks for an effect.
-pub(super) fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
+fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
+    let mut instances = records.instances.iter();
     match effect {
         EffectSet::SHADOWS if records.lights.is_empty() => "there is no light to keep out",
-        EffectSet::SHADOWS if !records.instances.iter().any(occludes) => {
+        EffectSet::SHADOWS if !instances.any(|one| one.flags & flag::OCCLUDES != 0) => {
             "nothing keeps light from anything"
         }
         EffectSet::REFLECTION => "no material is a mirror",
@@ -144,10 +157,6 @@ pub(super) fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
     }
 }
 
-fn occludes(instance: &shisen_core::scene::format::Instance) -> bool {
-    instance.flags & flag::OCCLUDES != 0
-}
-
 /// The materials and lights that rays can meet, and their names.
 pub(super) struct Met<'r> {
     materials: Vec<(String, &'r Material)>,
@@ -164,9 +173,9 @@ impl<'r> Met<'r> {
                 *met = true;
             }
         });
-        let name = |number: usize| match names.get(number) {
-            Some(name) => name.clone(),
-            None => format!("material {number}"),
+        let name = |number: usize| {
+            let name = names.get(number).cloned();
+            name.unwrap_or_else(|| format!("material {number}"))
         };
         let materials = records.materials.iter().enumerate();
         let lights = records.lights.iter().zip(0..);
@@ -211,25 +220,16 @@ impl fmt::Display for Report {
         if let Some(mesh) = &self.mesh {
             write!(f, " of {mesh}")?;
         }
-        writeln!(
-            f,
-            " on {} for {}: {} pixels, {} on {}",
-            self.walls.join(", "),
-            counted(self.eyes as u64, "eye"),
-            self.pixels,
-            self.seconds,
-            counted(self.threads as u64, "thread"),
-        )?;
-        writeln!(
-            f,
-            "{:16}{:>10}{:>10}{:>12}  {:32}{:32}asked for by",
-            "effect", "pixels", "rays", "steps", "adds (quartiles)", "frame without it",
-        )?;
-        writeln!(
-            f,
-            "{:16}{:>10}{:>10}{:>12}",
-            "(from the eyes)", self.pixels, self.primary.rays, self.primary.steps,
-        )?;
+        let (walls, eyes) = (self.walls.join(", "), counted(self.eyes as u64, "eye"));
+        let threads = counted(self.threads as u64, "thread");
+        write!(f, " on {walls} for {eyes}: {} pixels, ", self.pixels)?;
+        writeln!(f, "{} on {threads}", self.seconds)?;
+        write!(f, "{:16}{:>10}{:>10}", "effect", "pixels", "rays")?;
+        write!(f, "{:>12}  {:32}", "steps", "adds (quartiles)")?;
+        writeln!(f, "{:32}asked for by", "frame without it")?;
+        let Primary { rays, steps } = self.primary;
+        write!(f, "{:16}{:>10}", "(from the eyes)", self.pixels)?;
+        writeln!(f, "{rays:>10}{steps:>12}")?;
         for one in &self.effects {
             let Cause { effect, .. } = &one.cause;
             let (pixels, rays, steps) = (one.pixels, one.rays, one.steps);

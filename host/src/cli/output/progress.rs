@@ -26,21 +26,20 @@ const UNEVEN: &str = "{bar:40} {percent:>3} %, {elapsed} elapsed";
 impl Progress {
     /// Makes a bar that shows nothing if `quiet`, or if standard error is no terminal.
     pub fn new(quiet: bool) -> Self {
-        Self::with(quiet, EVEN)
-    }
-
-    /// Makes a bar for work with unequal parts.
-    pub fn of_uneven_parts(quiet: bool) -> Self {
-        Self::with(quiet, UNEVEN)
-    }
-
-    fn with(quiet: bool, template: &'static str) -> Self {
         Self {
             bar: ProgressBar::hidden(),
             start: Instant::now(),
             wanted: !quiet && io::stderr().is_terminal(),
-            template,
+            template: EVEN,
             appears: Once::new(),
+        }
+    }
+
+    /// Makes a bar for work with unequal parts.
+    pub fn of_uneven_parts(quiet: bool) -> Self {
+        Self {
+            template: UNEVEN,
+            ..Self::new(quiet)
         }
     }
 

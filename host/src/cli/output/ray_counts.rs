@@ -17,12 +17,8 @@ pub struct RayCounts {
 }
 
 impl RayCounts {
-    pub const fn secondary(&self) -> u64 {
-        self.reflected + self.refracted
-    }
-
     pub const fn all(&self) -> u64 {
-        self.primary + self.secondary() + self.shadow
+        self.primary + self.reflected + self.refracted + self.shadow
     }
 }
 
@@ -39,11 +35,13 @@ impl From<Statistics> for RayCounts {
 
 impl fmt::Display for RayCounts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{} primary, {} reflected, ",
-            self.primary, self.reflected
-        )?;
-        write!(f, "{} refracted, {} shadow", self.refracted, self.shadow)
+        let Self {
+            primary,
+            reflected,
+            refracted,
+            shadow,
+        } = self;
+        write!(f, "{primary} primary, {reflected} reflected, ")?;
+        write!(f, "{refracted} refracted, {shadow} shadow")
     }
 }

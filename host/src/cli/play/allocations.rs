@@ -55,6 +55,7 @@ const COUNTED: u64 = 80;
 const ALONE: &str = "SHISEN_COUNTS_ALLOCATIONS";
 
 /// Counts how often frames take memory.
+#[derive(Default)]
 struct Auditor {
     frames: u64,
     before: u64,
@@ -95,11 +96,7 @@ fn taken(arguments: &[&str], capture: Option<CaptureOptions>, tracker: &Spec) ->
     let prepared = live.prepare(&line.time).unwrap();
     let tracker = live.listen(tracker).unwrap();
     let settings = prepared.settings(SessionSettings::default());
-    let mut auditor = Auditor {
-        frames: 0,
-        before: 0,
-        taken: 0,
-    };
+    let mut auditor = Auditor::default();
     let played = prepared.play(&tracker, &settings, &mut auditor, &mut Alone);
     let report = played.unwrap().report;
     assert_eq!(report.frames, WARM_UP + COUNTED);

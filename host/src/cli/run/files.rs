@@ -1,6 +1,6 @@
 //! The pictures of `--view png`, and the file of `--record`.
 
-use crate::cave::Eye;
+use crate::cave::{Eye, Screen};
 use crate::cli::prelude::*;
 use crate::live::{FrameRecord, Share, eyes_of};
 use crate::picture::Picture;
@@ -11,29 +11,15 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 
 pub(super) struct Files {
-    folder: PathBuf,
-    stereo: Stereo,
-    cave: Cave,
+    /// Existing folder of the pictures.
+    pub(super) folder: PathBuf,
+    pub(super) stereo: Stereo,
+    pub(super) cave: Cave,
     /// This machine's walls and eyes.
-    share: Share,
+    pub(super) share: Share,
 }
 
 impl Files {
-    pub(super) fn new(
-        folder: &Path,
-        stereo: Stereo,
-        cave: &Cave,
-        share: Share,
-    ) -> Result<Self, Failure> {
-        make_writable(folder)?;
-        Ok(Self {
-            folder: folder.to_owned(),
-            stereo,
-            cave: cave.clone(),
-            share,
-        })
-    }
-
     pub(super) fn write(
         &self,
         number: u64,
@@ -43,13 +29,10 @@ impl Files {
         if self.share != Share::ALL {
             return self.write_walls(number, pictures, eyes);
         }
-        let mut nets = Vec::new();
-        for eye in eyes {
-            // Mono shows the first eye only.
-            if nets.is_empty() || self.stereo != Stereo::Mono {
-                nets.push(self.net(eye.eye, pictures, eyes)?);
-            }
-        }
+        let count = if self.stereo == Stereo::Mono { 1 } else { 2 };
+        let nets = eyes.iter().take(count);
+        let nets = nets.map(|eye| self.net(eye.eye, pictures, eyes));
+        let nets = nets.collect::<Result<Vec<_>, _>>()?;
         let (Some(left), Some(right)) = (nets.first(), nets.last()) else {
             return Ok(());
         };
@@ -76,10 +59,7 @@ impl Files {
         pictures: &[Picture],
         eyes: &[Observer],
     ) -> Result<(), Failure> {
-        for ((screen, eye), picture) in eyes_of(&self.cave, eyes, self.share).zip(pictures) {
-            let Some(screen) = self.cave.screens().nth(screen) else {
-                continue;
-            };
+        for (screen, eye, picture) in self.seen(pictures, eyes) {
             let name = format!("frame-{number:06}-{}-{eye}.png", screen.name());
             let notes = metadata(format!("frame {number}, {}, {eye} eye", screen.name()));
             picture
@@ -89,12 +69,20 @@ impl Files {
         Ok(())
     }
 
+    fn seen<'a>(
+        &'a self,
+        pictures: &'a [Picture],
+        eyes: &'a [Observer],
+    ) -> impl Iterator<Item = (Screen<'a>, Eye, &'a Picture)> {
+        let seen = eyes_of(&self.cave, eyes, self.share).zip(pictures);
+        seen.filter_map(|((screen, eye), picture)| {
+            Some((self.cave.screens().nth(screen)?, eye, picture))
+        })
+    }
+
     fn net(&self, eye: Eye, pictures: &[Picture], eyes: &[Observer]) -> Result<Picture, Failure> {
-        let pictures = eyes_of(&self.cave, eyes, self.share).zip(pictures);
-        let seen: Vec<_> = pictures
-            .filter(|((_, one), _)| *one == eye)
-            .filter_map(|((screen, _), picture)| Some((self.cave.screens().nth(screen)?, picture)))
-            .collect();
+        let seen = self.seen(pictures, eyes).filter(|(_, one, _)| *one == eye);
+        let seen: Vec<_> = seen.map(|(screen, _, picture)| (screen, picture)).collect();
         net::unfold(&seen).or_fail()
     }
 }

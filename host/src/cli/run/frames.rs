@@ -14,30 +14,10 @@ use crate::render::Observer;
 use crate::show::dashboard::About;
 use glam::Vec3;
 
-pub(super) enum Output {
+enum Output {
     None,
     Files(Files),
     Window(Box<Watch>),
-}
-
-impl Output {
-    pub(super) fn open(
-        arguments: &Arguments,
-        prepared: &Prepared,
-        share: Share,
-    ) -> Result<Self, Failure> {
-        let Arguments {
-            out, stereo, view, ..
-        } = arguments;
-        Ok(match view {
-            View::None => Self::None,
-            View::Png => Self::Files(Files::new(out, *stereo, &prepared.cave, share)?),
-            View::Window => {
-                let watch = Watch::open(&prepared.cave, *stereo, out)?;
-                Self::Window(Box::new(watch))
-            }
-        })
-    }
 }
 
 /// Sends frames to their output, until there are enough.
@@ -59,13 +39,29 @@ pub(super) struct Frames<'s> {
 }
 
 impl<'s> Frames<'s> {
-    pub(super) fn new(
+    /// Opens the output, a folder or a window.
+    pub(super) fn open(
         arguments: &'s Arguments,
         interrupt: &'s Interrupt,
         log: Option<Log>,
-        output: Output,
-    ) -> Self {
-        Self {
+        prepared: &Prepared,
+        share: Share,
+    ) -> Result<Self, Failure> {
+        let (out, stereo, cave) = (&arguments.out, arguments.stereo, &prepared.cave);
+        let output = match arguments.view {
+            View::None => Output::None,
+            View::Png => {
+                make_writable(out)?;
+                Output::Files(Files {
+                    folder: out.clone(),
+                    stereo,
+                    cave: cave.clone(),
+                    share,
+                })
+            }
+            View::Window => Output::Window(Box::new(Watch::open(cave, stereo, out)?)),
+        };
+        Ok(Self {
             arguments,
             interrupt,
             end: None,
@@ -77,7 +73,7 @@ impl<'s> Frames<'s> {
             change: None,
             failure: None,
             shortfall: Shortfall::default(),
-        }
+        })
     }
 
     pub(super) fn begin(&mut self, prepared: &Prepared) {
@@ -117,12 +113,11 @@ impl<'s> Frames<'s> {
                 files.write(self.shown, &self.pictures, eyes)?;
             }
             Output::Window(watch) => {
-                let wanted = watch.is_wanted();
                 // Frames that nobody looks at are copied only for the next frame.
                 if filled && watch.is_open() {
                     newest.pictures(&mut self.pictures, true)?;
                 }
-                if let (true, Some(frame)) = (wanted, watch.frame()) {
+                if let Some(frame) = watch.wanted() {
                     if filled {
                         frame.pictures.clone_from(&self.pictures);
                     } else {
@@ -143,7 +138,7 @@ impl<'s> Frames<'s> {
         let Output::Window(watch) = &mut self.output else {
             return true;
         };
-        while let Some(command) = watch.command() {
+        while let Ok(command) = watch.commands.try_recv() {
             match command {
                 Command::Change(change) => {
                     self.change = Some(change);

@@ -5,24 +5,10 @@ use super::watch::Watched;
 use crate::cli::arguments::filling::Fill;
 use crate::cli::play::{Interference, Played, Prepared};
 use crate::cli::prelude::*;
-use crate::live::{
-    Allowance, FrameBudget, FrameRecord, Leg, Quality, SessionReport, SessionSettings, Share,
-    Summary,
-};
+use crate::live::{Allowance, FrameBudget, Leg, Quality, SessionReport, Share, Summary};
 use crate::render::frame_hash;
 use hdrhistogram::Histogram;
 use std::collections::BTreeMap;
-
-/// The JSON that the command writes.
-#[derive(JsonSchema)]
-#[serde(untagged)]
-#[allow(dead_code, reason = "only its schema is used")]
-pub(in crate::cli) enum Json {
-    /// The report on standard output.
-    Report(Box<Report>),
-    /// A line of the file of --record.
-    Record(Box<FrameRecord>),
-}
 
 /// The session. Where a key changed the scene or the level of detail, the frames since then.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -163,10 +149,8 @@ impl Together {
 impl fmt::Display for Together {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (ranks, hash) = (self.ranks, &self.frame_hash);
-        write!(
-            f,
-            "{ranks} processes; the last frame of all of them is {hash}"
-        )?;
+        write!(f, "{ranks} processes; the last frame ")?;
+        write!(f, "of all of them is {hash}")?;
         match &self.frame_hash_alone {
             Some(alone) if alone == hash => f.write_str(", the same as one alone")?,
             Some(alone) => write!(f, ", and that of one alone is {alone}")?,
@@ -189,12 +173,14 @@ impl Report {
         surroundings: Surroundings,
         arguments: &Arguments,
         prepared: &Prepared,
-        settings: &SessionSettings,
         session: SessionReport,
     ) -> Self {
         let part = |count: u64| count as f64 / (session.frames.max(1)) as f64;
         let depth = arguments.live.tracing.depth;
-        let eyes = arguments.stereo.eye_order();
+        let eyes = arguments.stereo.eye_order().iter();
+        let legs = || Leg::ALL.into_iter().map(|leg| (leg.name(), leg));
+        let latencies = &session.latencies;
+        let classes = |leg| latencies.few_classes(leg).collect();
         let foveated = arguments.live.lod.is_foveated();
         let captures = surroundings.fill == Fill::Capture;
         Self {
@@ -204,22 +190,22 @@ impl Report {
             tracker: arguments.tracker.to_string(),
             size: arguments.live.room.size,
             lod: prepared.arguments.lod.name(),
-            hz: settings.hz,
-            budget: settings.budget.to_string(),
+            hz: prepared.hz,
+            budget: prepared.budget.to_string(),
             budget_ms: match session.allowance {
                 Allowance::Time(time) => Some(1.0e3 * time.as_secs_f64()),
                 Allowance::Unlimited | Allowance::Steps(_) => None,
             },
             // The allowance is this machine's; the budget is that of all machines.
-            budget_steps: match settings.budget {
+            budget_steps: match prepared.budget {
                 FrameBudget::Steps(steps) => Some(steps),
                 _ => None,
             },
             plain_ms: session.plain_seconds.map(|seconds| 1.0e3 * seconds),
-            latch: arguments.latch.0.name(),
+            latch: arguments.latch.name(),
             stereo: Eyes {
                 format: arguments.stereo.name(),
-                eye_order: eyes.iter().map(|eye| eye.name()).collect(),
+                eye_order: eyes.map(|eye| eye.name()).collect(),
             },
             repeated_refreshes: session.refreshes - session.frames,
             lowered_share: part(session.lowered_frames),
@@ -236,21 +222,15 @@ impl Report {
                     Rung { quality, frames }
                 })
                 .collect(),
-            motion_to_wall_ms: session.latencies.summary(Leg::MotionToWall),
-            stages: Leg::ALL
-                .into_iter()
-                .map(|leg| (leg.name(), session.latencies.summary(leg)))
+            motion_to_wall_ms: latencies.summary(Leg::MotionToWall),
+            stages: legs()
+                .map(|(name, leg)| (name, latencies.summary(leg)))
                 .collect(),
-            histograms: Leg::ALL
-                .into_iter()
-                .map(|leg| (leg.name(), session.latencies.few_classes(leg).collect()))
-                .collect(),
+            histograms: legs().map(|(name, leg)| (name, classes(leg))).collect(),
             session,
         }
     }
-}
 
-impl Report {
     fn fmt_budget(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "budget {}", self.budget)?;
         if let Some(plain) = self.plain_ms {
@@ -263,11 +243,8 @@ impl Report {
         if let Some(time) = self.budget_ms {
             write!(f, ", {time:.2} ms in the last frame")?;
         }
-        writeln!(
-            f,
-            "; the median frame took {} steps",
-            self.session.median_steps
-        )
+        let steps = self.session.median_steps;
+        writeln!(f, "; the median frame took {steps} steps")
     }
 
     fn fmt_rungs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -275,11 +252,9 @@ impl Report {
             let Rung { frames, quality } = rung;
             let (depth, faces) = (quality.depth, quality.faces);
             let (field, centre) = (100.0 * quality.field, 100.0 * quality.centre);
-            write!(
-                f,
-                "  {frames:6} frames: {depth} bounces, faces of level {faces}, "
-            )?;
-            write!(f, "{field:.0}% of the field, {centre:.0}% of its centre")?;
+            write!(f, "  {frames:6} frames: {depth} bounces, ")?;
+            write!(f, "faces of level {faces}, {field:.0}% of the field, ")?;
+            write!(f, "{centre:.0}% of its centre")?;
             if quality.sampling > 1.0 {
                 write!(f, ", {} times as coarse", quality.sampling)?;
             }
@@ -304,10 +279,8 @@ impl Report {
         }
         let frames = session.frames_without_gaze;
         if frames > 0 {
-            write!(
-                f,
-                "; {frames} frames had no tracker sample, so they have no latency"
-            )?;
+            write!(f, "; {frames} frames had no tracker sample, ")?;
+            f.write_str("so they have no latency")?;
         }
         writeln!(f)
     }
@@ -315,17 +288,12 @@ impl Report {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "scene {}, {} × {} pixels a wall, {}, tracker {}, {} Hz, level of detail {}",
-            self.scene,
-            self.size,
-            self.size,
-            counted(self.surroundings.threads as u64, "thread"),
-            self.tracker,
-            self.hz,
-            self.lod
-        )?;
+        let threads = counted(self.surroundings.threads as u64, "thread");
+        let (scene, size, tracker) = (&self.scene, self.size, &self.tracker);
+        write!(f, "scene {scene}, {size} × {size} pixels a wall, ")?;
+        let (hz, lod) = (self.hz, self.lod);
+        write!(f, "{threads}, tracker {tracker}, {hz} Hz, ")?;
+        writeln!(f, "level of detail {lod}")?;
         self.fmt_budget(f)?;
         let one = &self.session;
         let frames = counted(one.frames, "frame");

@@ -26,10 +26,8 @@ impl Shortfall {
     /// Takes a frame's record; returns a warning if one is due.
     pub(super) fn hear(&mut self, record: &FrameRecord) -> Option<String> {
         let is_nothing = record.tiles > 0 && record.unfinished_tiles == record.tiles;
-        if let Some(steps) = record
-            .budget_steps
-            .filter(|_| is_nothing && !self.warned_of_steps)
-        {
+        let is_new = is_nothing && !self.warned_of_steps;
+        if let Some(steps) = record.budget_steps.filter(|_| is_new) {
             self.warned_of_steps = true;
             return Some(format!(
                 "the budget is too small: no tile of frame {} is finished in {}; give a larger \

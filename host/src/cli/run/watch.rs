@@ -80,7 +80,7 @@ pub(super) struct Watch {
     /// The window's requests, each with the buffer of an older frame if there is one.
     wanted: Receiver<Option<Box<Frame>>>,
     frames: SyncSender<Box<Frame>>,
-    commands: Receiver<Command>,
+    pub(super) commands: Receiver<Command>,
     thread: Option<JoinHandle<Ending>>,
     ending: Option<Ending>,
     /// The frame that is being copied.
@@ -125,26 +125,15 @@ impl Watch {
         self.about = Arc::new(about);
     }
 
-    /// Whether the window has time for a frame.
-    pub(super) fn is_wanted(&mut self) -> bool {
-        if self.next.is_some() {
-            return true;
-        }
-        match self.wanted.try_recv() {
-            Ok(buffer) => {
-                self.next = Some(buffer.unwrap_or_else(|| Box::new(self.empty())));
-                true
-            }
-            Err(TryRecvError::Empty) => false,
-            Err(TryRecvError::Disconnected) => {
-                self.end();
-                false
+    /// The frame to be filled in, if the window has time for one.
+    pub(super) fn wanted(&mut self) -> Option<&mut Frame> {
+        if self.next.is_none() {
+            match self.wanted.try_recv() {
+                Ok(buffer) => self.next = Some(buffer.unwrap_or_default()),
+                Err(TryRecvError::Empty) => {}
+                Err(TryRecvError::Disconnected) => self.end(),
             }
         }
-    }
-
-    /// The requested frame, to be filled in.
-    pub(super) fn frame(&mut self) -> Option<&mut Frame> {
         self.next.as_deref_mut()
     }
 
@@ -174,11 +163,6 @@ impl Watch {
     /// The direction at which the mouse points, if it is the gaze.
     pub(super) fn gaze(&self) -> Option<Vec3> {
         *lock(&self.shared.gaze)
-    }
-
-    /// The next command of a key.
-    pub(super) fn command(&mut self) -> Option<Command> {
-        self.commands.try_recv().ok()
     }
 
     pub(super) fn is_open(&self) -> bool {
@@ -217,18 +201,6 @@ impl Watch {
             // A thread that panicked has said so.
             self.ending = Some(thread.join().unwrap_or(Ending::Gone));
             *lock(&self.shared.gaze) = None;
-        }
-    }
-
-    fn empty(&self) -> Frame {
-        Frame {
-            about: Arc::clone(&self.about),
-            pictures: Vec::new(),
-            eyes: Vec::new(),
-            head: shisen_core::gaze::HeadPose::IDENTITY,
-            tiles: Vec::new(),
-            record: FrameRecord::default(),
-            latencies: Vec::with_capacity(REMEMBERED),
         }
     }
 }

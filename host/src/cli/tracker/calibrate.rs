@@ -86,17 +86,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             return Err(Fault::new(message, help).into());
         }
         None => {
-            let screen = file.screen.ok_or_else(|| {
-                Fault::new(
-                    "nothing says where this terminal is in the room",
-                    "give --setup TOML with a [screen] (corner = [x, y, z] and size = [w, h], \
-                     metres) that this terminal fills, or --targets CSV",
-                )
-            })?;
-            let shown = Shown::new(&screen, feed.now()).ok_or_else(|| {
-                let message = "targets cannot be shown: standard error is no terminal";
-                Fault::new(message, "give --targets CSV")
-            })?;
+            let message = "nothing says where this terminal is in the room";
+            let help = "give --setup TOML with a [screen] (corner = [x, y, z] and size = [w, h], \
+                        metres) that this terminal fills, or --targets CSV";
+            let screen = file.screen.ok_or_else(|| Fault::new(message, help))?;
+            let message = "targets cannot be shown: standard error is no terminal";
+            let shown = Shown::new(&screen, feed.now());
+            let shown = shown.ok_or_else(|| Fault::new(message, "give --targets CSV"))?;
             (shown.targets(), Some(shown))
         }
     };
@@ -278,10 +274,8 @@ impl fmt::Display for Report {
         }
         for (eye, fit) in self.eyes.named() {
             let (rms, most, worst) = (fit.rms_deg, fit.largest_deg, fit.worst + 1);
-            writeln!(
-                f,
-                "{eye}: {rms:.3}° rms, at most {most:.3}°, for target {worst}"
-            )?;
+            write!(f, "{eye}: {rms:.3}° rms, at most {most:.3}°, ")?;
+            writeln!(f, "for target {worst}")?;
         }
         write!(f, "{}: {} model", self.file, self.model)
     }

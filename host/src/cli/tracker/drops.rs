@@ -3,7 +3,6 @@
 use crate::tracker::Trouble;
 use shisen_tracker::decoder::{Counts, DropReason};
 use std::collections::BTreeMap;
-use std::fmt;
 
 /// Drops of bytes by reason, without reasons that did not occur.
 pub(super) fn by_reason(counts: &Counts) -> BTreeMap<&'static str, u32> {
@@ -13,23 +12,20 @@ pub(super) fn by_reason(counts: &Counts) -> BTreeMap<&'static str, u32> {
 }
 
 /// Words such as ` (3 truncated, 1 out of step)`; nothing without drops.
-pub(super) struct ByReason<'a>(pub(super) &'a BTreeMap<&'static str, u32>);
-
-impl fmt::Display for ByReason<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, (reason, count)) in self.0.iter().enumerate() {
-            let before = if i == 0 { " (" } else { ", " };
-            write!(f, "{before}{count} {reason}")?;
-        }
-        f.write_str(if self.0.is_empty() { "" } else { ")" })
+pub(super) fn in_words(reasons: &BTreeMap<&'static str, u32>) -> String {
+    let all = reasons
+        .iter()
+        .map(|(reason, count)| format!("{count} {reason}"));
+    match all.collect::<Vec<_>>().join(", ") {
+        words if words.is_empty() => words,
+        words => format!(" ({words})"),
     }
 }
 
 /// Words what is wrong, and why bytes were dropped so far.
 pub(super) fn with_drops(trouble: &Trouble, counts: &Counts) -> String {
-    let reasons = by_reason(counts);
-    if reasons.is_empty() {
-        return trouble.to_string();
+    match in_words(&by_reason(counts)) {
+        words if words.is_empty() => trouble.to_string(),
+        words => format!("{trouble}; dropped so far:{words}"),
     }
-    format!("{trouble}; dropped so far:{}", ByReason(&reasons))
 }

@@ -39,17 +39,26 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let config = estimation(spec, feed.senses(spec), head, Some(&calibrated));
         GazeEstimator::new(config).or_fail()
     });
-    let records = Records::new(sight.transpose()?);
-    show(&mut feed, records, &arguments.end, arguments.json)
+    show(
+        &mut feed,
+        sight.transpose()?,
+        &arguments.end,
+        arguments.json,
+    )
 }
 
 pub(super) fn show(
     feed: &mut Feed,
-    mut records: Records,
+    sight: Option<GazeEstimator>,
     end: &EndArguments,
     json: bool,
 ) -> Result<(), Failure> {
-    let mut screen = Screen::new(json);
+    let mut records = Records::new(sight);
+    let mut screen = Screen {
+        json,
+        live: !json && io::stdout().is_terminal(),
+        shown: None,
+    };
     let shown = follow(feed, end, &mut |feed, heard| {
         let counts = feed.counts();
         records.held_back = feed.held_back();
@@ -71,7 +80,10 @@ pub(super) fn show(
         }
         Ok(true)
     });
-    screen.end();
+    if screen.live && screen.shown.is_some() {
+        // The error that ended the command matters more.
+        let _ = output::write(|stdout| writeln!(stdout));
+    }
     shown
 }
 
@@ -87,12 +99,6 @@ struct Screen {
 const LIVE_STEP: Micros = Micros(50_000);
 
 impl Screen {
-    fn new(json: bool) -> Self {
-        let live = !json && io::stdout().is_terminal();
-        let shown = None;
-        Self { json, live, shown }
-    }
-
     /// Prints a record; returns whether somebody still reads.
     fn print(&mut self, record: &Record, now: Micros) -> Result<bool, Failure> {
         if self.live && self.shown.is_some_and(|last| now.since(last) < LIVE_STEP) {
@@ -104,12 +110,5 @@ impl Screen {
         } else {
             output::print_one(record, self.json)?
         })
-    }
-
-    fn end(&self) {
-        if self.live && self.shown.is_some() {
-            // The error that ended the command matters more.
-            let _ = output::write(|stdout| writeln!(stdout));
-        }
     }
 }

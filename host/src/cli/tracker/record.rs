@@ -1,7 +1,7 @@
 //! `shisen tracker record`: what a tracker sends, into a file.
 
 use super::TrackerName;
-use super::drops::{ByReason, by_reason};
+use super::drops::{by_reason, in_words};
 use super::follow::{EndArguments, follow};
 use crate::cli::prelude::*;
 use crate::tracker::{Feed, Recorder};
@@ -80,7 +80,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (file, samples, messages) = (&self.file, self.samples, self.messages);
-        let (lost, dropped, reasons) = (self.lost, self.dropped, ByReason(&self.dropped_by));
+        let (lost, dropped, reasons) = (self.lost, self.dropped, in_words(&self.dropped_by));
         write!(f, "{file}: {samples} samples, {messages} messages; ")?;
         write!(f, "lost {lost}, dropped {dropped}{reasons}")
     }

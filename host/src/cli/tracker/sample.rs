@@ -1,7 +1,7 @@
 //! What a tracker sends, for reports.
 
 use super::announcer::Announcer;
-use super::drops::{ByReason, by_reason};
+use super::drops::{by_reason, in_words};
 use super::features::FeatureReport;
 use crate::cli::prelude::*;
 use crate::live::TrackerEvent;
@@ -229,6 +229,7 @@ fn point(point: Reading<GazePoint>) -> Point {
 }
 
 /// Makes the record of each sample.
+#[derive(Default)]
 pub(super) struct Records {
     clock: Option<ClockEstimator>,
     sight: Option<GazeEstimator>,
@@ -251,13 +252,7 @@ impl Records {
         Self {
             clock: ClockEstimator::new(ClockConfig::default()).ok(),
             sight,
-            announcer: Announcer::default(),
-            count: 0,
-            held_back: 0,
-            recent: VecDeque::new(),
-            shown: None,
-            described: None,
-            said: Vec::new(),
+            ..Self::default()
         }
     }
 
@@ -413,14 +408,9 @@ impl fmt::Display for Record {
             let ([x, y, z], state) = (sight.direction, sight.state);
             write!(f, "  looks {x:.3} {y:.3} {z:.3} ({state})")?;
         }
-        write!(
-            f,
-            "  {:.0} Hz  lost {}  dropped {}{}",
-            self.rate_hz,
-            self.lost,
-            self.dropped,
-            ByReason(&self.dropped_by)
-        )?;
+        let (rate, lost, dropped) = (self.rate_hz, self.lost, self.dropped);
+        write!(f, "  {rate:.0} Hz  lost {lost}  ")?;
+        write!(f, "dropped {dropped}{}", in_words(&self.dropped_by))?;
         match (self.late_us, self.clock) {
             (Some(late), _) => write!(f, "  late {:.1} ms", late as f64 * 1.0e-3),
             (None, STANDS_STILL) => write!(f, "  latency: the device's clock stands still"),

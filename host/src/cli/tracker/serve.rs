@@ -2,7 +2,6 @@
 
 use super::follow::EndArguments;
 use super::monitor::show;
-use super::sample::Records;
 use super::{Interrupt, Recorded, goes_over_a_line, protocol};
 use crate::cli::prelude::*;
 use crate::tracker::pty::Pty;
@@ -77,8 +76,7 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
     };
     let Some(path) = &arguments.pty else {
         let mut feed = Feed::open(&TrackerKind::Mock(spec).into())?;
-        let (records, json) = (Records::new(None), arguments.json);
-        return show(&mut feed, records, &arguments.end, json);
+        return show(&mut feed, None, &arguments.end, arguments.json);
     };
     let protocol = on_a_line(spec.protocol.take())?;
     let tracker = simulated(&spec)?;
@@ -89,8 +87,7 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
 pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let Some(path) = &arguments.to else {
         let mut feed = Feed::open(&TrackerKind::Replay(arguments.file.clone()).into())?;
-        let (records, json) = (Records::new(None), arguments.json);
-        return show(&mut feed, records, &arguments.end, json);
+        return show(&mut feed, None, &arguments.end, arguments.json);
     };
     let protocol = on_a_line(arguments.protocol.clone())?;
     let recording = Recording::read(&arguments.file)?;
@@ -105,11 +102,11 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let recorded = samples.len() as u64;
     let samples = Recorded::new(samples);
     let played = line(path, samples, &protocol, &arguments.end, Some(over))?;
-    if played.whole && played.sent < recorded {
+    if let Some(sent) = played.filter(|&sent| sent < recorded) {
         warn(&format!(
             "{} of {recorded} samples were not sent: the reader asked for fewer, or did not read \
              them in time, or they lack what {protocol} sends",
-            recorded - played.sent
+            recorded - sent
         ));
     }
     Ok(())
@@ -142,13 +139,10 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
     };
     if with == 0 {
         let (file, name) = (file.display(), protocol.name());
-        let help =
-            "choose another --as; link sends all that a recording has: shisen tracker replay";
-        return Err(Fault::new(
-            format!("{file} holds no {what}, which is what a {name} sends"),
-            format!("{help} {file} --to PTY"),
-        )
-        .into());
+        let message = format!("{file} holds no {what}, which is what a {name} sends");
+        let help = "choose another --as; link sends all that a recording has";
+        let help = format!("{help}: shisen tracker replay {file} --to PTY");
+        return Err(Fault::new(message, help).into());
     }
     let without = samples.len() - with;
     if without > 0 && !protocol.has_eyes() {
@@ -165,45 +159,22 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
     Ok(())
 }
 
-/// Says what a recording waits for.
-fn say_stage(stage: LineState, path: &Path, protocol: &ProtocolSpec) {
-    let path = path.display();
-    say(&match stage {
-        LineState::NoReader => format!("waiting until somebody opens {path}"),
-        LineState::SettingUp if protocol.is_told() => format!(
-            "{path} was opened; waiting until the device is told what to send, or nothing is \
-             said for {} s",
-            SILENT.as_secs()
-        ),
-        LineState::SettingUp => format!("{path} was opened"),
-        LineState::Sending => "the recording begins".to_owned(),
-    });
-}
-
 fn on_a_line(protocol: Option<ProtocolSpec>) -> Result<ProtocolSpec, Failure> {
-    match protocol {
-        Some(protocol) => Ok(protocol),
-        None => Ok(Protocol::NAMES[0].parse::<ProtocolSpec>()?),
-    }
+    Ok(protocol.map_or_else(|| Protocol::NAMES[0].parse(), Ok)?)
 }
 
 /// How long a line stays after its last record, for its reader.
 const LINGER: Micros = Micros::from_millis(500);
 
-struct Played {
-    sent: u64,
-    /// Whether it went on to the end.
-    whole: bool,
-}
-
-/// Plays samples on a line: at once, or, with the time of the last, once somebody reads.
+/// Plays samples on a line: at once, or, with the time of the last, once somebody reads. Returns the
+/// number of samples sent, if all were played.
 fn line(
     path: &Path,
     source: impl Source<Item = Sample>,
     protocol: &ProtocolSpec,
     end: &EndArguments,
     over: Option<Micros>,
-) -> Result<Played, Failure> {
+) -> Result<Option<u64>, Failure> {
     goes_over_a_line(protocol)?;
     let interrupt = Interrupt::watched();
     let shown = path.display();
@@ -218,7 +189,18 @@ fn line(
     let name = pty.name().display();
     say(&format!("{shown} speaks {protocol}, at {name}"));
     let last = end.span();
-    let mut reached = |stage| say_stage(stage, path, protocol);
+    let mut reached = |stage| {
+        say(&match stage {
+            LineState::NoReader => format!("waiting until somebody opens {shown}"),
+            LineState::SettingUp if protocol.is_told() => format!(
+                "{shown} was opened; waiting until the device is told what to send, or nothing is \
+                 said for {} s",
+                SILENT.as_secs()
+            ),
+            LineState::SettingUp => format!("{shown} was opened"),
+            LineState::Sending => "the recording begins".to_owned(),
+        });
+    };
     let reached = over.map(|_| &mut reached as &mut dyn FnMut(LineState));
     let over = over.map(|over| over.after(LINGER));
     let (mut sent, mut whole) = (0, false);
@@ -234,5 +216,5 @@ fn line(
         let message = format!("the line at {shown} broke: {reason}");
         Fault::new(message, "start it again")
     })?;
-    Ok(Played { sent, whole })
+    Ok(whole.then_some(sent))
 }

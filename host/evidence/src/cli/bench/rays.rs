@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use shisen::bake::{Baked, Layout, lone_mesh};
 use shisen::cli::arguments::source::load_mesh;
-use shisen::cli::arguments::{LayoutChoice, SimdChoice, threads, whole};
+use shisen::cli::arguments::{SimdChoice, threads, whole};
 use shisen::cli::output::failure::{Failure, Fault};
 use shisen::files::write_atomically;
 use shisen::live::quantiles::median;
@@ -59,7 +59,7 @@ pub(in crate::cli) struct Arguments {
     simd: SimdChoice,
     /// Layout to trace
     #[arg(long, value_enum, default_value = "fast")]
-    layout: LayoutChoice,
+    layout: Layout,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -73,7 +73,7 @@ const MISS: RayHit = (u32::MAX, f32::INFINITY);
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let rays = read_rays(&arguments.rays)?;
     let mesh = load_mesh(&arguments.mesh)?;
-    let (report, text, hits) = match arguments.layout.0 {
+    let (report, text, hits) = match arguments.layout {
         Layout::Fast => measure::<8>(arguments, mesh, &rays)?,
         Layout::Compact => measure::<4>(arguments, mesh, &rays)?,
     };
@@ -157,10 +157,7 @@ where
     let end = |rate: Option<&f64>| rate.copied().unwrap_or_default();
     let (min, max) = (end(rates.first()), end(rates.last()));
     let median = median(rates);
-    let (simd, layout) = (
-        arguments.layout.0.simd(simd).name(),
-        arguments.layout.0.name(),
-    );
+    let (simd, layout) = (arguments.layout.simd(simd).name(), arguments.layout.name());
     let hit = hits.iter().filter(|hit| **hit != MISS).count();
     let (rays, steps) = (rays.len(), steps as f64 / rays.len() as f64);
     let text = format!(

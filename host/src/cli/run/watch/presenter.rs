@@ -107,10 +107,8 @@ impl Presenter {
             }
             match self.ends.frames.recv_timeout(POLL) {
                 Ok(frame) => {
-                    if newest
-                        .as_ref()
-                        .is_none_or(|old| !Arc::ptr_eq(&old.about, &frame.about))
-                    {
+                    let is_same = |old: &Box<Frame>| Arc::ptr_eq(&old.about, &frame.about);
+                    if !newest.as_ref().is_some_and(is_same) {
                         self.status.message = None;
                     }
                     spare = newest.replace(frame);
@@ -182,12 +180,7 @@ impl Presenter {
             'l' => self.ask_for(Command::Change(Change::Detail), "another level of detail"),
             'q' | '\u{1b}' => self.ask_for(Command::End, "the end"),
             letter => {
-                let named = |scene: &PaperScene| {
-                    scene
-                        .name()
-                        .eq_ignore_ascii_case(letter.encode_utf8(&mut [0; 4]))
-                };
-                if let Some(scene) = PaperScene::ALL.into_iter().find(named) {
+                if let Ok(scene) = letter.to_string().parse::<PaperScene>() {
                     let what = format!("scene {}", scene.name());
                     self.ask_for(Command::Change(Change::Scene(scene)), &what);
                 }
@@ -208,12 +201,9 @@ impl Presenter {
         self.screenshots += 1;
         let name = format!("window-{:06}.png", self.screenshots);
         let path = self.folder.join(name);
-        let written = make_writable(&self.folder)
-            .map_err(Failure::from)
-            .and_then(|()| {
-                let notes = metadata("the window of shisen run".to_owned());
-                canvas.write_png(&path, &notes).or_fail()
-            });
+        let notes = metadata("the window of shisen run".to_owned());
+        let written = make_writable(&self.folder).map_err(Failure::from);
+        let written = written.and_then(|()| canvas.write_png(&path, &notes).or_fail());
         self.status.message = Some(match written {
             Ok(()) => path.display().to_string(),
             Err(failure) => {
