@@ -15,6 +15,8 @@ mod session;
 mod swap;
 mod tracking;
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 pub use budget::{BudgetError, FrameBudget, Table2};
 pub use engine::{Engine, Rendered, eyes_of, with_engine};
 pub use governor::{Allowance, Decision, FrameCost, Governor};
@@ -30,3 +32,7 @@ pub use swap::{
     Waits, Wire,
 };
 pub use tracking::{LatchedGaze, LiveTracker, TrackerEvent};
+
+pub(crate) fn lock<T>(one: &Mutex<T>) -> MutexGuard<'_, T> {
+    one.lock().unwrap_or_else(PoisonError::into_inner)
+}

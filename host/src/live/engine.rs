@@ -9,13 +9,14 @@ mod deal;
 mod fovea;
 mod threads;
 
+use super::lock;
 use super::quality::Quality;
 use super::swap::Share;
 use crate::cave::{Cave, Eye};
 use crate::picture::Picture;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
 use capture::LiveCapture;
-use deal::{Dealer, Group, LiveTile, lock};
+use deal::{Dealer, Group, LiveTile};
 use fovea::{SAME_PLACE, is_foveal, reaching_fovea, towards};
 use shisen_core::frame::{Fill, Spectrum, Statistics, Tile, TileJob, Workspace};
 use shisen_core::scene::Scene;
@@ -229,7 +230,7 @@ where
         if eyes.iter().any(|eye| eye.acuity.is_some()) {
             self.dealer.expect_squares();
         }
-        self.dealer.begin(steps.filter(|_| !whole_fovea));
+        self.dealer.hard_limit = steps.filter(|_| !whole_fovea);
         self.shared.first_ray.store(u64::MAX, Ordering::SeqCst);
         let (mut rounds, mut tracing) = (0, Duration::ZERO);
         let mut round = |engine: &mut Self| {

@@ -144,10 +144,8 @@ mod tests {
             better = quality;
             // Sampling is coarser only where it follows the gaze.
             let lowered = quality.lower(paper);
-            assert_eq!(
-                (lowered.acuity, lowered.lod),
-                (None, Some(quality.narrow(lod)))
-            );
+            let narrow = Some(quality.narrow(lod));
+            assert_eq!((lowered.acuity, lowered.lod), (None, narrow));
             let acuity = quality.lower(foveated).acuity.unwrap();
             for e in [0.0, 0.5 * FOVEA, FOVEA] {
                 let coarser = acuity.least_angle(e) > Acuity::GUENTER.least_angle(e);

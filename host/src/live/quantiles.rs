@@ -2,7 +2,7 @@
 
 /// The median.
 pub fn median(of: Vec<f64>) -> f64 {
-    quantile(&sorted(of), 0.5)
+    quantile_of(of, 0.5)
 }
 
 /// The median ratio of pairs measured in turns: the machine's speed affects both of a pair.
@@ -12,24 +12,15 @@ pub fn median_ratio(of: &[f64], to: &[f64]) -> f64 {
 
 /// The lower and the upper quartile.
 pub fn quartiles(of: Vec<f64>) -> [f64; 2] {
-    let of = sorted(of);
-    [0.25, 0.75].map(|part| quantile(&of, part))
+    [quantile_of(of.clone(), 0.25), quantile_of(of, 0.75)]
 }
 
-/// The quantile of a part, 0 to 1.
-pub fn quantile_of(of: Vec<f64>, part: f64) -> f64 {
-    quantile(&sorted(of), part)
-}
-
-fn sorted(mut of: Vec<f64>) -> Vec<f64> {
+/// The quantile of a part, 0 to 1, interpolated linearly (Hyndman and Fan's seventh definition,
+/// 1996); 0 for no numbers.
+pub fn quantile_of(mut of: Vec<f64>, part: f64) -> f64 {
     of.sort_by(f64::total_cmp);
-    of
-}
-
-/// Interpolates linearly (Hyndman and Fan's seventh definition, 1996); 0 for no numbers.
-fn quantile(sorted: &[f64], part: f64) -> f64 {
-    let place = part * sorted.len().saturating_sub(1) as f64;
-    let at = |index: f64| sorted.get(index as usize).copied().unwrap_or_default();
+    let place = part * of.len().saturating_sub(1) as f64;
+    let at = |index: f64| of.get(index as usize).copied().unwrap_or_default();
     let (low, high) = (at(place.floor()), at(place.ceil()));
     low + (high - low) * place.fract()
 }

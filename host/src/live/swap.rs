@@ -135,12 +135,8 @@ impl Share {
     pub const ALL: Self = Self { rank: 0, ranks: 1 };
 
     /// The share of one of `ranks` machines; `None` unless `rank` is below that.
-    pub const fn new(rank: usize, ranks: usize) -> Option<Self> {
-        if rank < ranks {
-            Some(Self { rank, ranks })
-        } else {
-            None
-        }
+    pub fn new(rank: usize, ranks: usize) -> Option<Self> {
+        (rank < ranks).then_some(Self { rank, ranks })
     }
 
     /// The machine's number, from 0.

@@ -2,6 +2,7 @@
 
 mod rhythm;
 
+use super::lock;
 use crate::tracker::{Feed, FeedClock, Notice, Trouble};
 use rhythm::Rhythm;
 use shisen_tracker::clock::{self, ClockEstimator};
@@ -10,7 +11,7 @@ use shisen_tracker::estimate::{self, Estimate, GazeEstimator};
 use shisen_tracker::time::Micros;
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -28,7 +29,6 @@ const PATIENCE: Duration = Duration::from_secs(1);
 pub struct LiveTracker {
     feed: FeedClock,
     shared: Arc<Shared>,
-    over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -41,6 +41,7 @@ impl fmt::Debug for LiveTracker {
 struct Shared {
     following: Mutex<Following>,
     came: Condvar,
+    over: AtomicBool,
     home: Estimate,
 }
 
@@ -120,17 +121,16 @@ impl LiveTracker {
                 counts: Counts::new(),
             }),
             came: Condvar::new(),
+            over: AtomicBool::new(false),
             home,
         });
-        let over = Arc::new(AtomicBool::new(false));
-        let (heard, ended) = (Arc::clone(&shared), Arc::clone(&over));
+        let heard = Arc::clone(&shared);
         let thread = std::thread::Builder::new()
             .name("tracker".to_owned())
-            .spawn(move || listen(feed, &heard, &ended, report))?;
+            .spawn(move || listen(feed, &heard, report))?;
         Ok(Self {
             feed: feed_clock,
             shared,
-            over,
             thread: Some(thread),
         })
     }
@@ -153,7 +153,7 @@ impl LiveTracker {
     /// Waits for the last sample that is expected before a time; false where it does not come.
     pub fn wait(&self, until: Instant) -> bool {
         let shared = &self.shared;
-        let mut following = shared.lock();
+        let mut following = lock(&shared.following);
         let last = self.at(until);
         while !following.rhythm.is_last_before(last) {
             let left = until.saturating_duration_since(Instant::now());
@@ -168,11 +168,10 @@ impl LiveTracker {
 
     /// Estimates the gaze at the time `display` from the samples until now.
     pub fn latch(&self, display: Micros) -> LatchedGaze {
-        let mut following = self.shared.lock();
+        let mut following = lock(&self.shared.following);
         let latch = self.now();
-        let estimate = following
-            .estimator
-            .estimate(display.max(latch), &mut |_| {});
+        let shown = display.max(latch);
+        let estimate = following.estimator.estimate(shown, &mut |_| {});
         let held = following.estimator.config().fallback.widen_after;
         let is_recent = |(_, arrive)| latch.since(arrive) <= held;
         LatchedGaze {
@@ -189,13 +188,13 @@ impl LiveTracker {
 
     /// Counts of bytes, samples and faults so far.
     pub fn counts(&self) -> Counts {
-        self.shared.lock().counts
+        lock(&self.shared.following).counts
     }
 }
 
 impl Drop for LiveTracker {
     fn drop(&mut self) {
-        self.over.store(true, Ordering::SeqCst);
+        self.shared.over.store(true, Ordering::SeqCst);
         let Some(thread) = self.thread.take() else {
             return;
         };
@@ -211,38 +210,28 @@ impl Drop for LiveTracker {
     }
 }
 
-impl Shared {
-    fn lock(&self) -> MutexGuard<'_, Following> {
-        let following = self.following.lock();
-        following.unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-fn listen(
-    mut feed: Feed,
-    shared: &Shared,
-    over: &AtomicBool,
-    mut report: impl FnMut(TrackerEvent),
-) {
+fn listen(mut feed: Feed, shared: &Shared, mut report: impl FnMut(TrackerEvent)) {
     let is_live = feed.is_live();
     let mut sensors = [Thinning::NEW; 256];
     // Reported after the lock is released: reporting may take long.
     let mut events = Vec::with_capacity(EVENTS);
-    while !over.load(Ordering::SeqCst) {
+    while !shared.over.load(Ordering::SeqCst) {
         let now = feed.now();
         let mut troubles = Vec::new();
         feed.poll(now, &mut |notice| {
             let sample = match &notice {
                 Notice::Decoded(Event::Sample(sample)) => *sample,
                 Notice::Decoded(Event::Message(message)) => {
-                    shared.lock().estimator.on_message(message, &mut |_| {});
+                    lock(&shared.following)
+                        .estimator
+                        .on_message(message, &mut |_| {});
                     return report(TrackerEvent::Device(*message, now));
                 }
                 Notice::Decoded(_) => return,
                 Notice::Trouble(trouble) => return troubles.push(*trouble),
                 _ => return report(TrackerEvent::Feed(notice)),
             };
-            let mut following = shared.lock();
+            let mut following = lock(&shared.following);
             let arrival = sample.arrival;
             let stamp = following.clock.stamp(&sample, &mut |event| {
                 events.push(TrackerEvent::Clock(event, arrival));
@@ -275,7 +264,7 @@ fn listen(
         for trouble in troubles {
             report(TrackerEvent::Trouble(trouble, counts));
         }
-        shared.lock().counts = counts;
+        lock(&shared.following).counts = counts;
         if !is_live {
             std::thread::sleep(PAUSE);
         }

@@ -174,22 +174,12 @@ impl Chart {
     /// # Errors
     /// A range that no axis can have.
     pub fn svg(&self, size: (u32, u32)) -> io::Result<String> {
-        for Axis {
-            name,
-            range,
-            logarithmic,
-            ..
-        } in [&self.x, &self.y]
-        {
-            if !is_drawable(range, *logarithmic) {
-                let scale = if *logarithmic { "logarithmic " } else { "" };
-                return Err(io::Error::new(
-                    io::ErrorKind::InvalidInput,
-                    format!(
-                        "no {scale}axis goes from {} to {}: {name}",
-                        range.start, range.end
-                    ),
-                ));
+        for axis in [&self.x, &self.y] {
+            if !is_drawable(&axis.range, axis.logarithmic) {
+                let scale = if axis.logarithmic { "logarithmic " } else { "" };
+                let (Range { start, end }, name) = (&axis.range, axis.name);
+                let message = format!("no {scale}axis goes from {start} to {end}: {name}");
+                return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
             }
         }
         let mut picture = String::new();

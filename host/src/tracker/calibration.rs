@@ -385,7 +385,6 @@ pub(crate) fn device_name(spec: &Spec) -> Option<String> {
 }
 
 /// A calibration file and its fits.
-#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Calibrated {
     file: CalibrationFile,
     fits: Fits,

@@ -90,16 +90,11 @@ impl ProtocolSpec {
     }
 
     /// The first and the last sensor of its [`device`](Self::device).
-    pub(super) const fn simulated_sensors(&self) -> RangeInclusive<u8> {
+    pub(super) fn simulated_sensors(&self) -> RangeInclusive<u8> {
         match &self.protocol {
             Protocol::Flock(config) => {
                 let first = self.asked.first_bird - 1;
-                let more = if config.group {
-                    self.asked.birds - 1
-                } else {
-                    0
-                };
-                first..=first + more
+                first..=first + u8::from(config.group) * (self.asked.birds - 1)
             }
             _ => 0..=0,
         }

@@ -174,18 +174,16 @@ pub(super) fn set(
         Protocol::Asl(config) => {
             let layouts = [Layout::Numbered, Layout::Base];
             options.word(&mut config.layout, "layout", "numbered base", layouts)?;
-            options.word(
-                &mut config.zero_is_lost,
-                "zero",
-                "lost point",
-                [true, false],
-            )
+            options.word(&mut config.zero_is_lost, "zero", "lost point", ZEROS)
         }
         Protocol::AdHawk => options.number(&mut asked.rate, "rate", (1_u16, 1_000), "1 to 1000 Hz"),
         Protocol::EyeTracker(_, axes) => set_axes(axes, options),
         _ => Ok(()),
     }
 }
+
+/// Whether zeros mean a lost eye, by the words lost and point.
+const ZEROS: [bool; 2] = [true, false];
 
 const UNITS: [Units; 2] = [Units::Inches, Units::Centimetres];
 
@@ -327,12 +325,7 @@ fn set_iscan(config: &mut iscan::Config, options: &mut Options<'_>) -> Result<()
         let largest: u16 = value.parse().ok()?;
         (1..=1_740).contains(&largest).then_some(10 * largest)
     })?;
-    options.word(
-        &mut config.zero_is_lost,
-        "zero",
-        "lost point",
-        [true, false],
-    )?;
+    options.word(&mut config.zero_is_lost, "zero", "lost point", ZEROS)?;
     options.flag(&mut config.confirm, "confirm")
 }
 

@@ -9,14 +9,14 @@ mod presenter;
 
 use crate::cli::play::Change;
 use crate::cli::prelude::*;
-use crate::live::FrameRecord;
+use crate::live::{FrameRecord, lock};
 use crate::show::dashboard::{About, Frame, Latency};
 use crate::show::stereo::Stereo;
 use glam::Vec3;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
 /// Most latencies shown.
@@ -203,8 +203,4 @@ impl Watch {
             *lock(&self.shared.gaze) = None;
         }
     }
-}
-
-fn lock<T>(one: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    one.lock().unwrap_or_else(PoisonError::into_inner)
 }

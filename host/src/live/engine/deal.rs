@@ -1,9 +1,10 @@
 //! Deals a budget of steps to tiles, which stay from frame to frame.
 
+use crate::live::lock;
 use shisen_core::frame::{Pixel, Tile, TileJob};
 use std::ops::Range;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Steps that a group may take above its allotment until more is known.
 const LEAST_EXCESS: u64 = 2_048;
@@ -70,11 +71,6 @@ impl LiveTile {
     }
 }
 
-pub(super) fn lock<T>(one: &Mutex<T>) -> MutexGuard<'_, T> {
-    one.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-#[derive(Debug, Clone)]
 pub(super) struct Group {
     pub(super) tiles: Range<usize>,
     /// The steps that the tiles may take together.
@@ -113,23 +109,18 @@ pub(super) struct Dealer {
     /// The most steps that a group is expected to take above its allotment.
     excess: u64,
     /// The frame's budget where it is hard: no group takes more than is set aside for it.
-    hard_limit: Option<u64>,
+    pub(super) hard_limit: Option<u64>,
 }
 
 impl Dealer {
-    pub(super) const fn new(samples: u16) -> Self {
-        let times = samples as u64 / FEW_SAMPLES;
-        let excess = LEAST_EXCESS * if times > 1 { times } else { 1 };
+    pub(super) fn new(samples: u16) -> Self {
+        let excess = LEAST_EXCESS * (u64::from(samples) / FEW_SAMPLES).max(1);
         let hard_limit = None;
         Self { excess, hard_limit }
     }
 
     pub(super) fn expect_squares(&mut self) {
         self.excess = self.excess.max(LEAST_EXCESS * SQUARES_FACTOR);
-    }
-
-    pub(super) const fn begin(&mut self, hard_limit: Option<u64>) {
-        self.hard_limit = hard_limit;
     }
 
     fn aside(&self) -> u64 {

@@ -1,8 +1,9 @@
 //! The plan of a frame, and threads that stay, which work on it.
 
 use super::capture::LiveCapture;
-use super::deal::{Group, LiveTile, lock};
+use super::deal::{Group, LiveTile};
 use crate::cave::{Cave, Screen};
+use crate::live::lock;
 use crate::live::swap::Share;
 use crate::render::Observer;
 use glam::Vec3;

@@ -20,7 +20,6 @@ pub(super) struct Pacing {
     known: usize,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Schedule {
     pub(super) begin: Instant,
     pub(super) display: Instant,

@@ -226,11 +226,9 @@ impl<T: Wire> Cluster<T> {
                 return Ok(message);
             }
             if Instant::now() >= until {
-                return Err(SwapError(format!(
-                    "{} has said nothing for {} s: {RESTART}",
-                    self.names[rank],
-                    (self.wait * PATIENCE).as_secs_f64()
-                )));
+                let (name, wait) = (&self.names[rank], (self.wait * PATIENCE).as_secs_f64());
+                let message = format!("{name} has said nothing for {wait} s: {RESTART}");
+                return Err(SwapError(message));
             }
             pause();
         }
@@ -325,12 +323,9 @@ impl<T: Wire> SwapLock for Cluster<T> {
             if begun.elapsed() >= self.wait {
                 let missing = (0..ranks).filter(|rank| found[*rank].is_none());
                 let missing: Vec<&str> = missing.map(|rank| self.names[rank].as_str()).collect();
-                return Err(SwapError(format!(
-                    "frame {} is not there after {} s on {}: {RESTART}",
-                    own.frame,
-                    self.wait.as_secs_f64(),
-                    missing.join(", ")
-                )));
+                let (frame, wait, on) = (own.frame, self.wait.as_secs_f64(), missing.join(", "));
+                let late = format!("frame {frame} is not there after {wait} s on {on}: {RESTART}");
+                return Err(SwapError(late));
             }
             pause();
         }

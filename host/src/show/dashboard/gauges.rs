@@ -61,10 +61,8 @@ fn budget(canvas: &mut Canvas, rect: Rect, frame: &Frame, dropped: u64) {
     let colour = if best { TEXT } else { NOTICE };
     let end = canvas.write(rect.x, rect.y + 34, &quality, colour);
     if record.unfinished_tiles > 0 {
-        let text = format!(
-            "  {} of {} tiles unfinished",
-            record.unfinished_tiles, record.tiles
-        );
+        let (unfinished, tiles) = (record.unfinished_tiles, record.tiles);
+        let text = format!("  {unfinished} of {tiles} tiles unfinished");
         canvas.write(end, rect.y + 34, &text, LATE);
     }
     let text = format!("frame {}, {dropped} not shown here", record.frame);

@@ -36,27 +36,17 @@ fn frame(forward: Vec3) -> Frame {
         Picture::from_pixels(SIDE, SIDE, pixels).unwrap()
     });
     let pictures: Vec<_> = pictures.collect();
-    let tiles = (0..pictures.len()).flat_map(|picture| {
-        let (width, height) = (32, 32);
-        [(32, 0), (0, 0), (0, 32), (32, 32)].map(|(x, y)| {
-            (
-                picture,
-                Tile {
-                    x,
-                    y,
-                    width,
-                    height,
-                },
-            )
-        })
-    });
+    let tile = Tile {
+        x: 32,
+        y: 0,
+        width: 32,
+        height: 32,
+    };
+    let tiles = (0..pictures.len()).map(|picture| (picture, tile));
     Frame {
         about: Arc::new(About {
-            scene: "A".to_owned(),
-            lod: "paper".to_owned(),
-            fill: "background".to_owned(),
             hz: 50,
-            budget: "20ms".to_owned(),
+            ..About::default()
         }),
         tiles: tiles.collect(),
         pictures,

@@ -43,37 +43,32 @@ impl ViewerCamera {
         horizontal_field_of_view: f64,
         size: [u32; 2],
     ) -> Result<Self, CameraError> {
-        let error = |text| Err(CameraError(text));
-        if !eye.is_finite() {
-            return error(format!(
-                "the viewer's eye is at {eye}: give it finite coordinates, in metres"
-            ));
-        }
-        let Some(direction) = forward.try_normalize() else {
-            return error(format!(
-                "the view direction is {forward}: give it a finite length above 0"
-            ));
-        };
+        let direction = forward.normalize_or_zero();
         let right = direction.cross(up.normalize_or_zero());
-        if right.length() < 1e-9 {
-            return error(format!(
+        let (degrees, [columns, rows]) = (horizontal_field_of_view.to_degrees(), size);
+        let fault = if !eye.is_finite() {
+            format!("the viewer's eye is at {eye}: give it finite coordinates, in metres")
+        } else if direction == DVec3::ZERO {
+            format!("the view direction is {forward}: give it a finite length above 0")
+        } else if right.length() < 1e-9 {
+            format!(
                 "the up direction {up} is zero, not finite or parallel to the view direction \
                  {forward}: choose another"
-            ));
+            )
+        } else if !(degrees > 0.0 && horizontal_field_of_view < PI) {
+            format!(
+                "the horizontal field of view is {degrees} degrees: choose one above 0 and below \
+                 180"
+            )
+        } else if columns == 0 || rows == 0 {
+            format!("the viewer's picture is {columns} × {rows} pixels: choose at least 1 × 1")
+        } else {
+            String::new()
+        };
+        if !fault.is_empty() {
+            return Err(CameraError(fault));
         }
         let right = right.normalize();
-        if !(horizontal_field_of_view > 0.0 && horizontal_field_of_view < PI) {
-            return error(format!(
-                "the horizontal field of view is {} degrees: choose one above 0 and below 180",
-                horizontal_field_of_view.to_degrees()
-            ));
-        }
-        let [columns, rows] = size;
-        if columns == 0 || rows == 0 {
-            return error(format!(
-                "the viewer's picture is {columns} × {rows} pixels: choose at least 1 × 1"
-            ));
-        }
         let half_width = (0.5 * horizontal_field_of_view).tan();
         let half_height = half_width * f64::from(rows) / f64::from(columns);
         Ok(Self {

@@ -25,7 +25,6 @@ struct Look {
 }
 
 /// Collects samples while targets are looked at.
-#[derive(Debug, Clone)]
 pub(crate) struct Gatherer {
     config: EstimatorConfig,
     targets: Vec<TimedTarget>,

@@ -97,18 +97,13 @@ impl Cells {
 /// Reads the table of a file; a last line that was cut off is dropped and counted.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Fault> {
     let mut table = csv::Reader::from_reader(bytes);
-    let names = header();
+    let (path, names) = (path.display(), header());
     let found = table.headers();
     if !found.is_ok_and(|found| found.iter().eq(names.iter())) {
+        let columns = names.join(",");
         return Err(Fault::new(
-            format!(
-                "{}: line 1 is not the header of a recording",
-                path.display()
-            ),
-            format!(
-                "give a table that `shisen tracker record` wrote; it has these columns: {}",
-                names.join(",")
-            ),
+            format!("{path}: line 1 is not the header of a recording"),
+            format!("give a table that `shisen tracker record` wrote, with the columns {columns}"),
         ));
     }
     let mut events: Vec<(Event, Counts)> = Vec::new();
@@ -117,7 +112,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Fault> {
     for line in 2.. {
         let wrong = |what: String| {
             Fault::new(
-                format!("{}: line {line}: {what}", path.display()),
+                format!("{path}: line {line}: {what}"),
                 "each line has a cell for each column, empty where there is nothing; numbers are \
                  finite, directions and quaternions have length 1",
             )
@@ -140,11 +135,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Fault> {
             }
             Err(error) => return Err(wrong(error.to_string())),
         }
-        let mut cells = Reader {
-            cells: record.iter(),
-            names: names.iter(),
-        };
-        let sample = cells.sample().map_err(&wrong)?;
+        let sample = Reader(names.iter().zip(&record)).sample().map_err(&wrong)?;
         if sample.arrival < last {
             return Err(wrong("arrival_us is below that of the line before".into()));
         }
@@ -172,21 +163,16 @@ fn checked(sample: &Sample) -> Result<Sample, String> {
     found
 }
 
-struct Reader<C, N> {
-    cells: C,
-    names: N,
-}
+/// Names of columns with their cells.
+struct Reader<I>(I);
 
-impl<'a, C: Iterator<Item = &'a str>, N: Iterator<Item = &'a String>> Reader<C, N> {
+impl<'a, I: Iterator<Item = (&'a String, &'a str)>> Reader<I> {
     fn one<T: FromStr>(&mut self) -> Result<Option<T>, String> {
-        let name = self.names.next().map_or("", |name| name);
-        match self.cells.next() {
-            None | Some("") => Ok(None),
-            Some(text) => match text.parse() {
-                Ok(value) => Ok(Some(value)),
-                Err(_) => Err(format!("{name} is {text:?}")),
-            },
-        }
+        let Some((name, text)) = self.0.next().filter(|(_, text)| !text.is_empty()) else {
+            return Ok(None);
+        };
+        let value = text.parse().map(Some);
+        value.map_err(|_| format!("{name} is {text:?}"))
     }
 
     fn needed<T: FromStr>(&mut self, name: &str) -> Result<T, String> {
@@ -194,8 +180,8 @@ impl<'a, C: Iterator<Item = &'a str>, N: Iterator<Item = &'a String>> Reader<C, 
     }
 
     /// Reads a vector; all of its cells are empty or none.
-    fn all<const N2: usize>(&mut self) -> Result<Option<[f32; N2]>, String> {
-        let mut values = [None; N2];
+    fn all<const N: usize>(&mut self) -> Result<Option<[f32; N]>, String> {
+        let mut values = [None; N];
         for value in &mut values {
             *value = self.one()?;
         }
@@ -208,7 +194,7 @@ impl<'a, C: Iterator<Item = &'a str>, N: Iterator<Item = &'a String>> Reader<C, 
         Ok(Some(values.map(Option::unwrap_or_default)))
     }
 
-    fn reading<const N2: usize>(&mut self) -> Result<Option<([f32; N2], bool)>, String> {
+    fn reading<const N: usize>(&mut self) -> Result<Option<([f32; N], bool)>, String> {
         let values = self.all()?;
         let tracked = self.one::<u8>()?;
         Ok(values.map(|values| (values, tracked != Some(0))))
