@@ -17,10 +17,8 @@
 //!
 //! # Near field
 //! Surroundings near the mirror are displaced, because its rays start around the viewpoint and
-//! not in it (section 5.4). [`NearField`] measures by how much; [`effective_viewpoint`] finds
-//! where the eye should be. A smaller mirror displaces less, in proportion to its size. Traced in
-//! its own frame it also loses no digits ([`size_errors`]), so it may be very small. By the
-//! paper's mapping its own error remains at any distance; the exact mapping has none.
+//! not in it (section 5.4): less, the smaller the mirror is. [`NearField`] measures by how much;
+//! [`effective_viewpoint`] finds where the eye should be.
 
 mod design;
 mod mapping;
@@ -28,12 +26,12 @@ mod mirror;
 mod named;
 mod near_field;
 mod rounding;
-mod viewpoint;
 
 pub use design::{Design, Extremum, best, local_optima, optimum};
 pub use mapping::Mapping;
 pub use mirror::{Mirror, MirrorError, Parameters, Projection};
 pub use named::Named;
-pub use near_field::{Displacement, NearField, NearestError, px_4096};
+pub use near_field::{
+    Displacement, NearField, NearestError, Viewpoint, effective_viewpoint, px_4096,
+};
 pub use rounding::{SizeErrors, size_errors};
-pub use viewpoint::{Viewpoint, effective_viewpoint};

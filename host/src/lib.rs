@@ -74,34 +74,12 @@
 //! - **The caller owns all memory** in the core and the driver: pixels, workspaces, the
 //!   records of a tracker. What firmware needs is known before it runs.
 //!
-//! # Where things are
-//!
-//! In the order in which data go:
-//!
-//! | To | Look in |
-//! |---|---|
-//! | read meshes and scene files | [`scene`] |
-//! | make bytes of them | [`bake`] |
-//! | place walls, domes, eyes and projectors | [`cave`] |
-//! | follow a tracker | [`tracker`] |
-//! | render | [`render`]; mirrors and dome masters: [`dome`] |
-//! | render frame after frame, each in its time | [`live`] |
-//! | keep pictures, draw charts | [`picture`] |
-//! | show frames to people | [`show`] |
-//! | read and write any file | [`files`] |
-//!
 //! # Features
 //!
 //! | Feature | What it adds |
 //! |---|---|
 //! | `window`, by default | the window of `shisen run` on an X server, on Unix |
 //! | `cluster` | `live::Mpi`: walls on several machines; links a library of the system's for MPI |
-//!
-//! # What it does not do
-//!
-//! No global illumination, no film rendering, no editing of scenes; nothing in a scene
-//! moves but the viewer and the camera of dome masters. Trackers have been read from mocks
-//! only. The README lists the rest under "What it does not do".
 
 /// Gives an enum its variants in order, and their names on command lines and in reports.
 macro_rules! named {

@@ -175,27 +175,18 @@ impl Entry {
                     let degrees = angle.unwrap_or(0.0);
                     if !(degrees.abs() <= 360.0) {
                         let message = format!("the projector's {name} is {degrees}°");
-                        return Err(RoomError::new(
-                            key,
-                            message,
-                            "give degrees from -360 to 360",
-                        ));
+                        let help = "give degrees from -360 to 360";
+                        return Err(RoomError::new(key, message, help));
                     }
                 }
+                // Sines and cosines of yaw, pitch and roll.
                 let turns = angles.map(|(.., angle)| sin_cos_degrees(angle.unwrap_or(0.0)));
-                let [
-                    (sin_yaw, cos_yaw),
-                    (sin_pitch, cos_pitch),
-                    (sin_roll, cos_roll),
-                ] = turns;
-                let ahead = DVec3::new(sin_yaw * cos_pitch, sin_pitch, -cos_yaw * cos_pitch);
-                let level = DVec3::new(cos_yaw, 0.0, sin_yaw);
+                let [(sy, cy), (sp, cp), (sr, cr)] = turns;
+                let ahead = DVec3::new(sy * cp, sp, -cy * cp);
+                let level = DVec3::new(cy, 0.0, sy);
                 let above = level.cross(ahead);
-                Ok(DMat3::from_cols(
-                    cos_roll * level - sin_roll * above,
-                    cos_roll * above + sin_roll * level,
-                    -ahead,
-                ))
+                let (right, up) = (cr * level - sr * above, cr * above + sr * level);
+                Ok(DMat3::from_cols(right, up, -ahead))
             }
         }
     }
