@@ -92,19 +92,51 @@ pub struct Case {
     measure: fn(Effort) -> Option<Errors>,
 }
 
-/// The largest errors of a case; infinite where a result was not a number, or where a
-/// verdict (hit or miss, one side or the other) was wrong beyond doubt.
+/// The largest errors of a case, or its numbers of wrong verdicts; infinite where a result was
+/// not a number, or where a verdict (hit or miss, one side or the other) was wrong beyond doubt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Errors {
     /// The error of the built-in way.
     pub ours: f64,
     /// The error of the naive way.
     pub naive: f64,
+    verdicts: usize,
 }
 
 impl Errors {
+    const NONE: Self = Self::new(0.0, 0.0);
+
     pub(crate) const fn new(ours: f64, naive: f64) -> Self {
-        Self { ours, naive }
+        Self {
+            ours,
+            naive,
+            verdicts: 0,
+        }
+    }
+
+    fn ours(&mut self, error: f64) {
+        self.ours = worse(self.ours, error);
+    }
+
+    fn naive(&mut self, error: f64) {
+        self.naive = worse(self.naive, error);
+    }
+
+    fn wrong(&mut self, ours: bool, naive: bool) {
+        self.verdicts += 1;
+        self.ours += f64::from(u8::from(ours));
+        self.naive += f64::from(u8::from(naive));
+    }
+
+    /// Counts a ray that met nothing where neither way may miss.
+    fn lost(&mut self) -> Option<()> {
+        self.wrong(true, true);
+        None
+    }
+
+    /// `None` with fewer than `least` verdicts, as none of next to none is wrong.
+    fn of_at_least(self, least: f64) -> Option<Self> {
+        (self.verdicts as f64 >= least).then_some(self)
     }
 }
 
@@ -179,49 +211,29 @@ pub fn selected(part: &str) -> impl Iterator<Item = (&'static str, &'static Case
     all.filter(move |(_, case)| case.name.contains(part))
 }
 
-/// The largest errors so far; what is not a number counts as infinite.
-#[derive(Debug, Clone, Copy)]
-struct Worst(Errors);
-
-impl Worst {
-    const NONE: Self = Self(Errors::new(0.0, 0.0));
-
-    fn ours(&mut self, error: f64) {
-        self.0.ours = worse(self.0.ours, error);
-    }
-
-    fn naive(&mut self, error: f64) {
-        self.0.naive = worse(self.0.naive, error);
-    }
-}
-
 /// Draws inputs from a seed, `count` times, and gathers the largest errors. The result of
-/// `check` is ignored: `None` skips an input. `None` for a count of 0.
+/// `check` is ignored: `None` skips an input.
 fn largest<R>(
     seed: u64,
     count: usize,
-    mut check: impl FnMut(&mut Inputs, &mut Worst) -> R,
+    check: impl FnMut(&mut Inputs, &mut Errors) -> R,
 ) -> Option<Errors> {
-    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
-    for _ in 0..count {
-        let _ = check(&mut inputs, &mut worst);
-    }
-    (count > 0).then_some(worst.0)
+    wrong(seed, count, 0.0, check)
 }
 
-/// Draws inputs from a seed, `count` times, and counts wrong verdicts. The case is broken with
-/// fewer than `least` inputs.
+/// Draws inputs likewise, and counts wrong verdicts. The case is broken with fewer than `least`
+/// verdicts for each input.
 fn wrong<R>(
     seed: u64,
     count: usize,
-    least: usize,
-    mut check: impl FnMut(&mut Inputs, &mut Verdicts) -> R,
+    least: f64,
+    mut check: impl FnMut(&mut Inputs, &mut Errors) -> R,
 ) -> Option<Errors> {
-    let (mut inputs, mut verdicts) = (Inputs::new(seed), Verdicts::default());
+    let (mut inputs, mut errors) = (Inputs::new(seed), Errors::NONE);
     for _ in 0..count {
-        let _ = check(&mut inputs, &mut verdicts);
+        let _ = check(&mut inputs, &mut errors);
     }
-    verdicts.of_at_least(least)
+    errors.of_at_least(least * count as f64)
 }
 
 pub(crate) fn worse(so_far: f64, error: f64) -> f64 {
@@ -229,34 +241,6 @@ pub(crate) fn worse(so_far: f64, error: f64) -> f64 {
         f64::INFINITY
     } else {
         so_far.max(error.abs())
-    }
-}
-
-#[derive(Debug, Clone, Copy, Default)]
-struct Verdicts {
-    inputs: usize,
-    ours: usize,
-    naive: usize,
-}
-
-impl Verdicts {
-    fn wrong(&mut self, ours: bool, naive: bool) {
-        self.inputs += 1;
-        self.ours += usize::from(ours);
-        self.naive += usize::from(naive);
-    }
-
-    /// Counts a ray that met nothing where neither way may miss.
-    fn lost(&mut self) -> Option<()> {
-        self.wrong(true, true);
-        None
-    }
-
-    /// Returns the numbers of wrong verdicts. The case is broken with fewer than `least`
-    /// inputs, as no verdict of next to none is wrong.
-    fn of_at_least(self, least: usize) -> Option<Errors> {
-        let errors = Errors::new(self.ours as f64, self.naive as f64);
-        (self.inputs >= least.max(1)).then_some(errors)
     }
 }
 
@@ -271,18 +255,17 @@ mod tests {
 
     #[test]
     fn errors_are_the_largest_and_need_inputs() {
-        let mut worst = Worst::NONE;
+        let mut worst = Errors::NONE;
         for error in [-2.0, 1.0] {
             worst.ours(error);
         }
         for error in [f64::NAN, 3.0] {
             worst.naive(error);
         }
-        assert_eq!(worst.0, Errors::new(2.0, f64::INFINITY));
+        assert_eq!(worst, Errors::new(2.0, f64::INFINITY));
         let of = |least| wrong(1, 2, least, |_, verdicts| verdicts.wrong(false, true));
-        assert_eq!(of(2), Some(Errors::new(0.0, 2.0)));
-        assert_eq!(of(3), None);
-        assert_eq!(wrong(1, 2, 0, |_, _| ()), None);
+        assert!(of(1.0).is_some_and(|found| (found.ours, found.naive) == (0.0, 2.0)));
+        assert_eq!(of(1.5), None);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Lines of sight off a mirrored spheroid, and the dome masters they make.
 
 use super::input::Inputs;
-use super::{Case, Effort, Errors, Worst, largest};
+use super::{Case, Effort, Errors, largest};
 use crate::textbook::{angle, quadratic, traced, traced_mirror};
 use glam::{DVec2, Mat3, Vec3};
 use shisen::dome::Mirror;
@@ -24,7 +24,7 @@ pub(super) const CASES: &[Case] = cases! {
     "capture-at-the-centre", 5.0e-5, |effort| drawn(601, effort, named, |inputs| inputs.magnitude(-20.0, -2.0)),
         "the innermost 10⁻²⁰ to 10⁻², where rays come straight back";
     [PIXELS, F64, "d₁ = b₁·tan 2γ₁ in f32, and traced from there"]:
-    "capture-next-to-parallel", BOUND, next_to_parallel,
+    "capture-next-to-parallel", BOUND, |effort| largest(604, effort.of(2_000), next_to_parallel),
         "edges with a·tan β₁ from 1 − 10⁻³ to 1: tan 2γ₁ has its pole";
     [PIXELS, F64, TRACED]:
     "capture-from-far", BOUND, |effort| drawn(602, effort, far, Inputs::unit),
@@ -38,7 +38,7 @@ pub(super) const CASES: &[Case] = cases! {
       picture of 4096²",
      "the dome's angle in f64; the picture's, where it started",
      "tan⁻¹(k·r) + 2·tan⁻¹(a·tan(sin⁻¹ b)) in f32, by halving"]:
-    "capture-there-and-back", 2.0e-3, there_and_back,
+    "capture-there-and-back", 2.0e-3, |effort| largest(606, effort.of(2_000), there_and_back),
         "from the picture's angle to the dome's and back, at any mirror";
 };
 
@@ -56,7 +56,7 @@ fn place(inputs: &mut Inputs, radius: f64) -> [f32; 2] {
     }
 }
 
-fn compare(worst: &mut Worst, single: &SpheroidMirror, double: &Mirror, [u, v]: [f32; 2]) {
+fn compare(worst: &mut Errors, single: &SpheroidMirror, double: &Mirror, [u, v]: [f32; 2]) {
     let b1 = double.parameters().b1;
     let (_, exact) = double.reflect(DVec2::new(f64::from(u), f64::from(v)) * b1);
     let error = |found: Vec3| pixels(angle(found.as_dvec3(), exact));
@@ -108,35 +108,33 @@ fn near(inputs: &mut Inputs) -> Option<(SpheroidMirror, Mirror)> {
     perspective(a, a * (1.0 + inputs.magnitude(-6.0, -1.0) as f32))
 }
 
-fn next_to_parallel(effort: Effort) -> Option<Errors> {
-    largest(604, effort.of(2_000), |inputs, worst| {
-        let a = inputs.range(0.8, 5.0) as f32;
-        let slope = 1.0 - inputs.magnitude(-7.0, -3.0);
-        let beta1 = ((slope / f64::from(a)).atan() as f32).min(libm::atan2f(1.0, a));
-        let Ok(single) = SpheroidMirror::from_edge(a, beta1) else {
-            return worst.ours(f64::NAN);
-        };
-        // Rounded, the edge may be beyond the last there is.
-        let last = f64::from(a).recip().atan();
-        let Ok(double) = Mirror::from_edge(f64::from(a), f64::from(beta1).min(last)) else {
-            return;
-        };
-        let b1 = double.parameters().b1;
-        let gamma = (a * beta1.tan()).atan();
-        let naive_d1 = beta1.sin() * (2.0 * gamma).tan();
-        for _ in 0..50 {
-            let radius = inputs.unit();
-            let [u, v] = place(inputs, radius);
-            let (_, exact) = double.reflect(DVec2::new(f64::from(u), f64::from(v)) * b1);
-            let error = |found: Vec3| pixels(angle(found.as_dvec3(), exact));
-            let ours = single.pixel(u, v, Mapping::Screen);
-            worst.ours(ours.map_or(f64::NAN, |found| error(found.direction)));
-            let c1 = a * beta1.cos();
-            let screen = [u, v].map(|x| x * beta1.sin());
-            let p = Some(c1 + naive_d1);
-            worst.naive(error(traced(a, p, c1, screen, Vec3::ZERO)));
-        }
-    })
+fn next_to_parallel(inputs: &mut Inputs, worst: &mut Errors) {
+    let a = inputs.range(0.8, 5.0) as f32;
+    let slope = 1.0 - inputs.magnitude(-7.0, -3.0);
+    let beta1 = ((slope / f64::from(a)).atan() as f32).min(libm::atan2f(1.0, a));
+    let Ok(single) = SpheroidMirror::from_edge(a, beta1) else {
+        return worst.ours(f64::NAN);
+    };
+    // Rounded, the edge may be beyond the last there is.
+    let last = f64::from(a).recip().atan();
+    let Ok(double) = Mirror::from_edge(f64::from(a), f64::from(beta1).min(last)) else {
+        return;
+    };
+    let b1 = double.parameters().b1;
+    let gamma = (a * beta1.tan()).atan();
+    let naive_d1 = beta1.sin() * (2.0 * gamma).tan();
+    for _ in 0..50 {
+        let radius = inputs.unit();
+        let [u, v] = place(inputs, radius);
+        let (_, exact) = double.reflect(DVec2::new(f64::from(u), f64::from(v)) * b1);
+        let error = |found: Vec3| pixels(angle(found.as_dvec3(), exact));
+        let ours = single.pixel(u, v, Mapping::Screen);
+        worst.ours(ours.map_or(f64::NAN, |found| error(found.direction)));
+        let c1 = a * beta1.cos();
+        let screen = [u, v].map(|x| x * beta1.sin());
+        let p = Some(c1 + naive_d1);
+        worst.naive(error(traced(a, p, c1, screen, Vec3::ZERO)));
+    }
 }
 
 fn small(effort: Effort) -> Option<Errors> {
@@ -199,26 +197,24 @@ fn in_place(mirror: &SpheroidMirror, screen: [f32; 2], radius: f32, at: Vec3) ->
     direction - normal * (2.0 * direction.dot(normal))
 }
 
-fn there_and_back(effort: Effort) -> Option<Errors> {
-    largest(606, effort.of(2_000), |inputs, worst| {
-        let a = inputs.range(0.8, 5.0) as f32;
-        let above = inputs.magnitude(-3.0, 6.0) as f32;
-        let Some((mirror, double)) = perspective(a, a * (1.0 + above)) else {
-            return worst.ours(f64::NAN);
-        };
-        for _ in 0..10 {
-            let r_d = (FRAC_PI_2 * inputs.unit()) as f32;
-            let theta = mirror.theta(r_d);
-            let exact = double.theta(f64::from(r_d).min(FRAC_PI_2));
-            worst.ours(theta.map_or(f64::NAN, |theta| pixels(f64::from(theta) - exact)));
-            let back = theta.and_then(|theta| mirror.r_d(theta.min(std::f32::consts::FRAC_PI_2)));
-            let error = |back: f32| pixels(f64::from(back) - f64::from(r_d));
-            worst.ours(back.map_or(f64::NAN, error));
-            if let Some(theta) = theta {
-                worst.naive(error(halved(&mirror, theta)));
-            }
+fn there_and_back(inputs: &mut Inputs, worst: &mut Errors) {
+    let a = inputs.range(0.8, 5.0) as f32;
+    let above = inputs.magnitude(-3.0, 6.0) as f32;
+    let Some((mirror, double)) = perspective(a, a * (1.0 + above)) else {
+        return worst.ours(f64::NAN);
+    };
+    for _ in 0..10 {
+        let r_d = (FRAC_PI_2 * inputs.unit()) as f32;
+        let theta = mirror.theta(r_d);
+        let exact = double.theta(f64::from(r_d).min(FRAC_PI_2));
+        worst.ours(theta.map_or(f64::NAN, |theta| pixels(f64::from(theta) - exact)));
+        let back = theta.and_then(|theta| mirror.r_d(theta.min(std::f32::consts::FRAC_PI_2)));
+        let error = |back: f32| pixels(f64::from(back) - f64::from(r_d));
+        worst.ours(back.map_or(f64::NAN, error));
+        if let Some(theta) = theta {
+            worst.naive(error(halved(&mirror, theta)));
         }
-    })
+    }
 }
 
 /// `r_d` of θ by the paper's formulas of β, as printed, in f32, by halving β.

@@ -1,7 +1,7 @@
 //! Levels of the gaze: equations 4 to 8 of Mochizuki and Makino.
 
 use super::input::{Inputs, single};
-use super::{Case, Effort, Errors, Worst, largest};
+use super::{Case, Effort, Errors, largest, wrong};
 use crate::textbook::{printed, printed_level};
 use glam::{DMat3, DVec3, Vec3};
 use shisen::render::gaze_reference::{self, Limits};
@@ -20,19 +20,19 @@ const BOUND: f64 = 1.0e-6;
 pub(super) const CASES: &[Case] = cases! {
     [OF_L, F64, PRINTED]:
     // So small an l has as many digits as any.
-    "gaze-along-the-line-of-sight", 1.0e-8, along,
+    "gaze-along-the-line-of-sight", 1.0e-8, |effort| compare(500, effort, true, along),
         "rays within 10⁻⁷ to 10⁻² rad of the line of sight: the cosine is 1";
-    "gaze-opposite", BOUND, opposite,
+    "gaze-opposite", BOUND, |effort| compare(501, effort, true, opposite),
         "rays straight back, and within 10⁻⁷ rad of it";
-    "gaze-vertical", BOUND, poles,
+    "gaze-vertical", BOUND, |effort| compare(502, effort, true, poles),
         "rays straight up, down and to the side, where an equation is 0/0";
     [OF_LEVEL, F64, PRINTED]:
-    "gaze-at-pi-6", BOUND, central_border,
+    "gaze-at-pi-6", BOUND, |effort| compare(503, effort, false, central_border),
         "rays at the border of the central field";
-    "gaze-at-the-outer-border", BOUND, outer_border,
+    "gaze-at-the-outer-border", BOUND, |effort| compare(504, effort, false, outer_border),
         "rays at the border of the visual field, on all sides";
     // Subnormal components have fewer digits: both are given the same.
-    "gaze-of-any-length", BOUND, any_length,
+    "gaze-of-any-length", BOUND, |effort| compare(505, effort, false, any_length),
         "directions 10⁻⁴⁴ to 10³⁸ long";
     ["of the level's change from a ray to its neighbour, and what of it is above the slope of the \
       level times the angle between the two",
@@ -110,43 +110,35 @@ fn at(radius: f64, turn: f64) -> Vec3 {
     of_angles(radius * across, radius * along)
 }
 
-fn along(effort: Effort) -> Option<Errors> {
-    compare(500, effort, true, |inputs| {
-        let radius = inputs.magnitude(-7.0, -2.0);
-        at(radius, inputs.unit())
-    })
+fn along(inputs: &mut Inputs) -> Vec3 {
+    let radius = inputs.magnitude(-7.0, -2.0);
+    at(radius, inputs.unit())
 }
 
-fn opposite(effort: Effort) -> Option<Errors> {
-    compare(501, effort, true, |inputs| {
-        let away = if inputs.below(10) == 0 {
-            0.0
-        } else {
-            inputs.magnitude(-9.0, -2.0)
-        };
-        let (x, y) = libm::sincos(TAU * inputs.unit());
-        single(DVec3::new(x * away, y * away, 1.0))
-    })
+fn opposite(inputs: &mut Inputs) -> Vec3 {
+    let away = if inputs.below(10) == 0 {
+        0.0
+    } else {
+        inputs.magnitude(-9.0, -2.0)
+    };
+    let (x, y) = libm::sincos(TAU * inputs.unit());
+    single(DVec3::new(x * away, y * away, 1.0))
 }
 
-fn poles(effort: Effort) -> Option<Errors> {
-    compare(502, effort, true, |inputs| {
-        let mut v = [inputs.sign(), 0.0, 0.0];
-        for part in &mut v[1..] {
-            let size = [0.0, inputs.magnitude(-40.0, -1.0)][inputs.below(2)];
-            *part = size * inputs.sign();
-        }
-        // Along x or y, the others next to nothing; −0 as well.
-        v.rotate_right(inputs.below(2));
-        single(DVec3::from_array(v))
-    })
+fn poles(inputs: &mut Inputs) -> Vec3 {
+    let mut v = [inputs.sign(), 0.0, 0.0];
+    for part in &mut v[1..] {
+        let size = [0.0, inputs.magnitude(-40.0, -1.0)][inputs.below(2)];
+        *part = size * inputs.sign();
+    }
+    // Along x or y, the others next to nothing; −0 as well.
+    v.rotate_right(inputs.below(2));
+    single(DVec3::from_array(v))
 }
 
-fn central_border(effort: Effort) -> Option<Errors> {
-    compare(503, effort, false, |inputs| {
-        let off = inputs.magnitude(-9.0, -2.0) * inputs.sign();
-        at(FRAC_PI_6 + off, inputs.unit())
-    })
+fn central_border(inputs: &mut Inputs) -> Vec3 {
+    let off = inputs.magnitude(-9.0, -2.0) * inputs.sign();
+    at(FRAC_PI_6 + off, inputs.unit())
 }
 
 /// The paper's border at a turn, radians.
@@ -156,28 +148,23 @@ fn outer(turn: f64) -> f64 {
     libm::hypot(100.0 * across, up * along).to_radians()
 }
 
-fn outer_border(effort: Effort) -> Option<Errors> {
-    compare(504, effort, false, |inputs| {
-        let turn = inputs.unit();
-        let off = inputs.magnitude(-9.0, -2.0) * inputs.sign();
-        at(outer(turn) + off, turn)
-    })
+fn outer_border(inputs: &mut Inputs) -> Vec3 {
+    let turn = inputs.unit();
+    let off = inputs.magnitude(-9.0, -2.0) * inputs.sign();
+    at(outer(turn) + off, turn)
 }
 
-fn any_length(effort: Effort) -> Option<Errors> {
-    compare(505, effort, false, |inputs| {
-        let length = inputs.magnitude(-44.0, 38.0);
-        single(inputs.direction() * length)
-    })
+fn any_length(inputs: &mut Inputs) -> Vec3 {
+    let length = inputs.magnitude(-44.0, 38.0);
+    single(inputs.direction() * length)
 }
 
 fn continuity(effort: Effort) -> Option<Errors> {
-    let (mut inputs, mut worst) = (Inputs::new(506), Worst::NONE);
     let both = Both::front()?;
     let tries = effort.of(500_000);
-    let (mut neighbours, mut bounded) = (0, 0);
-    for _ in 0..tries {
-        let start = at_a_border(&mut inputs);
+    let mut bounded = 0;
+    let found = wrong(506, tries, 0.5, |inputs, worst| {
+        let start = at_a_border(inputs);
         let mut next = start;
         let axis = inputs.below(3);
         next[axis] = match inputs.below(3) {
@@ -187,9 +174,9 @@ fn continuity(effort: Effort) -> Option<Errors> {
         };
         // Across an axis only from next to it: else it is no neighbour.
         if (next - start).length() > 1.0e-6 {
-            continue;
+            return;
         }
-        neighbours += 1;
+        worst.verdicts += 1;
         let change = |level: &dyn Fn(Vec3) -> f64| level(next) - level(start);
         let exact = change(&|v| {
             let sight = both.double.sight(v.as_dvec3());
@@ -204,11 +191,8 @@ fn continuity(effort: Effort) -> Option<Errors> {
         bounded += usize::from(most < BOUND * 10.0);
         worst.ours((ours.abs() - most).max(0.0));
         worst.naive((naive.abs() - most).max(0.0));
-    }
-    if neighbours < tries / 2 || bounded < tries / 3 {
-        return None;
-    }
-    Some(worst.0)
+    });
+    found.filter(|_| bounded >= tries / 3)
 }
 
 /// A direction next to a border of the formula.

@@ -2,7 +2,7 @@
 
 use super::input::{Inputs, aimed, single};
 use super::triangles::LEAST;
-use super::{Case, Effort, Errors, Verdicts, wrong};
+use super::{Case, Effort, Errors, wrong};
 use crate::textbook::moller_trumbore;
 use glam::{DVec3, Vec3};
 use shisen::bake::{Baked, lone_mesh};
@@ -26,7 +26,7 @@ pub(super) const CASES: &[Case] = cases! {
     ["rays that see the background through the seam",
      "the mesh is closed",
      "Möller and Trumbore's test of the three large triangles at the seam"]:
-    "mesh-with-t-junctions", 0.0, t_junctions,
+    "mesh-with-t-junctions", 0.0, |effort| wrong(208, effort.of(500), 100.0, t_junctions),
         "an edge with a vertex in its middle, closed by a triangle without area";
 };
 
@@ -132,8 +132,7 @@ fn lost_at(seed: u64, effort: Effort, of: fn([u32; 3]) -> Vec<Vec<u32>>) -> Opti
     let scene = baked.scene();
     let tracer = MeshTracer::new(&scene, 0, Simd::detect())?;
     let mut stack = TraversalStack::EMPTY;
-    let tries = effort.of(5_000_000);
-    wrong(seed, tries, tries / 2, |inputs, lost| {
+    wrong(seed, effort.of(5_000_000), 0.5, |inputs, lost| {
         let from = inputs.in_ball() * 0.3;
         let target = &targets[inputs.below(targets.len())];
         let ray = aimed(from, target.at)?;
@@ -147,46 +146,38 @@ fn lost_at(seed: u64, effort: Effort, of: fn([u32; 3]) -> Vec<Vec<u32>>) -> Opti
     })
 }
 
-fn t_junctions(effort: Effort) -> Option<Errors> {
-    let (mut inputs, mut lost) = (Inputs::new(208), Verdicts::default());
-    let tries = effort.of(500);
-    for _ in 0..tries {
-        // On a grid, so that the vertex is on the edge exactly.
-        let mut at = || (inputs.in_ball() * 64.0).round() / 8.0;
-        let (a, b, c) = (at(), at(), at());
-        let m = a + (b - a) * (1 + inputs.below(7)) as f64 / 8.0;
-        let d = a + b - c;
-        let corners = [a, b, c, d, m].map(single);
-        if (b - a).cross(c - a).length() < 1.0 {
-            continue;
-        }
-        let triangles = vec![[0, 1, 2], [0, 3, 4], [4, 3, 1], [0, 4, 1]];
-        let large = [0, 1, 2].map(|i| {
-            let [p, q, r]: [u32; 3] = triangles[i];
-            [p, q, r].map(|v| corners[v as usize])
-        });
-        let mesh = TriangleMesh {
-            positions: corners.map(|c| c.to_array()).to_vec(),
-            triangles,
-            ..TriangleMesh::default()
-        };
-        let scene = Scene {
-            background: shisen::scene::Background::uniform([64.0; 3]),
-            ..lone_mesh(mesh)
-        };
-        let baked = Baked::<8>::new(&scene).ok()?;
-        let tracer = Tracer::new(baked.scene(), Simd::detect(), 0);
-        let mut workspace = Workspace::new();
-        for _ in 0..200 {
-            let target = a + (b - a) * inputs.range(0.01, 0.99);
-            let from = target + (c - a).cross(b - a).normalize() * 8.0 + inputs.in_ball() * 4.0;
-            let Some(ray) = aimed(from, target) else {
-                continue;
-            };
-            let seen = tracer.radiance(&ray, &mut Budget::UNLIMITED.clone(), &mut workspace);
-            let met = |&t: &[Vec3; 3]| moller_trumbore(t, &ray, LEAST).is_some();
-            lost.wrong(seen.red > 32.0, !large.iter().any(met));
-        }
+fn t_junctions(inputs: &mut Inputs, lost: &mut Errors) -> Option<()> {
+    // On a grid, so that the vertex is on the edge exactly.
+    let mut at = || (inputs.in_ball() * 64.0).round() / 8.0;
+    let (a, b, c) = (at(), at(), at());
+    let m = a + (b - a) * (1 + inputs.below(7)) as f64 / 8.0;
+    let d = a + b - c;
+    let corners = [a, b, c, d, m].map(single);
+    if (b - a).cross(c - a).length() < 1.0 {
+        return None;
     }
-    lost.of_at_least(tries * 100)
+    let mesh = TriangleMesh {
+        positions: corners.map(|c| c.to_array()).to_vec(),
+        triangles: vec![[0, 1, 2], [0, 3, 4], [4, 3, 1], [0, 4, 1]],
+        ..TriangleMesh::default()
+    };
+    let large = [0, 1, 2].map(|i| positions(&mesh, mesh.triangles[i]));
+    let scene = Scene {
+        background: shisen::scene::Background::uniform([64.0; 3]),
+        ..lone_mesh(mesh)
+    };
+    let baked = Baked::<8>::new(&scene).ok()?;
+    let tracer = Tracer::new(baked.scene(), Simd::detect(), 0);
+    let mut workspace = Workspace::new();
+    for _ in 0..200 {
+        let target = a + (b - a) * inputs.range(0.01, 0.99);
+        let from = target + (c - a).cross(b - a).normalize() * 8.0 + inputs.in_ball() * 4.0;
+        let Some(ray) = aimed(from, target) else {
+            continue;
+        };
+        let seen = tracer.radiance(&ray, &mut Budget::UNLIMITED.clone(), &mut workspace);
+        let met = |&t: &[Vec3; 3]| moller_trumbore(t, &ray, LEAST).is_some();
+        lost.wrong(seen.red > 32.0, !large.iter().any(met));
+    }
+    Some(())
 }

@@ -1,7 +1,7 @@
 //! Light at the border of clear bodies.
 
 use super::input::Inputs;
-use super::{Case, Effort, Errors, UNIT, Worst, largest};
+use super::{Case, Effort, Errors, UNIT, largest};
 use crate::textbook::{Shares, exact_refraction, textbook_refraction};
 use glam::{DVec2, Vec3};
 use shisen_core::trace::{Refraction, refract};
@@ -45,12 +45,12 @@ pub(super) const CASES: &[Case] = cases! {
     ["of the refracted ray's slope, relative, 2⁻²⁴",
      SNELL,
      "angles: sin⁻¹(η·sin(cos⁻¹(−d·n))) in f32"]:
-    "refraction-next-to-the-normal", 8.0, next_to_normal,
+    "refraction-next-to-the-normal", 8.0, |effort| largest(705, effort.of(200_000), next_to_normal),
         "rays within 10⁻⁷ to 10⁻² of the normal: the sine from a cosine of 1";
     ["of R from 1 and of T from 0, and of the direction's length from 1",
      "a normal that is taken for one at right angles to the ray: all is reflected",
      TEXTBOOK]:
-    "refraction-with-inside-out-normals", 4.0 * UNIT, inside_out,
+    "refraction-with-inside-out-normals", 4.0 * UNIT, |effort| largest(706, effort.of(200_000), inside_out),
         "a normal that faces away from the ray, as an interpolated one may";
 };
 
@@ -60,7 +60,7 @@ fn falling(cos: f32) -> Vec3 {
     Vec3::new(sin as f32, -cos, 0.0)
 }
 
-fn shares(worst: &mut Worst, cos: f32, m: f32, n: f32) {
+fn shares(worst: &mut Errors, cos: f32, m: f32, n: f32) {
     let expected = exact_refraction(cos.into(), m.into(), n.into());
     let error = |found: Shares| match (found, expected) {
         (None, None) => 0.0,
@@ -94,7 +94,7 @@ fn shares(worst: &mut Worst, cos: f32, m: f32, n: f32) {
 }
 
 /// Checks [`shares`] of total reflection; the case is broken where light gets through.
-fn nothing_through(worst: &mut Worst, cos: f32, m: f32, n: f32) {
+fn nothing_through(worst: &mut Errors, cos: f32, m: f32, n: f32) {
     if exact_refraction(cos.into(), m.into(), n.into()).is_some() {
         worst.ours(f64::NAN);
         worst.naive(f64::NAN);
@@ -102,7 +102,7 @@ fn nothing_through(worst: &mut Worst, cos: f32, m: f32, n: f32) {
     shares(worst, cos, m, n);
 }
 
-fn directions(worst: &mut Worst, cos: f32, m: f32, n: f32) {
+fn directions(worst: &mut Errors, cos: f32, m: f32, n: f32) {
     let d = falling(cos);
     let (cos, from, to) = (f64::from(cos), f64::from(m), f64::from(n));
     let g2 = (to - from) * (to + from) + (from * cos) * (from * cos);
@@ -126,7 +126,7 @@ fn drawn(
     seed: u64,
     effort: Effort,
     draw: fn(&mut Inputs) -> Drawn,
-    check: fn(&mut Worst, f32, f32, f32),
+    check: fn(&mut Errors, f32, f32, f32),
 ) -> Option<Errors> {
     largest(seed, effort.of(200_000), |inputs, worst| {
         let (cos, m, n) = draw(inputs);
@@ -200,40 +200,36 @@ fn nearly_same(inputs: &mut Inputs) -> (f32, f32) {
     if inputs.sign() < 0.0 { (m, n) } else { (n, m) }
 }
 
-fn next_to_normal(effort: Effort) -> Option<Errors> {
-    largest(705, effort.of(200_000), |inputs, worst| {
-        let slope = inputs.magnitude(-7.0, -2.0) as f32;
-        let d = Vec3::new(slope, -1.0, 0.0).normalize();
-        let (m, n) = (1.0, index(inputs));
-        let sine = f64::from(d.x) / f64::from(d.x).hypot(f64::from(d.y)) / f64::from(n);
-        let expected = sine / (1.0 - sine * sine).sqrt();
-        let relative = |found: f64| (found / expected - 1.0) / UNIT;
-        let ours = refract(d, Vec3::Y, m, n).direction.unwrap_or(Vec3::NAN);
-        worst.ours(relative(-f64::from(ours.x) / f64::from(ours.y)));
-        let angle = (m / n * (-d.dot(Vec3::Y)).acos().sin()).asin();
-        worst.naive(relative(f64::from(angle.tan())));
-    })
+fn next_to_normal(inputs: &mut Inputs, worst: &mut Errors) {
+    let slope = inputs.magnitude(-7.0, -2.0) as f32;
+    let d = Vec3::new(slope, -1.0, 0.0).normalize();
+    let (m, n) = (1.0, index(inputs));
+    let sine = f64::from(d.x) / f64::from(d.x).hypot(f64::from(d.y)) / f64::from(n);
+    let expected = sine / (1.0 - sine * sine).sqrt();
+    let relative = |found: f64| (found / expected - 1.0) / UNIT;
+    let ours = refract(d, Vec3::Y, m, n).direction.unwrap_or(Vec3::NAN);
+    worst.ours(relative(-f64::from(ours.x) / f64::from(ours.y)));
+    let angle = (m / n * (-d.dot(Vec3::Y)).acos().sin()).asin();
+    worst.naive(relative(f64::from(angle.tan())));
 }
 
-fn inside_out(effort: Effort) -> Option<Errors> {
-    largest(706, effort.of(200_000), |inputs, worst| {
-        let cos = -inputs.magnitude(-7.0, 0.0) as f32;
-        let (m, n) = if inputs.sign() < 0.0 {
-            (1.0, index(inputs))
-        } else {
-            (index(inputs), 1.0)
-        };
-        let d = falling(cos);
-        let found = refract(d, Vec3::Y, m, n);
-        worst.ours(f64::from(found.reflectance) - 1.0);
-        worst.ours(found.transmittance.into());
-        if let Some(direction) = found.direction {
-            worst.ours(direction.as_dvec3().length() - 1.0);
-        }
-        if let Some((r, t, direction)) = textbook_refraction(d, Vec3::Y, m, n) {
-            worst.naive(f64::from(r) - 1.0);
-            worst.naive(t.into());
-            worst.naive(direction.as_dvec3().length() - 1.0);
-        }
-    })
+fn inside_out(inputs: &mut Inputs, worst: &mut Errors) {
+    let cos = -inputs.magnitude(-7.0, 0.0) as f32;
+    let (m, n) = if inputs.sign() < 0.0 {
+        (1.0, index(inputs))
+    } else {
+        (index(inputs), 1.0)
+    };
+    let d = falling(cos);
+    let found = refract(d, Vec3::Y, m, n);
+    worst.ours(f64::from(found.reflectance) - 1.0);
+    worst.ours(found.transmittance.into());
+    if let Some(direction) = found.direction {
+        worst.ours(direction.as_dvec3().length() - 1.0);
+    }
+    if let Some((r, t, direction)) = textbook_refraction(d, Vec3::Y, m, n) {
+        worst.naive(f64::from(r) - 1.0);
+        worst.naive(t.into());
+        worst.naive(direction.as_dvec3().length() - 1.0);
+    }
 }

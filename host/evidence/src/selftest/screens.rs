@@ -1,7 +1,7 @@
 //! Rays from an eye through the pixels of a wall.
 
 use super::input::{Inputs, single};
-use super::{Case, Effort, Errors, UNIT, Worst, largest, wrong};
+use super::{Case, Effort, Errors, UNIT, largest, wrong};
 use crate::textbook::angle;
 use glam::{DVec3, Mat4, Vec3, Vec4};
 use shisen_core::frame::{FlatScreen, View};
@@ -15,16 +15,16 @@ const OF_A_WALL: f64 = 3.0;
 
 pub(super) const CASES: &[Case] = cases! {
     ["of the ray, radians, 2⁻²⁴ of the wall's size over the pixel's distance", F64, MATRIX]:
-    "screen-an-eye-next-to-it", OF_A_WALL, next_to_it,
+    "screen-an-eye-next-to-it", OF_A_WALL, |effort| largest(800, effort.of(50_000), next_to_it),
         "an eye 1 to 100 µm before the plane of a wall";
     ["nearer eyes that have rays, and farther ones that have none",
      "the limit, as documented",
      MATRIX]:
-    "screen-an-eye-in-it", 0.0, in_it,
+    "screen-an-eye-in-it", 0.0, |effort| wrong(804, effort.of(10_000), 1.0, in_it),
         "an eye a millionth farther from the plane of a wall than 1 µm, or nearer by as much and \
          more, which is refused";
     ["of the ray, radians, 2⁻²⁴ of the wall's size over the pixel's distance", F64, MATRIX]:
-    "screen-very-wide", OF_A_WALL, very_wide,
+    "screen-very-wide", OF_A_WALL, |effort| largest(801, effort.of(50_000), very_wide),
         "a wall a hundred to ten thousand times as wide as the eye is far";
     ["between both rays, 2⁻²⁴ rad", "a point has one direction", MATRIX]:
     "screen-seams", 8.0, |effort| seams(802, effort, square),
@@ -114,7 +114,7 @@ impl Wall {
 }
 
 /// Compares both rays of a pixel, in units of the rounding of the wall's own corners.
-fn compare(worst: &mut Worst, wall: &Wall, eye: Vec3, x: u32, y: u32) {
+fn compare(worst: &mut Errors, wall: &Wall, eye: Vec3, x: u32, y: u32) {
     let Some(view) = wall.view(eye) else {
         return worst.ours(f64::NAN);
     };
@@ -144,20 +144,18 @@ fn level(inputs: &mut Inputs) -> (Wall, f64, f64) {
     (Wall(corners, [1024; 2]), width, height)
 }
 
-fn next_to_it(effort: Effort) -> Option<Errors> {
-    largest(800, effort.of(50_000), |inputs, worst| {
-        let (wall, width, height) = level(inputs);
-        // One in a thousand next to the limit.
-        let least = f64::from(just_over());
-        let off = match inputs.below(1_000) {
-            0 => least,
-            _ => inputs.range(least, 1.0e-4),
-        };
-        let (across, up) = (width * inputs.unit(), height * inputs.unit());
-        let eye = single(DVec3::new(across, up, off));
-        let (x, y) = (inputs.below(1024) as u32, inputs.below(1024) as u32);
-        compare(worst, &wall, eye, x, y);
-    })
+fn next_to_it(inputs: &mut Inputs, worst: &mut Errors) {
+    let (wall, width, height) = level(inputs);
+    // One in a thousand next to the limit.
+    let least = f64::from(just_over());
+    let off = match inputs.below(1_000) {
+        0 => least,
+        _ => inputs.range(least, 1.0e-4),
+    };
+    let (across, up) = (width * inputs.unit(), height * inputs.unit());
+    let eye = single(DVec3::new(across, up, off));
+    let (x, y) = (inputs.below(1024) as u32, inputs.below(1024) as u32);
+    compare(worst, &wall, eye, x, y);
 }
 
 /// A distance just above the limit: the wall's normal is rounded.
@@ -165,34 +163,29 @@ fn just_over() -> f32 {
     FlatScreen::CLOSEST * (1.0 + 1.0e-6)
 }
 
-fn in_it(effort: Effort) -> Option<Errors> {
-    let tries = effort.of(10_000);
-    wrong(804, tries, tries, |inputs, verdicts| {
-        let (wall, width, height) = level(inputs);
-        let limit = FlatScreen::CLOSEST;
-        let (off, has_rays) = [
-            (just_over(), true),
-            (limit * (1.0 - 1.0e-6), false),
-            (limit * 0.999 * inputs.unit() as f32, false),
-            (0.0, false),
-        ][inputs.below(4)];
-        let (across, up) = (width * inputs.unit(), height * inputs.unit());
-        let eye = Vec3::new(across as f32, up as f32, off);
-        verdicts.wrong(
-            wall.view(eye).is_some() != has_rays,
-            wall.by_matrix(eye, 511.0, 511.0).is_finite() != has_rays,
-        );
-    })
+fn in_it(inputs: &mut Inputs, verdicts: &mut Errors) {
+    let (wall, width, height) = level(inputs);
+    let limit = FlatScreen::CLOSEST;
+    let (off, has_rays) = [
+        (just_over(), true),
+        (limit * (1.0 - 1.0e-6), false),
+        (limit * 0.999 * inputs.unit() as f32, false),
+        (0.0, false),
+    ][inputs.below(4)];
+    let (across, up) = (width * inputs.unit(), height * inputs.unit());
+    let eye = Vec3::new(across as f32, up as f32, off);
+    verdicts.wrong(
+        wall.view(eye).is_some() != has_rays,
+        wall.by_matrix(eye, 511.0, 511.0).is_finite() != has_rays,
+    );
 }
 
-fn very_wide(effort: Effort) -> Option<Errors> {
-    largest(801, effort.of(50_000), |inputs, worst| {
-        let width = inputs.magnitude(2.0, 4.0);
-        let (wall, [right, up, normal]) = drawn(inputs, width, 2.0, [4096, 64]);
-        let eye = single(right * width * inputs.unit() + up * inputs.unit() + normal);
-        let (x, y) = (inputs.below(4096) as u32, inputs.below(64) as u32);
-        compare(worst, &wall, eye, x, y);
-    })
+fn very_wide(inputs: &mut Inputs, worst: &mut Errors) {
+    let width = inputs.magnitude(2.0, 4.0);
+    let (wall, [right, up, normal]) = drawn(inputs, width, 2.0, [4096, 64]);
+    let eye = single(right * width * inputs.unit() + up * inputs.unit() + normal);
+    let (x, y) = (inputs.below(4096) as u32, inputs.below(64) as u32);
+    compare(worst, &wall, eye, x, y);
 }
 
 /// Two walls with a common edge, an eye, and the unit of errors, radians.

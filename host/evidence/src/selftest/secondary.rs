@@ -2,7 +2,7 @@
 
 use super::input::{Inputs, aimed, single};
 use super::meshes::ellipsoid;
-use super::{Case, Effort, Errors, Verdicts, Worst, wrong};
+use super::{Case, Effort, Errors, wrong};
 use crate::textbook::{exact_refraction, textbook_refraction};
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::{Baked, lone_mesh};
@@ -21,13 +21,13 @@ pub(super) const CASES: &[Case] = cases! {
       lit (leaks)",
      "a convex body lights itself nowhere it faces the light; a closed box is dark",
      EPSILON]:
-    "shadow-rays-at-1e-3", 0.0, shadows::<-3>,
+    "shadow-rays-at-1e-3", 0.0, |effort| shadows(1.0e-3, effort),
         "bodies of a millimetre";
-    "shadow-rays-at-1", 0.0, shadows::<0>,
+    "shadow-rays-at-1", 0.0, |effort| shadows(1.0, effort),
         "bodies of a metre";
-    "shadow-rays-at-1e3", 0.0, shadows::<3>,
+    "shadow-rays-at-1e3", 0.0, |effort| shadows(1.0e3, effort),
         "bodies of a kilometre";
-    "shadow-rays-at-1e6", 0.0, shadows::<6>,
+    "shadow-rays-at-1e6", 0.0, |effort| shadows(1.0e6, effort),
         "bodies of a thousand kilometres";
     ["of the light, relative", "the geometric series of the reflectance", EPSILON]:
     "hall-of-mirrors", 1.0e-6, hall,
@@ -147,8 +147,7 @@ fn normal(mesh: &TriangleMesh, triangle: usize) -> Option<DVec3> {
     (b - a).cross(c - a).try_normalize()
 }
 
-fn shadows<const EXPONENT: i32>(effort: Effort) -> Option<Errors> {
-    let size = 10f64.powi(EXPONENT);
+fn shadows(size: f64, effort: Effort) -> Option<Errors> {
     let (acne, leaks) = (acne(size, effort)?, leaks(size, effort)?);
     Some(Errors::new(
         acne.ours + leaks.ours,
@@ -177,9 +176,8 @@ fn acne(size: f64, effort: Effort) -> Option<Errors> {
     add_mesh(&mut scene, mesh.clone(), matt(1.0));
     let baked = Baked::<8>::new(&scene).ok()?;
     let mut eye = Eye::new(&baked, 0);
-    let tries = effort.of(200_000);
     // The other half faces away from the light.
-    wrong(400, tries, tries / 4, |inputs, dark| {
+    wrong(400, effort.of(200_000), 0.25, |inputs, dark| {
         let from = inputs.direction() * 4.0 * size;
         // Its least half axis is 0.37 of the size.
         let ray = aimed(from, inputs.in_ball() * 0.35 * size)?;
@@ -214,8 +212,7 @@ fn leaks(size: f64, effort: Effort) -> Option<Errors> {
     }
     let baked = Baked::<8>::new(&scene).ok()?;
     let mut eye = Eye::new(&baked, 0);
-    let tries = effort.of(200_000);
-    wrong(401, tries, tries / 2, |inputs, lit| {
+    wrong(401, effort.of(200_000), 0.5, |inputs, lit| {
         let from = inputs.in_ball() * 0.9 * size;
         let ray = Ray::new(single(from), single(inputs.direction()))?;
         let Some((t, _)) = eye.nearest(&ray) else {
@@ -248,7 +245,7 @@ fn hall(_: Effort) -> Option<Errors> {
         add_mesh(&mut scene, cuboid(low, high), chrome);
     }
     let baked = Baked::<8>::new(&scene).ok()?;
-    let mut worst = Worst::NONE;
+    let mut worst = Errors::NONE;
     let mut inputs = Inputs::new(402);
     for depth in 0..=8 {
         let mut eye = Eye::new(&baked, depth);
@@ -282,7 +279,7 @@ fn hall(_: Effort) -> Option<Errors> {
             worst.naive(light / expected - 1.0);
         }
     }
-    Some(worst.0)
+    Some(worst)
 }
 
 /// A direction down at up to 80° to the normal.
@@ -295,7 +292,7 @@ fn slanting(inputs: &mut Inputs) -> Vec3 {
 /// With `inwards` the normals of its vertices, by which it is smooth, point into the glass.
 fn slab(way: fn(&mut Inputs) -> Vec3, inwards: bool) -> Option<Errors> {
     const THICK: f64 = 1.0e-5;
-    let mut worst = Worst::NONE;
+    let mut worst = Errors::NONE;
     for index in [1.33f32, 1.5, 2.4] {
         let glass = Material {
             transmission: [1.0; 3],
@@ -334,7 +331,7 @@ fn slab(way: fn(&mut Inputs) -> Vec3, inwards: bool) -> Option<Errors> {
             }
         }
     }
-    Some(worst.0)
+    Some(worst)
 }
 
 /// The light that leaves a slab of this index after 2, 4, 6 … up to `depth` borders. Light that is
@@ -386,7 +383,7 @@ fn stepped(eye: &mut Eye<'_>, ray: &Ray, (m, n): (f32, f32), inwards: bool, dept
 }
 
 fn balls(effort: Effort) -> Option<Errors> {
-    let (mut inputs, mut met_again) = (Inputs::new(404), Verdicts::default());
+    let (mut inputs, mut met_again) = (Inputs::new(404), Errors::NONE);
     let tries = effort.of(20_000);
     for exponent in -3..=6 {
         let size = 10f64.powi(exponent);
@@ -420,5 +417,5 @@ fn balls(effort: Effort) -> Option<Errors> {
             met_again.wrong(eye.sees(&ray).red < 0.999, again.is_some());
         }
     }
-    met_again.of_at_least(tries * 5)
+    met_again.of_at_least(5.0 * tries as f64)
 }

@@ -2,7 +2,7 @@
 
 use super::exact::Meeting;
 use super::input::{Inputs, aimed, single};
-use super::{Case, Effort, Errors, UNIT, Worst, largest};
+use super::{Case, Effort, Errors, UNIT, largest, wrong};
 use glam::{DVec3, Vec3};
 use shisen_core::shape::{Ray, Spheroid};
 use std::f64::consts::TAU;
@@ -13,37 +13,37 @@ const TEXTBOOK: &str = "(−b ± √(b² − 4·a·c)) / 2·a in f32";
 
 pub(super) const CASES: &[Case] = cases! {
     [DISTANCE, EXACT, TEXTBOOK]:
-    "sphere-from-1-radius", 8.0, from_far::<0>,
+    "sphere-from-1-radius", 8.0, |effort| from_far(0, effort),
         "origin a radius away";
-    "sphere-from-1e1-radii", 8.0, from_far::<1>,
+    "sphere-from-1e1-radii", 8.0, |effort| from_far(1, effort),
         "origin 10 radii away";
-    "sphere-from-1e2-radii", 8.0, from_far::<2>,
+    "sphere-from-1e2-radii", 8.0, |effort| from_far(2, effort),
         "origin 100 radii away";
-    "sphere-from-1e3-radii", 8.0, from_far::<3>,
+    "sphere-from-1e3-radii", 8.0, |effort| from_far(3, effort),
         "origin 1,000 radii away: 1 in 10⁶ is left of b² − 4·a·c";
-    "sphere-from-1e4-radii", 8.0, from_far::<4>,
+    "sphere-from-1e4-radii", 8.0, |effort| from_far(4, effort),
         "origin 10,000 radii away: nothing is left of b² − 4·a·c";
-    "sphere-from-1e5-radii", 8.0, from_far::<5>,
+    "sphere-from-1e5-radii", 8.0, |effort| from_far(5, effort),
         "origin 100,000 radii away";
-    "sphere-from-1e6-radii", 8.0, from_far::<6>,
+    "sphere-from-1e6-radii", 8.0, |effort| from_far(6, effort),
         "origin a million radii away";
-    "sphere-from-1e7-radii", 8.0, from_far::<7>,
+    "sphere-from-1e7-radii", 8.0, |effort| from_far(7, effort),
         "origin ten million radii away: neighbouring f32 are a radius apart";
     ["how far past or inside the surface a wrong verdict was, parts of (1 + distance)·2⁻²⁴ radii",
      EXACT,
      TEXTBOOK]:
-    "sphere-tangent", 2.0, tangent,
+    "sphere-tangent", 2.0, |effort| touching(110, effort, tangent),
         "lines within a millionth of a radius of touching balls, coins and needles of a millimetre \
          to a kilometre, from 1 to 10 radii away";
     ["how far past or inside the surface a wrong verdict was, 2⁻²⁴ radii", EXACT, TEXTBOOK]:
-    "sphere-tangent-from-far", 4.0, tangent_from_far,
+    "sphere-tangent-from-far", 4.0, |effort| touching(111, effort, tangent_from_far),
         "the same from 10 to 10⁷ radii away, along their axes: others f32 does not have";
     ["of both distances, 2⁻²⁴ radii over the cosine of incidence", EXACT, TEXTBOOK]:
-    "sphere-from-its-surface", 8.0, from_surface,
+    "sphere-from-its-surface", 8.0, |effort| largest(112, effort.of(20_000), from_surface),
         "origin on the surface of balls, coins and needles of a millimetre to a kilometre: one \
          distance is 0, or next to it";
     ["of both distances, 2⁻²⁴ radii over the chord's half", EXACT, TEXTBOOK]:
-    "sphere-from-inside", 8.0, from_inside,
+    "sphere-from-inside", 8.0, |effort| largest(113, effort.of(20_000), from_inside),
         "origin inside such bodies, next to the surface or at the centre";
     ["of the distance, parts of (1 + distance)·2⁻²⁴ radii",
      EXACT,
@@ -52,9 +52,9 @@ pub(super) const CASES: &[Case] = cases! {
         "a = 0.01, from up to 1,000 radii away";
     "spheroid-as-a-needle", 8.0, |effort| of_ratio(115, 100.0, effort),
         "a = 100, from up to 1,000 radii away";
-    "spheroid-of-any-size", 8.0, any_size,
+    "spheroid-of-any-size", 8.0, |effort| largest(116, effort.of(20_000), any_size),
         "radii from a micrometre to a thousand kilometres";
-    "spheroid-by-any-direction", 8.0, any_direction,
+    "spheroid-by-any-direction", 8.0, |effort| largest(117, effort.of(20_000), any_direction),
         "directions 10⁻¹⁸ to 10¹⁸ long";
 };
 
@@ -69,7 +69,7 @@ const BEYOND_DOUBT: f64 = 0.1;
 
 /// Compares both ways with the truth, in `unit`s of radii: the distances of right verdicts, and
 /// of wrong ones how far the line is on the other side, or NaN beyond doubt.
-fn check(worst: &mut Worst, radii: [f32; 2], ray: &Ray, unit: f64) {
+fn check(worst: &mut Errors, radii: [f32; 2], ray: &Ray, unit: f64) {
     let exact = Meeting::new(radii, ray);
     let error = |found: Option<[f32; 2]>| match (found, exact.t) {
         (None, None) => 0.0,
@@ -88,7 +88,7 @@ fn check(worst: &mut Worst, radii: [f32; 2], ray: &Ray, unit: f64) {
 }
 
 /// Checks a ray from `distance` radii at the middle nine tenths of a spheroid.
-fn at_middle(worst: &mut Worst, inputs: &mut Inputs, radii: [f32; 2], distance: f64, length: f64) {
+fn at_middle(worst: &mut Errors, inputs: &mut Inputs, radii: [f32; 2], distance: f64, length: f64) {
     let [e, p] = radii.map(f64::from);
     let scale = DVec3::new(e, p, e);
     let from = inputs.direction() * distance;
@@ -104,11 +104,15 @@ fn at_middle(worst: &mut Worst, inputs: &mut Inputs, radii: [f32; 2], distance: 
     }
 }
 
-fn from_far<const EXPONENT: i32>(effort: Effort) -> Option<Errors> {
-    largest(100 + EXPONENT as u64, effort.of(20_000), |inputs, worst| {
-        let distance = 1.0 + 10f64.powi(EXPONENT);
-        at_middle(worst, inputs, [1.0, 1.0], distance, distance);
-    })
+fn from_far(exponent: u8, effort: Effort) -> Option<Errors> {
+    largest(
+        100 + u64::from(exponent),
+        effort.of(20_000),
+        |inputs, worst| {
+            let distance = 1.0 + 10f64.powi(exponent.into());
+            at_middle(worst, inputs, [1.0, 1.0], distance, distance);
+        },
+    )
 }
 
 /// Radii of balls, coins and needles, and the scale of the unit sphere to them.
@@ -128,35 +132,31 @@ fn beside(inputs: &mut Inputs) -> f64 {
     inputs.sign() * inputs.magnitude(-9.0, -6.0)
 }
 
-fn tangent(effort: Effort) -> Option<Errors> {
-    touching(110, effort, |inputs| {
-        let distance = inputs.magnitude(0.0, 1.0);
-        let (radii, scale) = body(inputs);
-        let side = inputs.direction();
-        let along = inputs.across(side);
-        let foot = side * (1.0 + beside(inputs));
-        let ray = aimed((foot - along * distance) * scale, foot * scale)?;
-        Some((radii, ray, UNIT * (1.0 + distance)))
-    })
+fn tangent(inputs: &mut Inputs) -> Option<Touching> {
+    let distance = inputs.magnitude(0.0, 1.0);
+    let (radii, scale) = body(inputs);
+    let side = inputs.direction();
+    let along = inputs.across(side);
+    let foot = side * (1.0 + beside(inputs));
+    let ray = aimed((foot - along * distance) * scale, foot * scale)?;
+    Some((radii, ray, UNIT * (1.0 + distance)))
 }
 
 /// Along an axis a line keeps its distance from the centre, however far it begins.
-fn tangent_from_far(effort: Effort) -> Option<Errors> {
-    touching(111, effort, |inputs| {
-        let distance = inputs.magnitude(1.0, 7.0);
-        let (radii, scale) = body(inputs);
-        let (y, x) = libm::sincos(TAU * inputs.unit());
-        let (side, way) = (1.0 + beside(inputs), inputs.sign());
-        let turn = |v: [f64; 3], by: usize| {
-            let mut v = v;
-            v.rotate_right(by);
-            DVec3::from_array(v)
-        };
-        let axis = inputs.below(3);
-        let from = turn([x * side, y * side, -way * distance], axis) * scale;
-        let ray = Ray::new(single(from), single(turn([0.0, 0.0, way], axis)))?;
-        Some((radii, ray, UNIT))
-    })
+fn tangent_from_far(inputs: &mut Inputs) -> Option<Touching> {
+    let distance = inputs.magnitude(1.0, 7.0);
+    let (radii, scale) = body(inputs);
+    let (y, x) = libm::sincos(TAU * inputs.unit());
+    let (side, way) = (1.0 + beside(inputs), inputs.sign());
+    let turn = |v: [f64; 3], by: usize| {
+        let mut v = v;
+        v.rotate_right(by);
+        DVec3::from_array(v)
+    };
+    let axis = inputs.below(3);
+    let from = turn([x * side, y * side, -way * distance], axis) * scale;
+    let ray = Ray::new(single(from), single(turn([0.0, 0.0, way], axis)))?;
+    Some((radii, ray, UNIT))
 }
 
 /// A body's radii, a line that touches it, and the unit of a wrong verdict.
@@ -165,28 +165,20 @@ type Touching = ([f32; 2], Ray, f64);
 fn touching(
     seed: u64,
     effort: Effort,
-    draw: impl Fn(&mut Inputs) -> Option<Touching>,
+    draw: fn(&mut Inputs) -> Option<Touching>,
 ) -> Option<Errors> {
-    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
-    let tries = effort.of(20_000);
-    let mut near = 0;
-    for _ in 0..tries {
-        let Some((radii, ray, unit)) = draw(&mut inputs) else {
-            continue;
-        };
+    wrong(seed, effort.of(20_000), 0.9, |inputs, worst| {
+        let (radii, ray, unit) = draw(inputs)?;
         let exact = Meeting::new(radii, &ray);
         // Rounded, the line may have gone elsewhere.
-        near += usize::from(exact.clearance.abs() / 2.0 < 2.0e-6);
-        verdict(&mut worst, radii, &ray, (&exact, unit));
-    }
-    if near * 10 < tries * 9 {
-        return None;
-    }
-    Some(worst.0)
+        worst.verdicts += usize::from(exact.clearance.abs() / 2.0 < 2.0e-6);
+        verdict(worst, radii, &ray, (&exact, unit));
+        Some(())
+    })
 }
 
 /// Checks the verdict alone: next to a tangent the distance has half the digits.
-fn verdict(worst: &mut Worst, radii: [f32; 2], ray: &Ray, (exact, unit): (&Meeting, f64)) {
+fn verdict(worst: &mut Errors, radii: [f32; 2], ray: &Ray, (exact, unit): (&Meeting, f64)) {
     let error = |hit: bool| {
         if hit == exact.t.is_some() {
             0.0
@@ -199,28 +191,24 @@ fn verdict(worst: &mut Worst, radii: [f32; 2], ray: &Ray, (exact, unit): (&Meeti
     worst.naive(error(textbook(radii, ray).is_some()));
 }
 
-fn from_surface(effort: Effort) -> Option<Errors> {
-    largest(112, effort.of(20_000), |inputs, worst| {
-        let (radii, scale) = body(inputs);
-        let (from, direction) = (inputs.direction(), inputs.direction());
-        let cosine = from.dot(direction).abs();
-        let ray = Ray::new(single(from * scale), single(direction * scale));
-        if let Some(ray) = ray.filter(|_| cosine > 1.0e-3) {
-            check(worst, radii, &ray, UNIT / cosine);
-        }
-    })
+fn from_surface(inputs: &mut Inputs, worst: &mut Errors) {
+    let (radii, scale) = body(inputs);
+    let (from, direction) = (inputs.direction(), inputs.direction());
+    let cosine = from.dot(direction).abs();
+    let ray = Ray::new(single(from * scale), single(direction * scale));
+    if let Some(ray) = ray.filter(|_| cosine > 1.0e-3) {
+        check(worst, radii, &ray, UNIT / cosine);
+    }
 }
 
-fn from_inside(effort: Effort) -> Option<Errors> {
-    largest(113, effort.of(20_000), |inputs, worst| {
-        let (radii, scale) = body(inputs);
-        let depth = inputs.magnitude(-7.0, 0.0);
-        let from = inputs.direction() * (1.0 - depth) * scale;
-        let ray = Ray::new(single(from), single(inputs.direction() * scale))?;
-        let half = Meeting::new(radii, &ray).clearance.sqrt();
-        check(worst, radii, &ray, UNIT / half);
-        Some(())
-    })
+fn from_inside(inputs: &mut Inputs, worst: &mut Errors) -> Option<()> {
+    let (radii, scale) = body(inputs);
+    let depth = inputs.magnitude(-7.0, 0.0);
+    let from = inputs.direction() * (1.0 - depth) * scale;
+    let ray = Ray::new(single(from), single(inputs.direction() * scale))?;
+    let half = Meeting::new(radii, &ray).clearance.sqrt();
+    check(worst, radii, &ray, UNIT / half);
+    Some(())
 }
 
 fn of_ratio(seed: u64, a: f32, effort: Effort) -> Option<Errors> {
@@ -230,20 +218,16 @@ fn of_ratio(seed: u64, a: f32, effort: Effort) -> Option<Errors> {
     })
 }
 
-fn any_size(effort: Effort) -> Option<Errors> {
-    largest(116, effort.of(20_000), |inputs, worst| {
-        let size = inputs.magnitude(-5.9, 5.9);
-        let ratio = inputs.magnitude(-0.1, 0.1);
-        let radii = [size as f32, (size * ratio) as f32];
-        let distance = inputs.magnitude(0.1, 3.0);
-        at_middle(worst, inputs, radii, distance, distance);
-    })
+fn any_size(inputs: &mut Inputs, worst: &mut Errors) {
+    let size = inputs.magnitude(-5.9, 5.9);
+    let ratio = inputs.magnitude(-0.1, 0.1);
+    let radii = [size as f32, (size * ratio) as f32];
+    let distance = inputs.magnitude(0.1, 3.0);
+    at_middle(worst, inputs, radii, distance, distance);
 }
 
-fn any_direction(effort: Effort) -> Option<Errors> {
-    largest(117, effort.of(20_000), |inputs, worst| {
-        let length = inputs.magnitude(-17.9, 17.9);
-        let distance = inputs.magnitude(0.1, 3.0);
-        at_middle(worst, inputs, [1.0, 1.5], distance, length);
-    })
+fn any_direction(inputs: &mut Inputs, worst: &mut Errors) {
+    let length = inputs.magnitude(-17.9, 17.9);
+    let distance = inputs.magnitude(0.1, 3.0);
+    at_middle(worst, inputs, [1.0, 1.5], distance, length);
 }

@@ -1,7 +1,7 @@
 //! Clocks of devices, and budgets.
 
 use super::input::Inputs;
-use super::{Case, Effort, Errors, Worst};
+use super::{Case, Effort, Errors};
 use glam::Vec3;
 use shisen::bake::Baked;
 use shisen::scene::builtin::prism;
@@ -18,15 +18,15 @@ const OFFSET: &str = "the device's time plus what the first sample lacked to its
 
 pub(super) const CASES: &[Case] = cases! {
     ["of the time of a sample, milliseconds", TRUTH, OFFSET]:
-    "clock-wraps", 1.5, wraps,
+    "clock-wraps", 1.5, |effort| of_devices(1_000, effort, wraps),
         "32-bit microseconds that start again at 0, once in 71 minutes, and drift by 50 ppm";
     ["of the time of a sample, two or more after the restart, milliseconds", TRUTH, OFFSET]:
-    "clock-goes-backwards", 1.5, backwards,
+    "clock-goes-backwards", 1.5, |effort| of_devices(1_100, effort, backwards),
         "a device that is restarted in the middle of its stream";
     ["how much newer or older than it is a sample was said to be, milliseconds",
      TRUTH,
      "the time of arrival"]:
-    "clock-freezes", 1.5, freezes,
+    "clock-freezes", 1.5, |effort| of_devices(1_200, effort, freezes),
         "a device whose clock stands still while its samples come";
     ["steps spent beyond the budget", "0", "looking at the budget after each pixel"]:
     "budget-of-0", 0.0, budget_of_0,
@@ -82,63 +82,57 @@ fn milliseconds(found: i64, time: u64) -> f64 {
 }
 
 /// Gathers the largest errors of several devices.
-fn of_devices(seed: u64, effort: Effort, check: fn(&mut Device, &mut Worst)) -> Option<Errors> {
-    let mut worst = Worst::NONE;
+fn of_devices(seed: u64, effort: Effort, check: fn(&mut Device, &mut Errors)) -> Option<Errors> {
+    let mut worst = Errors::NONE;
     for seed in seed..seed + effort.of(50) as u64 {
         let mut device = Device::new(seed)?;
         check(&mut device, &mut worst);
     }
-    Some(worst.0)
+    Some(worst)
 }
 
-fn wraps(effort: Effort) -> Option<Errors> {
-    of_devices(1_000, effort, |device, worst| {
-        // The wrap is 5 to 15 s away.
-        let start = (1u64 << 32) - 5_000_000 - device.inputs.below(10_000_000) as u64;
-        for i in 0..7_500u64 {
-            let time = 1_000_000 + i * 4_000;
-            let shown = start + (time as f64 * (1.0 + 50.0e-6)) as u64;
-            let [ours, naive, _] = device.stamp(time, DeviceTime::micros_u32(shown as u32));
+fn wraps(device: &mut Device, worst: &mut Errors) {
+    // The wrap is 5 to 15 s away.
+    let start = (1u64 << 32) - 5_000_000 - device.inputs.below(10_000_000) as u64;
+    for i in 0..7_500u64 {
+        let time = 1_000_000 + i * 4_000;
+        let shown = start + (time as f64 * (1.0 + 50.0e-6)) as u64;
+        let [ours, naive, _] = device.stamp(time, DeviceTime::micros_u32(shown as u32));
+        worst.ours(milliseconds(ours, time));
+        worst.naive(milliseconds(naive, time));
+    }
+}
+
+fn backwards(device: &mut Device, worst: &mut Errors) {
+    let restart = 1_000 + device.inputs.below(1_000) as u64;
+    let again = device.inputs.below(2_000_000) as u64;
+    let first = 60_000_000 + device.inputs.below(60_000_000) as u64;
+    for i in 0..4_000u64 {
+        let time = 1_000_000 + i * 4_000;
+        let shown = if i < restart {
+            first + i * 4_000
+        } else {
+            again + (i - restart) * 4_000
+        };
+        let [ours, naive, _] = device.stamp(time, DeviceTime::unwrapped(shown));
+        // The first wrong time may be an outlier.
+        if i < restart || i >= restart + 2 {
             worst.ours(milliseconds(ours, time));
             worst.naive(milliseconds(naive, time));
         }
-    })
+    }
 }
 
-fn backwards(effort: Effort) -> Option<Errors> {
-    of_devices(1_100, effort, |device, worst| {
-        let restart = 1_000 + device.inputs.below(1_000) as u64;
-        let again = device.inputs.below(2_000_000) as u64;
-        let first = 60_000_000 + device.inputs.below(60_000_000) as u64;
-        for i in 0..4_000u64 {
-            let time = 1_000_000 + i * 4_000;
-            let shown = if i < restart {
-                first + i * 4_000
-            } else {
-                again + (i - restart) * 4_000
-            };
-            let [ours, naive, _] = device.stamp(time, DeviceTime::unwrapped(shown));
-            // The first wrong time may be an outlier.
-            if i < restart || i >= restart + 2 {
-                worst.ours(milliseconds(ours, time));
-                worst.naive(milliseconds(naive, time));
-            }
-        }
-    })
-}
-
-fn freezes(effort: Effort) -> Option<Errors> {
-    of_devices(1_200, effort, |device, worst| {
-        let from = 1_000 + device.inputs.below(1_000) as u64;
-        for i in 0..3_000u64 {
-            let time = 1_000_000 + i * 4_000;
-            // From then on it sends the same measurement again and again.
-            let measured = 1_000_000 + i.min(from) * 4_000;
-            let [ours, _, arrival] = device.stamp(time, DeviceTime::unwrapped(measured));
-            worst.ours(milliseconds(ours, measured));
-            worst.naive(milliseconds(arrival, measured));
-        }
-    })
+fn freezes(device: &mut Device, worst: &mut Errors) {
+    let from = 1_000 + device.inputs.below(1_000) as u64;
+    for i in 0..3_000u64 {
+        let time = 1_000_000 + i * 4_000;
+        // From then on it sends the same measurement again and again.
+        let measured = 1_000_000 + i.min(from) * 4_000;
+        let [ours, _, arrival] = device.stamp(time, DeviceTime::unwrapped(measured));
+        worst.ours(milliseconds(ours, measured));
+        worst.naive(milliseconds(arrival, measured));
+    }
 }
 
 const SIDE: u32 = 40;
