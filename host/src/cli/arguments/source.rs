@@ -78,7 +78,6 @@ impl Source {
     }
 }
 
-/// Why a scene cannot be used.
 #[derive(Debug, Error, Diagnostic)]
 enum Unusable {
     #[error("{} cannot be used", path.display())]

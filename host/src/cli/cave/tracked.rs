@@ -210,7 +210,6 @@ mod tests {
         sender.join().unwrap().unwrap();
     }
 
-    /// Also where one read does not take it.
     #[test]
     fn a_burst_counts_whole() {
         const RECORDS: u64 = 400;

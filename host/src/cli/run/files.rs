@@ -87,7 +87,6 @@ impl Files {
     }
 }
 
-/// Writes a line for each frame.
 pub(super) struct Log {
     path: PathBuf,
     file: BufWriter<File>,
