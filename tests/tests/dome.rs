@@ -2,6 +2,7 @@
 
 use glam::{Mat3, Vec3, Vec4};
 use shisen::bake::Baked;
+use shisen::picture::Picture;
 use shisen::render;
 use shisen::scene::Scene;
 use shisen::scene::builtin::{PaperScene, grid, paper_scene};

@@ -120,7 +120,7 @@ impl<'c> Dashboard<'c> {
     }
 
     /// Draws the message while there is no frame.
-    pub(crate) fn wait(&self, canvas: &mut Canvas, status: &Status) {
+    pub(crate) fn wait(canvas: &mut Canvas, status: &Status) {
         canvas.clear(BACKGROUND);
         if let Some(message) = &status.message {
             canvas.write(8, 5, message, NOTICE);

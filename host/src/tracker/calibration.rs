@@ -295,7 +295,7 @@ impl CalibrationFile {
     }
 
     /// The angle from each eye's calibrated direction to a target, radians.
-    pub(crate) fn residuals(&self, fits: &Fits, seen: &SeenTarget) -> [Option<f32>; 3] {
+    pub(crate) fn residuals(fits: &Fits, seen: &SeenTarget) -> [Option<f32>; 3] {
         std::array::from_fn(|eye| {
             let (fit, target) = fits[eye].as_ref().zip(seen.target(eye))?;
             Some(fit.residual_of(&[target]).largest)
@@ -360,7 +360,7 @@ impl CalibrationFile {
             if let Some(samples) = seen.samples {
                 writeln!(to, "samples = {samples}")?;
             }
-            let residuals = self.residuals(fits, seen);
+            let residuals = Self::residuals(fits, seen);
             for (eye, (measured, off)) in EYES.iter().zip(seen.measured.iter().zip(residuals)) {
                 if let Some((measured, off)) = measured.zip(off) {
                     let off = off.to_degrees();

@@ -224,27 +224,23 @@ impl Feed {
 
     /// What the tracker measures, by its protocol or by what was recorded.
     pub fn senses(&self, spec: &Spec) -> Senses {
-        match &self.kind {
-            Kind::Replay(replay) => {
-                let any = |has: fn(&Sample) -> bool| {
-                    let mut events = replay.events.iter();
-                    events.any(|(event, _)| matches!(event, Event::Sample(sample) if has(sample)))
-                };
-                Senses {
-                    head: any(|s| s.head.orientation.is_some()),
-                    eyes: any(|s| {
-                        let eyes = [&s.left, &s.right, &s.combined];
-                        s.gaze_point.is_some() || eyes.iter().any(|eye| eye.direction.is_some())
-                    }),
-                }
-            }
-            _ => {
-                let protocol = spec.protocol().map(ProtocolSpec::protocol);
-                Senses {
-                    head: protocol.is_none_or(Protocol::has_head),
-                    eyes: protocol.is_none_or(Protocol::has_eyes),
-                }
-            }
+        if let Kind::Replay(replay) = &self.kind {
+            let any = |has: fn(&Sample) -> bool| {
+                let mut events = replay.events.iter();
+                events.any(|(event, _)| matches!(event, Event::Sample(sample) if has(sample)))
+            };
+            return Senses {
+                head: any(|s| s.head.orientation.is_some()),
+                eyes: any(|s| {
+                    let eyes = [&s.left, &s.right, &s.combined];
+                    s.gaze_point.is_some() || eyes.iter().any(|eye| eye.direction.is_some())
+                }),
+            };
+        }
+        let protocol = spec.protocol().map(ProtocolSpec::protocol);
+        Senses {
+            head: protocol.is_none_or(Protocol::has_head),
+            eyes: protocol.is_none_or(Protocol::has_eyes),
         }
     }
 }

@@ -96,7 +96,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             (shown.targets(), Some(shown))
         }
     };
-    let mut gatherer = Gatherer::new(config, targets);
+    let mut gatherer = Gatherer::new(&config, targets);
     if feed.is_live() {
         gather(&mut feed, &mut gatherer, shown)?;
     } else {
@@ -231,7 +231,7 @@ impl Report {
             })
         });
         let target = |seen: &SeenTarget| {
-            let residuals = file.residuals(fits, seen);
+            let residuals = CalibrationFile::residuals(fits, seen);
             let eyes = std::array::from_fn(|eye| {
                 let (measured, off) = seen.measured[eye].zip(residuals[eye])?;
                 Some(MeasuredReport {

@@ -291,9 +291,12 @@ mod tests {
                      property list int ushort {list}\nend_header\n"
                 )
                 .into_bytes();
-                let mut put = |little: &[u8]| match big {
-                    true => bytes.extend(little.iter().rev()),
-                    false => bytes.extend(little),
+                let mut put = |little: &[u8]| {
+                    if big {
+                        bytes.extend(little.iter().rev());
+                    } else {
+                        bytes.extend(little);
+                    }
                 };
                 put(&5_i16.to_le_bytes());
                 for [x, y] in [[0.0_f32, 0.0], [1.0, 0.0], [0.0, 1.5]] {

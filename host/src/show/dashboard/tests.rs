@@ -152,7 +152,7 @@ fn any_window_and_any_frame_are_drawn() {
                 dashboard.view = view;
                 let mut canvas = Canvas::new(width, height);
                 dashboard.draw(&mut canvas, &odd, &status, 1).unwrap();
-                dashboard.wait(&mut canvas, &status);
+                Dashboard::wait(&mut canvas, &status);
                 assert_eq!(dashboard.direction(5_000, 5_000, &odd), None);
             }
         }

@@ -34,10 +34,10 @@ pub(crate) struct Gatherer {
 
 impl Gatherer {
     /// For targets by the samples' arrival; samples without a head have that of `config`.
-    pub(crate) fn new(config: EstimatorConfig, targets: Vec<TimedTarget>) -> Self {
+    pub(crate) fn new(config: &EstimatorConfig, targets: Vec<TimedTarget>) -> Self {
         let looks = vec![Vec::new(); targets.len()];
         Self {
-            config,
+            config: *config,
             targets,
             looks,
             sensors: HeardSensors::default(),
@@ -164,7 +164,7 @@ mod tests {
         };
         let (start, end) = (Micros(0), Micros(1_000_000));
         let place = Vec3::new(0.0, 1.0, -1.0);
-        let mut gatherer = Gatherer::new(config, vec![TimedTarget { start, end, place }]);
+        let mut gatherer = Gatherer::new(&config, vec![TimedTarget { start, end, place }]);
         for i in 0..100u64 {
             let tremble = if i % 2 == 0 { 1.0 } else { -1.0 };
             // On the way for 400 ms, and elsewhere for 50.

@@ -208,10 +208,10 @@ fn pushes(instruction: &Instruction, state: &mut State) -> bool {
             forget(list, state);
             state.depth -= registers(list, 4);
         }
-        ("str" | "strd" | "ldr" | "ldrd", [.., Memory(Some(SP), by)])
-        | ("str" | "strd" | "ldr" | "ldrd", [.., Memory(Some(SP), _), Number(by)])
-            if is_written_back(instruction) || matches!(operands, [.., Number(_)]) =>
-        {
+        (
+            "str" | "strd" | "ldr" | "ldrd",
+            [.., Memory(Some(SP), by)] | [.., Memory(Some(SP), _), Number(by)],
+        ) if is_written_back(instruction) || matches!(operands, [.., Number(_)]) => {
             if instruction.name.starts_with("ldr") {
                 forget(operands, state);
             }

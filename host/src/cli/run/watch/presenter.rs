@@ -134,7 +134,7 @@ impl Presenter {
         newest: Option<&Frame>,
     ) -> Result<(), Box<dyn Error>> {
         let Some(frame) = newest else {
-            dashboard.wait(canvas, &self.status);
+            Dashboard::wait(canvas, &self.status);
             return Ok(self.window.show(canvas)?);
         };
         for turn in 0..dashboard.turns() {
