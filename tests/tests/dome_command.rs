@@ -130,7 +130,7 @@ const USAGE: &str = "
 fn impossible_mirrors_and_dome_masters_are_refused() {
     let folder = folder();
     refused(folder.path(), 2, USAGE);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     let large = "dome render --scene grid --size 65536 => too large";
     refused(folder.path(), 1, large);
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }

@@ -19,6 +19,7 @@ const UNSTEADY: &[&str] = &[
     "mean_time",
     "ratio",
     "mrays_per_second",
+    "same_error",
     "simd",
     "speedup",
     "threads",
