@@ -15,7 +15,7 @@ impl Wall {
     pub fn view_from(&self, eye: DVec3) -> Result<View, RoomError> {
         self.check_eye(eye)?;
         let [first_pixel, column_step, row_step] = self.grid();
-        let steps = [first_pixel - eye, column_step, row_step].map(|step| step.as_vec3());
+        let steps = [first_pixel - eye, column_step, row_step].map(DVec3::as_vec3);
         let [first_pixel, column_step, row_step] = steps;
         let view = View::new(
             eye.as_vec3(),

@@ -87,7 +87,7 @@ fn description(warp: &Warp<'_>, points: &str, weights: &str) -> String {
     let projector = warp.projector;
     let [columns, rows] = projector.resolution;
     let [dome, name, points, weights] =
-        [&warp.dome.name, &projector.name, points, weights].map(|text| escape(text));
+        [&warp.dome.name, &projector.name, points, weights].map(escape);
     let [yaw, pitch, roll] = projector.angles().map(f64::to_degrees);
     let [left, right, down, up] = projector.edges.map(|t| libm::atan(t).to_degrees());
     let DVec3 { x, y, z } = projector.position;

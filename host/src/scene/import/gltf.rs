@@ -213,7 +213,7 @@ impl Importer<'_> {
         let first = mesh.positions.len();
         let count = accessor.count();
         let vectors = (Dimensions::Vec3, &[DataType::F32][..]);
-        let positions = self.items(accessor, vectors, || reader.read_positions())?;
+        let positions = self.items(&accessor, vectors, || reader.read_positions())?;
         // Any number of nodes may share the accessors.
         if count > (3 * TriangleMesh::MOST_TRIANGLES).saturating_sub(first) {
             return Err(self.too_many(first.saturating_add(count) / 3));
@@ -223,7 +223,7 @@ impl Importer<'_> {
         let normals = primitive.get(&Semantic::Normals);
         if let Some(accessor) = normals.filter(|normals| normals.count() == count) {
             let matrix = normal_matrix(transform);
-            let normals = self.items(accessor, vectors, || reader.read_normals())?;
+            let normals = self.items(&accessor, vectors, || reader.read_normals())?;
             let turned = normals.map(|n| (matrix * Vec3::from_array(n)).to_array());
             mesh.normals.extend(turned);
         }
@@ -231,7 +231,7 @@ impl Importer<'_> {
         if let Some(accessor) = places.filter(|places| places.count() == count) {
             let types = [DataType::U8, DataType::U16, DataType::F32];
             let read = || reader.read_tex_coords(0);
-            let coordinates = self.items(accessor, (Dimensions::Vec2, &types), read)?;
+            let coordinates = self.items(&accessor, (Dimensions::Vec2, &types), read)?;
             // glTF counts v from the top.
             let turned = coordinates.into_f32().map(|[u, v]| [u, 1.0 - v]);
             // After a primitive without coordinates, these would be at the wrong vertices.
@@ -299,7 +299,7 @@ impl Importer<'_> {
                 let reader = primitive.reader(|buffer| self.buffer(&buffer));
                 let types = [DataType::U8, DataType::U16, DataType::U32];
                 let read = || reader.read_indices();
-                let indices = self.items(accessor, (Dimensions::Scalar, &types), read)?;
+                let indices = self.items(&accessor, (Dimensions::Scalar, &types), read)?;
                 indices.into_u32().collect()
             }
         };
@@ -331,7 +331,7 @@ impl Importer<'_> {
     /// there.
     fn items<T>(
         &self,
-        accessor: Accessor<'_>,
+        accessor: &Accessor<'_>,
         (dimensions, types): (Dimensions, &[DataType]),
         read: impl FnOnce() -> Option<T>,
     ) -> Result<T, ImportError> {
