@@ -351,8 +351,8 @@ impl Cave {
     /// # Errors
     /// The first screen that it does not: [`Wall::view_from`] and [`DomeScreen::view_from`].
     pub fn check_eye(&self, eye: DVec3) -> Result<(), RoomError> {
-        let mut views = self.screens().map(|screen| screen.view_from(eye));
-        views.try_for_each(|view| view.map(drop))
+        let mut screens = self.screens();
+        screens.try_for_each(|screen| screen.view_from(eye).map(drop))
     }
 
     /// A built-in room, every wall with `pixels` columns and rows, a dome with

@@ -20,15 +20,11 @@ pub(super) fn light(source: &Light) -> format::Light {
         Light::Point {
             position,
             colour,
-            inverse_square,
-        } => {
-            let kind = if inverse_square {
-                light::POINT_INVERSE_SQUARE
-            } else {
-                light::POINT
-            };
-            small(position, kind, colour)
-        }
+            inverse_square: true,
+        } => small(position, light::POINT_INVERSE_SQUARE, colour),
+        Light::Point {
+            position, colour, ..
+        } => small(position, light::POINT, colour),
         Light::Directional { direction, colour } => small(
             -direction.normalize_or(DVec3::NEG_Y),
             light::DIRECTIONAL,
@@ -42,11 +38,8 @@ pub(super) fn light(source: &Light) -> format::Light {
             samples,
             two_sided,
         } => {
-            let kind = if two_sided {
-                light::TWO_SIDED_RECTANGLE
-            } else {
-                light::RECTANGLE
-            };
+            let kinds = [light::RECTANGLE, light::TWO_SIDED_RECTANGLE];
+            let kind = kinds[usize::from(two_sided)];
             format::Light {
                 samples,
                 right: vector(right),

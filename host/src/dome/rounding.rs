@@ -53,13 +53,11 @@ pub fn size_errors(
     // The origin of the mirror's frame; its pole is along −Z.
     let centre = eye + Vec3::Z * (size * parameters.c1) as f32;
     let distance = 1.0 / size;
+    let is_outside = near.check(distance).is_ok();
     let mut errors = SizeErrors {
         size,
         offset,
-        near_field_px: near
-            .check(distance)
-            .is_ok()
-            .then(|| near.largest(distance).px_4096()),
+        near_field_px: is_outside.then(|| near.largest(distance).px_4096()),
         rounding_px: 0.0,
         world_px: None,
         world_missed: 0.0,

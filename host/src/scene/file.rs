@@ -50,7 +50,7 @@ pub use fault::SceneFault;
 use super::camera::{CameraKey, CameraPath, DomeCamera};
 use super::placement::{Normalisation, Placement};
 use super::{Background, Object, Scene, Shape};
-use crate::files::description::{FileError, Located, Source, read_description};
+use crate::files::description::{FileError, Located, read_description};
 use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
 use entries::{BackgroundEntry, CameraEntry, MeshEntry, ObjectEntry, SceneEntry};
@@ -120,9 +120,8 @@ impl Scene {
     where
         E: Into<Box<dyn std::error::Error + Send + Sync>>,
     {
-        let source = Source { name, text };
-        let entry: SceneEntry = source.parse(|message| SceneFault::new(message, SYNTAX))?;
-        let check = Check { source };
+        let check = Check { name, text };
+        let entry: SceneEntry = check.parse(|message| SceneFault::new(message, SYNTAX))?;
         if entry.object.is_empty() {
             let help = "add an [[object]] with a mesh, a sphere or a spheroid";
             let fault = SceneFault::new("the scene has no objects", help);
@@ -224,7 +223,7 @@ fn read_background(check: &Check<'_>, entry: &Spanned<BackgroundEntry>) -> Check
         },
         _ => {
             let choice = "either `colour`, or `zenith`, `horizon` and `nadir`";
-            return check.refuse_choice("the background", choice, entry.span());
+            return check.refuse_keys("the background", choice, entry.span());
         }
     };
     if let Some(alpha) = alpha {
@@ -282,7 +281,7 @@ fn read_mesh_source(
                 .named("built-in mesh", builtin, &known.into())
                 .map(MeshSource::BuiltIn)
         }
-        _ => check.refuse_choice("a mesh", "one of `file` and `builtin`", name.span()),
+        _ => check.refuse_keys("a mesh", "one of `file` and `builtin`", name.span()),
     }
 }
 
@@ -332,7 +331,7 @@ fn read_object(
     materials: &BTreeMap<&str, usize>,
 ) -> Checked<Placed> {
     let object = entry.as_ref();
-    let choice = |choice| check.refuse_choice("an object", choice, entry.span());
+    let choice = |choice| check.refuse_keys("an object", choice, entry.span());
     let length = |key, value| Ok(check.number(key, value, LENGTH)? as f32);
     let shape = match (&object.mesh, &object.sphere, &object.spheroid) {
         (Some(name), None, None) => Shape::Mesh(check.named("mesh", name, meshes)?),

@@ -65,13 +65,11 @@ pub(super) const LIGHT_SAMPLES: Limits = Limits(1.0, 64.0);
 
 pub(super) type Checked<T> = Result<T, Located<SceneFault>>;
 
-pub(super) struct Check<'a> {
-    pub(super) source: Source<'a>,
-}
+pub(super) type Check<'a> = Source<'a>;
 
 impl Check<'_> {
     pub(super) fn fault(&self, fault: SceneFault, at: Option<Range<usize>>) -> Located<SceneFault> {
-        Located::new(fault, &self.source, at)
+        Located::new(fault, self, at)
     }
 
     /// Refuses a value: what is wrong with it, and what to do.
@@ -85,12 +83,7 @@ impl Check<'_> {
     }
 
     /// Refuses keys that exclude each other, or a choice of keys of which none is there.
-    pub(super) fn refuse_choice<T>(
-        &self,
-        owner: &str,
-        choice: &str,
-        at: Range<usize>,
-    ) -> Checked<T> {
+    pub(super) fn refuse_keys<T>(&self, owner: &str, choice: &str, at: Range<usize>) -> Checked<T> {
         let help = "leave out or add keys until it does";
         self.refuse(format!("{owner} has {choice}"), help, at)
     }

@@ -3,6 +3,7 @@
 use super::entries::{LightEntry, Numbers};
 use super::fault::{Check, Checked, LENGTH, LIGHT_SAMPLES, POSITION, RADIANCE, SceneFault};
 use crate::scene::Light;
+use LightKind::{Directional, Point, Rectangle};
 use glam::DVec3;
 use toml::Spanned;
 
@@ -17,8 +18,6 @@ enum LightKind {
 }
 
 pub(super) fn read_light(check: &Check<'_>, entry: &Spanned<LightEntry>) -> Checked<Light> {
-    use LightKind::{Directional, Point, Rectangle};
-
     let light = entry.as_ref();
     let colour = check.colour_or("colour", &light.colour, RADIANCE, [1.0; 3])?;
     let known = [

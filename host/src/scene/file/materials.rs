@@ -47,7 +47,7 @@ fn read_material(
     }
     if let (Some(medium), Some(_)) = (&entry.medium, index) {
         let choice = "at most one of `medium` and `index_of_refraction`";
-        return check.refuse_choice("a material", choice, medium.span());
+        return check.refuse_keys("a material", choice, medium.span());
     }
     let default = Material::default();
     let colour = |key, value, limits, default| check.colour_or(key, value, limits, default);
@@ -152,7 +152,7 @@ pub(super) fn read_textures(
             }
             _ => {
                 let choice = "one of `file` and `checker`";
-                return check.refuse_choice("a texture", choice, name.span());
+                return check.refuse_keys("a texture", choice, name.span());
             }
         };
         textures.push(Texture { pattern, repeats });

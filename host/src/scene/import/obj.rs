@@ -88,10 +88,8 @@ impl Geometry {
         geometry.names.push(String::new());
         let mut corners = Vec::new();
         for (line, statement) in statements(text) {
-            let at = Place {
-                path,
-                line: Some(line),
-            };
+            let line = Some(line);
+            let at = Place { path, line };
             let trimmed = statement.trim();
             let (keyword, rest) = trimmed
                 .split_once(char::is_whitespace)

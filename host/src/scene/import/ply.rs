@@ -19,6 +19,7 @@ const COORDINATES: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "text
 /// Names of the list of a face's corners.
 const CORNER_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
+#[derive(Default)]
 struct Vertex {
     position: [f32; 3],
     normal: [f32; 3],
@@ -27,11 +28,7 @@ struct Vertex {
 
 impl PropertyAccess for Vertex {
     fn new() -> Self {
-        Self {
-            position: [0.0; 3],
-            normal: [0.0; 3],
-            coordinate: [0.0; 2],
-        }
+        Self::default()
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
@@ -56,15 +53,14 @@ impl PropertyAccess for Vertex {
     }
 }
 
+#[derive(Default)]
 struct Face {
     corners: Vec<i64>,
 }
 
 impl PropertyAccess for Face {
     fn new() -> Self {
-        Self {
-            corners: Vec::new(),
-        }
+        Self::default()
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
@@ -145,19 +141,12 @@ fn malformed(path: &Path, error: &ParseError) -> ImportError {
         .strip_prefix("Line ")
         .and_then(|rest| rest.split_once(": "))
         .map_or(summary, |(_, summary)| summary);
-    let problem = message
-        .rsplit_once("Error: ")
-        .map_or(summary, |(_, cause)| cause.lines().next().unwrap_or(cause));
-    let problem = if problem.starts_with("ParseError") {
-        summary
-    } else {
-        problem
-    };
-    let place = Place {
-        path,
-        line: error.line(),
-    };
-    syntax(place, format!("not a valid PLY file: {problem}"))
+    let cause = message.rsplit_once("Error: ");
+    let cause = cause.map(|(_, cause)| cause.lines().next().unwrap_or(cause));
+    let cause = cause.filter(|cause| !cause.starts_with("ParseError"));
+    let problem = format!("not a valid PLY file: {}", cause.unwrap_or(summary));
+    let line = error.line();
+    syntax(Place { path, line }, problem)
 }
 
 fn size(scalar: &ScalarType) -> u128 {
