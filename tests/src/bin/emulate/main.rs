@@ -127,7 +127,7 @@ struct Arguments {
     /// Degrees that the line of sight may move while a frame is rendered: if by more, it
     /// is cut short and the next begun; 0 finishes each
     #[arg(long, value_name = "DEGREES", default_value_t = 5.0,
-          value_parser = within(0.0..=180.0, "degrees from 0 to 180"))]
+          value_parser = within::<f32>(0.0..=180.0, "degrees from 0 to 180"))]
     restart: f32,
     /// Frames of the walls
     #[arg(long, value_name = "N", default_value_t = 3,
