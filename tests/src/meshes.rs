@@ -6,6 +6,7 @@ use shisen::scene::mesh::TriangleMesh;
 use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::path::Path;
+use std::sync::Once;
 
 /// The generated quadruped, and the cow where `SHISEN_COW` names its file.
 pub fn meshes() -> Vec<(&'static str, TriangleMesh)> {
@@ -14,10 +15,11 @@ pub fn meshes() -> Vec<(&'static str, TriangleMesh)> {
     meshes
 }
 
-/// The cow, where `SHISEN_COW` names its file; else says that it is missing.
+/// The cow, where `SHISEN_COW` names its file; else says once that it is missing.
 pub fn cow() -> Option<TriangleMesh> {
+    static TOLD: Once = Once::new();
     let Some(file) = std::env::var_os("SHISEN_COW") else {
-        println!("cow: not given");
+        TOLD.call_once(|| println!("cow: not given; SHISEN_COW=FILE adds it"));
         return None;
     };
     Some(shisen::scene::import::load(Path::new(&file)).expect("SHISEN_COW names a mesh"))
