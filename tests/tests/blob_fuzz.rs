@@ -23,6 +23,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 /// Everything that a scene can have, little of each.
+// Longer than 80 lines: it is a table of values.
 pub(super) fn small_scene() -> Scene {
     let tetrahedron = TriangleMesh {
         positions: vec![

@@ -28,6 +28,7 @@ pub(super) struct Surface<'a> {
 
 impl<'a> Surface<'a> {
     /// The surface, by effects of some bits; `None` only if the scene's bytes are inconsistent.
+    // Longer than 80 lines: each step needs what those before it found.
     pub(super) fn new<const W: usize, const EFFECTS: u32>(
         scene: &Scene<'a, W>,
         ray: &Ray,

@@ -127,6 +127,7 @@ fn open<'s>(
     runners
 }
 
+// Longer than 80 lines: it measures, checks and reports each contender in turn.
 fn one_kind(
     runners: &mut [Runner],
     task: Task,

@@ -70,6 +70,7 @@ impl<const W: usize> TileVisitor for TileInMesh<'_, '_, W> {
         self.hits
     }
 
+    // Longer than 80 lines: one loop, whose vectors stay in registers.
     #[inline(always)]
     fn leaf<L: Lanes<EIGHT>>(&mut self, l: L, child: u32, groups: u8, path: &mut Path<'_>) {
         let count = (child >> COUNT_SHIFT & 7) + 1;

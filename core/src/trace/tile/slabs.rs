@@ -78,6 +78,7 @@ pub(super) struct TileSlabs {
 
 impl TileSlabs {
     /// Bounds for the rays of `groups` that still search; `None` where signs differ or are zero.
+    // Longer than 80 lines: signs, intervals and planes of each ray, axis by axis.
     #[inline(always)]
     pub(super) fn new<L: Lanes<EIGHT>>(
         l: L,

@@ -114,6 +114,7 @@ fn groups_within(hits: &TileHits, groups: u8, near: f32) -> u8 {
 }
 
 /// Visits all leaves that any ray of `groups` enters; bounded as the walk of one ray is.
+// Longer than 80 lines: one loop, whose vectors stay in registers.
 #[inline(always)]
 pub(super) fn walk_tile<const W: usize, L: Lanes<EIGHT>, V: TileVisitor>(
     l: L,

@@ -15,6 +15,7 @@ use std::collections::BTreeMap;
 /// Pixels a side of a tile.
 const TILE: u32 = 16;
 
+// Longer than 80 lines: half of it is the report.
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let size = bench.effort.pick(128, 256);
     let room = Room::new(bench, size)?;

@@ -23,6 +23,7 @@ const LOOKED_AT: Vec3 = Vec3::new(0.15, -0.75, -2.3);
 
 const SAMPLES: u16 = 4;
 
+// Longer than 80 lines: half of it is the report.
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let size = bench.effort.pick(96, 384);
     let baked: Baked = Baked::new(&scene(bench)?)?;

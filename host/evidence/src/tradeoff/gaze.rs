@@ -151,6 +151,7 @@ fn points(
 }
 
 /// Compares all ways to follow the gaze; returns the frames in full and by the paper, too.
+// Longer than 80 lines: the ways to follow a gaze are a table.
 fn methods(
     bench: &Bench<'_>,
     room: &Room,

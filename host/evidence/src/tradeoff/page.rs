@@ -234,6 +234,7 @@ const FEW: usize = 6;
 
 /// The points in the colours of their series, and their front; `None` where no point has a
 /// cost.
+// Longer than 80 lines: it sets each part of one drawing in turn.
 fn chart(
     comparison: &Comparison,
     (name, label): (&'static str, &'static str),

@@ -38,6 +38,7 @@ const RAYS_OF_EACH: u16 = 8;
 /// Wavelengths of the truth where their number alone differs: the most there may be.
 const MOST_WAVELENGTHS: u32 = Wavelengths::MOST;
 
+// Longer than 80 lines: half of it is the report.
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let size = bench.effort.pick(24, 48);
     let windows = LOWER_LEFT[bench.effort.pick(1..3, 0..LOWER_LEFT.len())].iter();

@@ -184,6 +184,7 @@ fn spectrum(count: u8, samples: &mut [SpectralSample]) -> Option<Spectrum<'_>> {
 }
 
 /// Renders a frame slice by slice, listening in between. Whether it was cut short.
+// Longer than 80 lines: what may happen between two slices, in order.
 #[inline(never)]
 fn frame(
     start: &FrameStart,

@@ -177,6 +177,7 @@ fn restarted(frames: &[FrameReport]) -> impl Iterator<Item = u32> {
 }
 
 impl fmt::Display for Report {
+    // Longer than 80 lines: a line of the report after another.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,

@@ -281,6 +281,7 @@ fn moves(program: &Program, instruction: &Instruction, state: &mut State) -> Res
 }
 
 /// What an instruction does to the registers that are followed.
+// Longer than 80 lines: an arm for each kind of instruction.
 fn apply(program: &Program, instruction: &Instruction, state: &mut State) -> Result<(), Wrong> {
     use Operand::{Memory, Number, Register};
     if pushes(instruction, state) || moves(program, instruction, state)? {

@@ -78,6 +78,7 @@ pub(super) fn number(numbers: &[u8], n: usize) -> f32 {
 }
 
 /// Puts a field into the sample; returns `unmeasured` with the parts of this field that are.
+// Longer than 80 lines: an arm for each field of a packet.
 fn read_field(
     sample: &mut Sample,
     field: u8,
