@@ -8,7 +8,7 @@ use report::{FrameReport, Report};
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{Cave, DEFAULT_INTERPUPILLARY_DISTANCE, Wall};
 use shisen::cli::arguments::source::{Loaded, Source, bake};
-use shisen::cli::arguments::{LevelArguments, Model, SceneName, WallsName, whole, within};
+use shisen::cli::arguments::{LevelArguments, Model, SceneName, WallsName, turn, whole};
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::picture_files::{make_writable, metadata};
 use shisen::cli::output::print;
@@ -126,8 +126,7 @@ struct Arguments {
     slice: u32,
     /// Degrees that the line of sight may move while a frame is rendered: if by more, it
     /// is cut short and the next begun; 0 finishes each
-    #[arg(long, value_name = "DEGREES", default_value_t = 5.0,
-          value_parser = within::<f32>(0.0..=180.0, "degrees from 0 to 180"))]
+    #[arg(long, value_name = "DEGREES", default_value_t = 5.0, value_parser = turn)]
     restart: f32,
     /// Frames of the walls
     #[arg(long, value_name = "N", default_value_t = 3,
