@@ -276,7 +276,7 @@ impl<F: Copy, M: Copy> RowSlabs<F, M> {
     }
 
     /// Where rays are within the planes of one axis.
-    // Not a closure: those stay apart, without the vectors' instruction set.
+    // A closure would be compiled without the vectors' instruction set.
     #[inline(always)]
     fn within_planes<const W: usize, L: Lanes<EIGHT, F = F, M = M>>(
         &self,

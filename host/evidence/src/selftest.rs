@@ -150,9 +150,9 @@ pub struct Row {
     pub case: &'static Case,
     /// Whether the error is within its bound.
     pub passed: bool,
-    /// Of the built-in way; null in JSON where infinite.
+    /// The error of the built-in way; null in JSON where infinite.
     pub error: f64,
-    /// Of the naive way; null in JSON where infinite.
+    /// The error of the naive way; null in JSON where infinite.
     pub naive_error: f64,
     /// Whether the naive way is within the bound, too. Such a control shows that nothing is
     /// lost on easy inputs, or the price of a guarantee elsewhere.

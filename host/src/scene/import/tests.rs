@@ -20,7 +20,7 @@ fn binary_ply() -> Vec<u8> {
 
 type Parse = fn(&Path, &[u8]) -> Result<TriangleMesh, ImportError>;
 
-/// Whatever single byte is damaged or missing, the answer is a valid mesh or an error.
+/// A file with one damaged or missing byte gives a valid mesh or an error.
 fn survives_mutation(parse: Parse, bytes: &[u8]) {
     let path = Path::new("nowhere/a");
     parse(path, bytes).unwrap();
