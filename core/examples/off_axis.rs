@@ -14,7 +14,7 @@ use shisen_core::Simd;
 use shisen_core::frame::{
     Budget, FlatScreen, Outcome, Pixel, Renderer, Settings, Tile, TileJob, Workspace,
 };
-use shisen_core::scene::Scene;
+use shisen_core::scene::CompactScene;
 use std::error::Error;
 use std::io::Write as _;
 use zerocopy::IntoBytes as _;
@@ -23,7 +23,7 @@ const SIDE: u32 = 128;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let bytes = ball::scene();
-    let scene = Scene::<4>::from_bytes(bytes.as_bytes())?;
+    let scene = CompactScene::from_bytes(bytes.as_bytes())?;
     let settings = Settings {
         samples: 4,
         ..Settings::default()

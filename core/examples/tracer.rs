@@ -14,14 +14,14 @@ use shisen_core::Simd;
 use shisen_core::frame::{
     Budget, FlatScreen, Outcome, Pixel, Renderer, Settings, Tile, TileJob, Workspace,
 };
-use shisen_core::scene::Scene;
+use shisen_core::scene::CompactScene;
 use shisen_core::shape::Ray;
 use std::error::Error;
 use zerocopy::IntoBytes as _;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let bytes = ball::scene();
-    let scene = Scene::<4>::from_bytes(bytes.as_bytes())?;
+    let scene = CompactScene::from_bytes(bytes.as_bytes())?;
     let renderer = Renderer::new(scene, Simd::detect(), Settings::default());
     let mut workspace = Workspace::new();
 

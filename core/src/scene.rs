@@ -44,6 +44,12 @@ pub struct Scene<'a, const W: usize = 8> {
     pub(crate) media: &'a [Medium],
 }
 
+/// A scene in the fast layout.
+pub type FastScene<'a> = Scene<'a, 8>;
+
+/// A scene in the compact layout.
+pub type CompactScene<'a> = Scene<'a, 4>;
+
 impl<'a, const W: usize> Scene<'a, W> {
     /// Checks a baked scene and borrows it. Bytes past the scene's own
     /// length are ignored, so a flash region may be passed whole.

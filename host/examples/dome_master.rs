@@ -8,7 +8,7 @@
 //! writes `fisheye.png` and `mirror.png`, the front at the bottom, and checks that they
 //! show the same: the mirror is optics, not an object, so its picture lacks nothing.
 
-use shisen::bake::Baked;
+use shisen::bake::{BakedScene, Layout};
 use shisen::render::{self, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::camera::DomeCamera;
@@ -21,13 +21,17 @@ use std::path::Path;
 const SIZE: u32 = 256;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let baked = Baked::<8>::new(&paper_scene(PaperScene::A, quadruped())?)?;
+    let baked = BakedScene::new(
+        &paper_scene(PaperScene::A, quadruped())?,
+        None,
+        Layout::Fast,
+    )?;
     // Metres: next to nothing beside the room, so that nothing is displaced.
     let by_mirror = MirrorCamera::best(1.0e-6);
     let render = |name: &str, projection| -> Result<_, Box<dyn Error>> {
         let view = View::dome(projection, DomeCamera::UPRIGHT.pose(), SIZE)?;
         let options = Options::default();
-        let dome = render::dome(&baked.scene(), &view, None, &options, &|_, _| {})?;
+        let dome = render::dome(baked.scene(), &view, None, &options, &|_, _| {})?;
         dome.picture.write_png_with_alpha(Path::new(name), &[])?;
         println!("{name}, {} primary rays", dome.statistics.primary);
         Ok(dome.picture)

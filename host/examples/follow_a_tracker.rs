@@ -10,13 +10,12 @@
 //! simulated, so that it prints the same on every machine. `shisen run` does this with
 //! real trackers and clocks.
 
-use shisen::bake::Baked;
+use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::live::{Allowance, FrameCost, Governor, Share, with_engine};
 use shisen::render::{Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::quadruped::quadruped;
-use shisen_core::frame::Spectrum;
 use shisen_tracker::estimate::{Estimate, EstimatorConfig, GazeEstimator};
 use shisen_tracker::mock::{self, Tracker, TrackerConfig, ViewerConfig};
 use shisen_tracker::time::Micros;
@@ -26,7 +25,11 @@ use std::error::Error;
 const BUDGET: u64 = 300_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let baked = Baked::<8>::new(&paper_scene(PaperScene::A, quadruped())?)?;
+    let baked = BakedScene::new(
+        &paper_scene(PaperScene::A, quadruped())?,
+        None,
+        Layout::Fast,
+    )?;
     let room = Cave::built_in(BuiltInCave::ThreeWall, [96; 2])?;
     let viewer = mock::Viewer::new(ViewerConfig::default(), 7);
     let mut tracker = Tracker::new(TrackerConfig::default(), viewer, 7)?;
@@ -48,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let first = eyes(&gaze.estimate(Micros(0), &mut |_| {}));
     let options = Options::default();
     with_engine(
-        (baked.scene(), Spectrum::Rgb),
+        baked.scene(),
         &room,
         &first,
         &options,

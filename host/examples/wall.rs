@@ -8,7 +8,7 @@
 //! behind the walls, and checks that one thread makes the same bits as all of them.
 
 use glam::DVec3;
-use shisen::bake::Baked;
+use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{Cave, Eye, Viewer, Wall};
 use shisen::render::{self, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
@@ -17,7 +17,11 @@ use std::error::Error;
 use std::path::Path;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let baked = Baked::<8>::new(&paper_scene(PaperScene::A, quadruped())?)?;
+    let baked = BakedScene::new(
+        &paper_scene(PaperScene::A, quadruped())?,
+        None,
+        Layout::Fast,
+    )?;
 
     // Three corners as the viewer sees them, metres; the viewer is at the origin.
     let corner = |x, y| 1.5 * DVec3::new(x, y, -1.0);
@@ -27,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let eyes = Eye::STEREO.map(|eye| Observer::new(eye, viewer.eye(eye)));
 
     let options = Options::default();
-    let frame = render::cave(&baked.scene(), &room, &eyes, &options, &|_, _| {})?;
+    let frame = render::cave(baked.scene(), &room, &eyes, &options, &|_, _| {})?;
     for seen in &frame.pictures {
         let name = format!("front-{}.png", seen.eye);
         seen.picture.write_png(Path::new(&name), &[])?;
@@ -43,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         threads: 1,
         ..options
     };
-    let again = render::cave(&baked.scene(), &room, &eyes, &alone, &|_, _| {})?;
+    let again = render::cave(baked.scene(), &room, &eyes, &alone, &|_, _| {})?;
     assert_eq!(frame.hash(), again.hash());
     Ok(())
 }

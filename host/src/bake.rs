@@ -13,7 +13,7 @@ mod light;
 mod material;
 mod tree;
 
-pub use layout::{BakedScene, Layout};
+pub use layout::{AnyScene, BakedScene, Layout};
 
 use crate::bake::simplify::{Ladder, LadderError, PolygonLevels};
 use crate::scene::mesh::{MeshError, TriangleMesh};

@@ -5,18 +5,18 @@
 //! [`shisen_tracker`] finds out where the viewer looks.
 //!
 //! ```
-//! use shisen::bake::Baked;
+//! use shisen::bake::{BakedScene, Layout};
 //! use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 //! use shisen::scene::quadruped::quadruped;
 //! use shisen::render::{self, Observer, Options};
 //! use shisen::scene::builtin::{PaperScene, paper_scene};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let baked = Baked::<8>::new(&paper_scene(PaperScene::D, quadruped())?)?;
+//! let baked = BakedScene::new(&paper_scene(PaperScene::D, quadruped())?, None, Layout::Fast)?;
 //! let room = Cave::built_in(BuiltInCave::ThreeWall, [16, 16])?;
 //! let viewer = Viewer::default();
 //! let eyes = Eye::STEREO.map(|eye| Observer::new(eye, viewer.eye(eye)));
-//! let frame = render::cave(&baked.scene(), &room, &eyes, &Options::default(), &|_, _| {})?;
+//! let frame = render::cave(baked.scene(), &room, &eyes, &Options::default(), &|_, _| {})?;
 //! assert_eq!(frame.pictures.len(), 6);
 //! assert_eq!(frame.statistics.primary, 6 * 16 * 16);
 //! # Ok(())

@@ -28,9 +28,11 @@ mod images;
 mod ledger;
 mod observer;
 
+use crate::bake::AnyScene;
 use crate::cave::{Cave, Eye, RoomError, Screen};
 use crate::picture::{Picture, PictureError};
 use crate::render::spectrum::Dispersion;
+use crate::with_scene;
 use effects::Effects;
 use fill::Source;
 pub use fill::{Capture, CaptureOptions, Filling};
@@ -164,16 +166,13 @@ pub enum RenderError {
 ///
 /// # Errors
 /// See [`RenderError`].
-pub fn cave<const W: usize>(
-    scene: &Scene<'_, W>,
+pub fn cave(
+    scene: AnyScene<'_>,
     cave: &Cave,
     eyes: &[Observer],
     options: &Options,
     progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Frame, RenderError>
-where
-    Simd: Runs<W>,
-{
+) -> Result<Frame, RenderError> {
     cave_filled(scene, cave, eyes, options, Filling::Background, progress)
 }
 
@@ -181,7 +180,20 @@ where
 ///
 /// # Errors
 /// See [`RenderError`].
-pub fn cave_filled<const W: usize>(
+pub fn cave_filled(
+    scene: AnyScene<'_>,
+    cave: &Cave,
+    eyes: &[Observer],
+    options: &Options,
+    filling: Filling<'_>,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Frame, RenderError> {
+    with_scene!(scene, |scene| filled(
+        &scene, cave, eyes, options, filling, progress
+    ))
+}
+
+fn filled<const W: usize>(
     scene: &Scene<'_, W>,
     cave: &Cave,
     eyes: &[Observer],
@@ -193,7 +205,7 @@ where
     Simd: Runs<W>,
 {
     if let Some(images) = images(scene, options) {
-        let of_wavelength = |one: &Options| cave_filled(scene, cave, eyes, one, filling, progress);
+        let of_wavelength = |one: &Options| filled(scene, cave, eyes, one, filling, progress);
         if let Some(frame) = images::sum(&images, of_wavelength, Frame::parts)? {
             return Ok(frame);
         }
@@ -336,7 +348,19 @@ pub struct DomePicture {
 ///
 /// # Errors
 /// A picture that is too large, threads that cannot be started.
-pub fn dome<const W: usize>(
+pub fn dome(
+    scene: AnyScene<'_>,
+    view: &View,
+    lod: Option<LevelOfDetail>,
+    options: &Options,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<DomePicture, RenderError> {
+    with_scene!(scene, |scene| in_place(
+        &scene, view, lod, options, progress
+    ))
+}
+
+fn in_place<const W: usize>(
     scene: &Scene<'_, W>,
     view: &View,
     lod: Option<LevelOfDetail>,
@@ -347,7 +371,7 @@ where
     Simd: Runs<W>,
 {
     if let Some(images) = images(scene, options) {
-        let of_wavelength = |one: &Options| dome(scene, view, lod, one, progress);
+        let of_wavelength = |one: &Options| in_place(scene, view, lod, one, progress);
         if let Some(picture) = images::sum(&images, of_wavelength, DomePicture::parts)? {
             return Ok(picture);
         }

@@ -1,7 +1,7 @@
 //! Scenes, rooms and pictures as small as a test needs them.
 
 use glam::{DAffine3, DVec3, Vec3};
-use shisen::bake::Baked;
+use shisen::bake::AnyScene;
 use shisen::bake::simplify::PolygonLevels;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::render::{self, Frame, Observer, Options};
@@ -66,16 +66,8 @@ pub fn levels(rungs: u32) -> PolygonLevels {
 }
 
 /// Renders what observers see in a room.
-pub fn frame<const W: usize>(
-    baked: &Baked<W>,
-    room: &Cave,
-    eyes: &[Observer],
-    options: &Options,
-) -> Frame
-where
-    Simd: Runs<W>,
-{
-    render::cave(&baked.scene(), room, eyes, options, &|_, _| {}).expect("a frame")
+pub fn frame(scene: AnyScene<'_>, room: &Cave, eyes: &[Observer], options: &Options) -> Frame {
+    render::cave(scene, room, eyes, options, &|_, _| {}).expect("a frame")
 }
 
 /// A tile of a view.

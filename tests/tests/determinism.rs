@@ -5,15 +5,15 @@
 
 use crate::blob_fuzz::small_scene;
 use glam::{DAffine3, DVec3, Vec3};
-use shisen::bake::Baked;
+use shisen::bake::{AnyScene, Baked};
 use shisen::render::{Frame, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene, spheres};
 use shisen::scene::material::Material;
 use shisen::scene::{Background, Scene, Shape};
+use shisen_core::Simd;
 use shisen_core::frame::{
     Budget, Mode, Outcome, Pixel, Renderer, Settings, TileError, TileJob, View, Workspace,
 };
-use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::{icosphere, meshes};
 use shisen_tests::paths::Paths;
 use shisen_tests::scenes::{self, both_eyes, object, three_walls, tile};
@@ -52,17 +52,18 @@ pub(crate) fn glass_and_mirrors() -> Scene {
     scene
 }
 
-fn frame<const W: usize>(baked: &Baked<W>, side: u32, options: &Options) -> Frame
-where
-    Simd: Runs<W>,
-{
-    scenes::frame(baked, &three_walls(side), &both_eyes(), options)
+fn frame(scene: AnyScene<'_>, side: u32, options: &Options) -> Frame {
+    scenes::frame(scene, &three_walls(side), &both_eyes(), options)
 }
 
 /// Renders the scene in every way and compares; `side` pixels a wall.
 fn assert_one_hash(name: &str, scene: &Scene, side: u32, tiles: &[u32]) {
     let Paths { fast, compact } = Paths::new(scene);
-    let reference = frame(&fast, side, &options(1, 32, Mode::Single, Simd::PORTABLE));
+    let reference = frame(
+        fast.scene().into(),
+        side,
+        &options(1, 32, Mode::Single, Simd::PORTABLE),
+    );
     let mut ways = Vec::new();
     for mode in MODES {
         for simd in [Simd::detect(), Simd::PORTABLE] {
@@ -73,8 +74,8 @@ fn assert_one_hash(name: &str, scene: &Scene, side: u32, tiles: &[u32]) {
     for (threads, tile, mode, simd) in ways {
         let options = options(threads, tile, mode, simd);
         for (width, found) in [
-            (8, frame(&fast, side, &options)),
-            (4, frame(&compact, side, &options)),
+            (8, frame(fast.scene().into(), side, &options)),
+            (4, frame(compact.scene().into(), side, &options)),
         ] {
             let way = format!("{name}, {width} wide, {options:?}");
             assert_same(&way, &found, &reference, (width, &options));

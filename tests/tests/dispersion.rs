@@ -213,7 +213,7 @@ fn frame(scene: &Scene, dispersion: Dispersion) -> Frame {
         ..Options::default()
     };
     options.settings.samples = 3;
-    scenes::frame(&baked, &three_walls(40), &[eye], &options)
+    scenes::frame(baked.scene().into(), &three_walls(40), &[eye], &options)
 }
 
 #[test]

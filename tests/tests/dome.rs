@@ -73,7 +73,7 @@ fn the_same_bytes_come_from_any_threads_tiles_vectors_and_layouts() {
                     options
                 };
                 let single = options(1, 64, Mode::Single, Simd::PORTABLE);
-                let reference = render::dome(&fast.scene(), &view, lod, &single, &|_, _| ());
+                let reference = render::dome(fast.scene().into(), &view, lod, &single, &|_, _| ());
                 let reference = reference.expect("a picture");
                 for (threads, tile, simd, mode) in [
                     (1, 8, Simd::detect(), Mode::Single),
@@ -81,12 +81,13 @@ fn the_same_bytes_come_from_any_threads_tiles_vectors_and_layouts() {
                     (2, 1, Simd::detect(), Mode::Tile),
                 ] {
                     let options = options(threads, tile, mode, simd);
-                    let fast = render::dome(&fast.scene(), &view, lod, &options, &|_, _| ());
+                    let fast = render::dome(fast.scene().into(), &view, lod, &options, &|_, _| ());
                     let found = fast.expect("a picture");
                     assert_eq!(found.picture, reference.picture, "{view:?} {options:?}");
                     let rays = [found.statistics, reference.statistics].map(|s| s.primary);
                     assert_eq!(rays[0], rays[1]);
-                    let compact = render::dome(&compact.scene(), &view, lod, &options, &|_, _| ());
+                    let compact =
+                        render::dome(compact.scene().into(), &view, lod, &options, &|_, _| ());
                     assert_eq!(compact.expect("a picture").picture, reference.picture);
                 }
             }
@@ -100,7 +101,7 @@ fn picture(projection: DomeProjection) -> Picture {
     let baked = Baked::<8>::new(&small_scene()).expect("a scene");
     let view = View::dome(projection, UPRIGHT, SIDE).expect("a dome master");
     let options = options(1, 8, Mode::Tile, Simd::detect());
-    let found = render::dome(&baked.scene(), &view, None, &options, &|_, _| ());
+    let found = render::dome(baked.scene().into(), &view, None, &options, &|_, _| ());
     found.expect("a picture").picture
 }
 

@@ -39,7 +39,7 @@ const EYE: DVec3 = DVec3::new(-0.9, 0.6, 0.6);
 fn shown(scene: &Scene, room: &Cave, eye: DVec3) -> Picture {
     let baked = Baked::<8>::new(scene).expect("a scene");
     let eyes = [Observer::new(Eye::Centre, eye)];
-    frame(&baked, room, &eyes, &Options::default())
+    frame(baked.scene().into(), room, &eyes, &Options::default())
         .pictures
         .remove(0)
         .picture
@@ -139,7 +139,7 @@ fn things_are_seen_on_walls_where_they_stand() {
         let direction = look.normalize();
         let baked = Baked::<8>::new(&ball(eye + 4.0 * direction, 0.2)).expect("a scene");
         let eyes = [Observer::new(Eye::Left, eye)];
-        let shown = frame(&baked, &room, &eyes, &Options::default());
+        let shown = frame(baked.scene().into(), &room, &eyes, &Options::default());
         let walls = shown.pictures.iter();
         let walls: Vec<_> = walls.map(|p| (&room.walls[p.wall], &p.picture)).collect();
         let up = direction.any_orthonormal_vector();

@@ -5,7 +5,7 @@
 use crate::blob_fuzz::small_scene;
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
-use shisen::bake::Baked;
+use shisen::bake::{AnyScene, Baked};
 use shisen::render::effects::Effects;
 use shisen::render::{self, Account, Frame, Options};
 use shisen::scene::builtin::{PaperScene, grid, paper_scene};
@@ -66,18 +66,12 @@ fn glass() -> Material {
     }
 }
 
-fn frame<const W: usize>(baked: &Baked<W>, side: u32, effects: Effects) -> Frame
-where
-    Simd: Runs<W>,
-{
-    scenes::frame(baked, &three_walls(side), &both_eyes(), &options(effects))
+fn frame(scene: AnyScene<'_>, side: u32, effects: Effects) -> Frame {
+    scenes::frame(scene, &three_walls(side), &both_eyes(), &options(effects))
 }
 
-fn account<const W: usize>(baked: &Baked<W>, side: u32, options: &Options) -> Account
-where
-    Simd: Runs<W>,
-{
-    render::account(&baked.scene(), &three_walls(side), &both_eyes(), options).expect("an account")
+fn account(scene: AnyScene<'_>, side: u32, options: &Options) -> Account {
+    render::account(scene, &three_walls(side), &both_eyes(), options).expect("an account")
 }
 
 fn options(effects: Effects) -> Options {
@@ -124,11 +118,14 @@ fn papers_pictures_are_the_same_with_more_effects() {
     for which in PaperScene::ALL {
         let scene = paper_scene(which, icosphere(3)).expect("a scene");
         let Paths { fast, compact } = Paths::new(&scene);
-        let auto = frame(&fast, 24, Effects::AUTO);
+        let auto = frame(fast.scene().into(), 24, Effects::AUTO);
         let supersets = COMPILED.iter().map(|&set| Effects::AUTO.more(set));
         let refracting = Effects::AUTO.more(REFRACTION);
         for effects in supersets.chain([Effects::ALL, refracting]) {
-            for found in [frame(&fast, 24, effects), frame(&compact, 24, effects)] {
+            for found in [
+                frame(fast.scene().into(), 24, effects),
+                frame(compact.scene().into(), 24, effects),
+            ] {
                 // A superset with mirrors is still that of a scene without.
                 let rays = |frame: &Frame| (frame.statistics.shadow, frame.statistics.reflected);
                 let [found, auto] = [&found, &auto].map(|one| (one.hash(), rays(one)));
@@ -183,7 +180,13 @@ fn grids_without_lines_are_white() {
     };
     let view = View::dome(projection, DomePose::over_room(Vec3::ZERO), 64).expect("a dome");
     let black = |effects| {
-        let master = render::dome(&baked.scene(), &view, None, &options(effects), &|_, _| {});
+        let master = render::dome(
+            baked.scene().into(),
+            &view,
+            None,
+            &options(effects),
+            &|_, _| {},
+        );
         let picture = master.expect("a dome master").picture;
         let is_black = |pixel: &&[f32; 4]| **pixel == [0.0, 0.0, 0.0, 1.0];
         picture.pixels.iter().filter(is_black).count()
@@ -290,21 +293,21 @@ fn the_ledger_adds_up_and_its_pixels_are_the_picture_s() {
 #[test]
 fn an_account_is_the_same_on_any_threads_and_layout() {
     let Paths { fast, compact } = Paths::new(&small_scene());
-    let reference = account(&fast, 24, &options(Effects::AUTO));
+    let reference = account(fast.scene().into(), 24, &options(Effects::AUTO));
     for threads in [1, 3] {
         let options = Options {
             threads,
             tile: 7,
             ..options(Effects::AUTO)
         };
-        assert_eq!(account(&fast, 24, &options), reference);
+        assert_eq!(account(fast.scene().into(), 24, &options), reference);
     }
-    let other = account(&compact, 24, &options(Effects::AUTO));
+    let other = account(compact.scene().into(), 24, &options(Effects::AUTO));
     for &(effect, name) in EffectSet::NAMED {
         let (one, other) = (reference.ledger.entry(effect), other.ledger.entry(effect));
         assert_eq!((one.pixels, one.rays), (other.pixels, other.rays), "{name}");
     }
-    let frame = frame(&fast, 24, Effects::AUTO);
+    let frame = frame(fast.scene().into(), 24, Effects::AUTO);
     let rays = |s: shisen_core::frame::Statistics| [s.primary, s.reflected, s.refracted, s.shadow];
     assert_eq!(rays(frame.statistics), rays(reference.statistics));
 }

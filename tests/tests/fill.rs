@@ -9,7 +9,7 @@ use shisen::render::{self, CaptureOptions, Filling, Frame, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::quadruped::quadruped;
 use shisen_core::Simd;
-use shisen_core::frame::{BLEND, Mode, Spectrum};
+use shisen_core::frame::{BLEND, Mode};
 use shisen_tests::scenes;
 use shisen_tests::ways::options;
 
@@ -42,9 +42,9 @@ impl Setting {
     }
 
     fn frame(&self, options: &Options, filling: Filling<'_>) -> Frame {
-        let scene = self.baked.scene();
+        let scene = self.baked.scene().into();
         let (cave, eyes) = (&self.cave, &self.eyes);
-        render::cave_filled(&scene, cave, eyes, options, filling, &|_, _| {}).expect("a frame")
+        render::cave_filled(scene, cave, eyes, options, filling, &|_, _| {}).expect("a frame")
     }
 
     /// The level of each pixel and its colours in some frames.
@@ -163,7 +163,7 @@ fn the_live_loop_fills_as_one_frame_does() {
     let options = Options::default();
     let once = setting.frame(&options, CAPTURE);
     let once: Vec<u64> = once.pictures.iter().map(|one| one.picture.hash()).collect();
-    let scene = (setting.baked.scene(), Spectrum::default());
+    let scene = setting.baked.scene().into();
     let (cave, eyes) = (&setting.cave, &setting.eyes);
     let live = |engine: &mut dyn Engine| {
         for (quality, steps, same) in [

@@ -8,7 +8,7 @@ use shisen::live::{Allowance, Engine, FrameCost, Governor, Quality, Share, with_
 use shisen::render::{self, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen_core::Simd;
-use shisen_core::frame::{Renderer, Settings, Spectrum};
+use shisen_core::frame::{Renderer, Settings};
 use shisen_tests::meshes::icosphere;
 use shisen_tests::scenes::{self, three_walls};
 use shisen_tests::sizes::cases;
@@ -45,7 +45,7 @@ fn options(threads: usize, tile: u32) -> Options {
 }
 
 fn with<R>(baked: &Baked<8>, options: &Options, run: impl FnOnce(&mut dyn Engine) -> R) -> R {
-    let scene = (baked.scene(), Spectrum::default());
+    let scene = baked.scene().into();
     let (cave, eyes) = (three_walls(SIDE), eyes(0));
     with_engine(scene, &cave, &eyes, options, None, Share::ALL, run).expect("an engine")
 }
@@ -67,7 +67,7 @@ fn a_frame_without_a_budget_is_the_frame() {
             let eyes = eyes(number);
             let frame = engine.render(&eyes, &Quality::FULL, None).expect("a frame");
             assert_eq!((frame.unfinished, frame.rounds), (0, 1));
-            let whole = scenes::frame(&baked, &cave, &eyes, &options(1, 32));
+            let whole = scenes::frame(baked.scene().into(), &cave, &eyes, &options(1, 32));
             assert_eq!(frame.statistics.rays(), whole.statistics.rays());
             let whole: Vec<u64> = whole
                 .pictures
@@ -94,7 +94,7 @@ fn shares_of_a_frame_are_the_frame() {
         let mut together = Vec::new();
         for rank in 0..ranks {
             let share = Share::new(rank, ranks).expect("a share");
-            let scene = (baked.scene(), Spectrum::default());
+            let scene = baked.scene().into();
             let (eyes, options) = (eyes(17), options(1, 32));
             let own = with_engine(scene, &cave, &eyes, &options, None, share, |engine| {
                 engine.render(&eyes, &Quality::FULL, None).expect("a frame");

@@ -34,7 +34,7 @@ fn count(which: PaperScene, mesh: TriangleMesh) -> Count {
     let frames = [0, 1, 2, 3].map(|depth| {
         let mut options = Options::default();
         options.settings.depth = depth;
-        frame(&baked, &room, &eyes, &options).statistics
+        frame(baked.scene().into(), &room, &eyes, &options).statistics
     });
     let tracer = Tracer::new(baked.scene(), Simd::detect(), 0);
     let mut workspace = Workspace::new();

@@ -63,7 +63,13 @@ impl Quartz {
             Eye::Centre,
             Viewer::default().eye(Eye::Centre),
         )];
-        render::cave(&self.baked.scene(), &self.cave, &eye, &options, &|_, _| {})
+        render::cave(
+            self.baked.scene().into(),
+            &self.cave,
+            &eye,
+            &options,
+            &|_, _| {},
+        )
     }
 
     /// Which pixels meet glass: those that change where no glass lets light through.

@@ -4,11 +4,11 @@ use super::{BakeError, Baked};
 use crate::bake::simplify::PolygonLevels;
 use crate::scene::Scene;
 use shisen_core::Simd;
-use shisen_core::scene::{EffectSet, Records, SceneError};
+use shisen_core::scene::{self as core, EffectSet, Records, SceneError};
 use shisen_core::spectrum::Medium;
 
-/// Evaluates an expression with the [`Scene`](shisen_core::scene::Scene) in a
-/// [`BakedScene`](crate::bake::BakedScene). The expression is compiled for both layouts, so it can
+/// Evaluates an expression with the core's [`Scene`](shisen_core::scene::Scene) in an
+/// [`AnyScene`](crate::bake::AnyScene). The expression is compiled for both layouts, so it can
 /// call functions that are generic over the width of nodes.
 ///
 /// ```
@@ -18,23 +18,17 @@ use shisen_core::spectrum::Medium;
 ///
 /// # fn main() -> Result<(), shisen::bake::BakeError> {
 /// let baked = BakedScene::new(&lone_mesh(quadruped()), None, Layout::Compact)?;
-/// let bytes = with_scene!(&baked, |scene| scene.byte_len());
+/// let bytes = with_scene!(baked.scene(), |scene| scene.byte_len());
 /// assert_eq!(bytes as usize, baked.as_bytes().len());
 /// # Ok(())
 /// # }
 /// ```
 #[macro_export]
 macro_rules! with_scene {
-    ($baked:expr, |$scene:ident| $value:expr) => {
-        match $baked {
-            $crate::bake::BakedScene::Fast(baked) => {
-                let $scene = baked.scene();
-                $value
-            }
-            $crate::bake::BakedScene::Compact(baked) => {
-                let $scene = baked.scene();
-                $value
-            }
+    ($any:expr, |$scene:ident| $value:expr) => {
+        match $any {
+            $crate::bake::AnyScene::Fast($scene) => $value,
+            $crate::bake::AnyScene::Compact($scene) => $value,
         }
     };
 }
@@ -80,6 +74,27 @@ pub enum BakedScene {
     Compact(Baked<4>),
 }
 
+/// A scene of either layout, as the core traces it.
+#[derive(Debug, Clone, Copy)]
+pub enum AnyScene<'a> {
+    /// A scene in [`Layout::Fast`].
+    Fast(core::FastScene<'a>),
+    /// A scene in [`Layout::Compact`].
+    Compact(core::CompactScene<'a>),
+}
+
+impl<'a> From<core::FastScene<'a>> for AnyScene<'a> {
+    fn from(scene: core::FastScene<'a>) -> Self {
+        Self::Fast(scene)
+    }
+}
+
+impl<'a> From<core::CompactScene<'a>> for AnyScene<'a> {
+    fn from(scene: core::CompactScene<'a>) -> Self {
+        Self::Compact(scene)
+    }
+}
+
 impl BakedScene {
     /// Bakes a scene, each mesh at several polygon levels if any are given. The same scene always
     /// gives the same bytes.
@@ -108,6 +123,14 @@ impl BakedScene {
         }
     }
 
+    /// The scene, to be traced.
+    pub fn scene(&self) -> AnyScene<'_> {
+        match self {
+            Self::Fast(baked) => AnyScene::Fast(baked.scene()),
+            Self::Compact(baked) => AnyScene::Compact(baked.scene()),
+        }
+    }
+
     /// The layout it is in.
     pub const fn layout(&self) -> Layout {
         match self {
@@ -126,16 +149,16 @@ impl BakedScene {
 
     /// The effects that it asks for.
     pub fn effects(&self) -> EffectSet {
-        with_scene!(self, |scene| scene.effects())
+        with_scene!(self.scene(), |scene| scene.effects())
     }
 
     /// The records of the scene that ask for its effects.
     pub fn records(&self) -> Records<'_> {
-        with_scene!(self, |scene| scene.records())
+        with_scene!(self.scene(), |scene| scene.records())
     }
 
     /// The dispersive media of its materials.
     pub fn media(&self) -> &[Medium] {
-        with_scene!(self, |scene| scene.media())
+        with_scene!(self.scene(), |scene| scene.media())
     }
 }

@@ -69,7 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let baked = bake(&scene, &names.join(", "), layout, levels.as_ref())?;
     let path = &arguments.output;
     write_atomically(path, |file| file.write_all(baked.as_bytes())).map_err(Fault::write(path))?;
-    let ((nodes, leaves, _), objects, stack_entries) = with_scene!(&baked, |scene| (
+    let ((nodes, leaves, _), objects, stack_entries) = with_scene!(baked.scene(), |scene| (
         scene.sizes(),
         scene.instances().len(),
         scene.stack_entries(),

@@ -245,9 +245,7 @@ impl Frames<'_> {
         let Self { cave, options, .. } = self;
         let progress = Progress::new(self.quiet);
         let show = |done, total| progress.show(done, total);
-        let frame = with_scene!(self.baked, |scene| render::cave_filled(
-            &scene, cave, eyes, options, filling, &show
-        ));
+        let frame = render::cave_filled(self.baked.scene(), cave, eyes, options, filling, &show);
         progress.finish();
         Ok(frame?)
     }

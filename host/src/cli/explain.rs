@@ -79,9 +79,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let quiet = |_, _| {};
     let seconds = |effects| {
         let options = Options { effects, ..options };
-        let frame = with_scene!(&baked, |scene| render::cave(
-            &scene, &cave, &observers, &options, &quiet
-        ));
+        let frame = render::cave(baked.scene(), &cave, &observers, &options, &quiet);
         Ok(frame?.seconds)
     };
     let records = baked.records();
@@ -91,9 +89,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let all = EffectSet::NAMED.iter();
         all.filter_map(move |&(effect, _)| set.contains(effect).then_some(effect))
     };
-    let account = with_scene!(&baked, |scene| render::account(
-        &scene, &cave, &observers, &options
-    ))?;
+    let account = render::account(baked.scene(), &cave, &observers, &options)?;
     let effects: Vec<EffectSet> = named(carried_out).collect();
     let (whole, times) = times(seconds, options.effects, &effects, arguments.repeat)?;
     let met = Met::new(&records, &names(name));

@@ -63,7 +63,7 @@ struct TableReport {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let baked = source::load_baked(&arguments.scene)?;
     let path = arguments.scene.display().to_string();
-    let report = with_scene!(&baked, |scene| Report::new(path, &baked, &scene));
+    let report = with_scene!(baked.scene(), |scene| Report::new(path, &baked, &scene));
     print(&report, arguments.json)
 }
 

@@ -239,8 +239,6 @@ impl Prepared {
     ) -> Result<T, Failure> {
         let (arguments, cave, options) = (&self.arguments, &self.cave, &self.options);
         let (room, lod) = (&arguments.room, &arguments.lod);
-        let mut storage = Vec::new();
-        let spectrum = options.dispersion.spectrum(&mut storage);
         let start = room.head();
         let eyes = lod.observers(room.eyes(start), room.directions(start), 0.0)?;
         let (ranks, pictures) = (share.ranks(), cave.screens().count() * eyes.len());
@@ -266,15 +264,7 @@ impl Prepared {
         };
         let run = |engine: &mut dyn Engine| part(engine, &mut observe);
         let how = arguments.capture;
-        let played = with_scene!(&self.baked, |scene| with_engine(
-            (scene, spectrum),
-            cave,
-            &eyes,
-            options,
-            how,
-            share,
-            run
-        ))?;
+        let played = with_engine(self.baked.scene(), cave, &eyes, options, how, share, run)?;
         Ok(played?)
     }
 }

@@ -12,9 +12,11 @@ mod threads;
 use super::lock;
 use super::quality::Quality;
 use super::swap::Share;
+use crate::bake::AnyScene;
 use crate::cave::{Cave, Eye};
 use crate::picture::Picture;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
+use crate::with_scene;
 use capture::LiveCapture;
 use deal::{Dealer, Group, LiveTile};
 use fovea::{SAME_PLACE, is_foveal, reaching_fovea, towards};
@@ -143,8 +145,22 @@ pub struct Rendered {
 ///
 /// # Errors
 /// An eye that does not see a screen; an impossible size of a capture.
-pub fn with_engine<'s, const W: usize, R>(
-    (scene, spectrum): (Scene<'s, W>, Spectrum<'s>),
+pub fn with_engine<R>(
+    scene: AnyScene<'_>,
+    cave: &Cave,
+    eyes: &[Observer],
+    options: &Options,
+    capture: Option<CaptureOptions>,
+    share: Share,
+    run: impl FnOnce(&mut dyn Engine) -> R,
+) -> Result<R, RenderError> {
+    with_scene!(scene, |scene| engine(
+        scene, cave, eyes, options, capture, share, run
+    ))
+}
+
+fn engine<const W: usize, R>(
+    scene: Scene<'_, W>,
     cave: &Cave,
     eyes: &[Observer],
     options: &Options,
@@ -155,6 +171,8 @@ pub fn with_engine<'s, const W: usize, R>(
 where
     Simd: Runs<W>,
 {
+    let mut storage = Vec::new();
+    let spectrum = options.dispersion.spectrum(&mut storage);
     let mut tiles = Vec::new();
     let mut parts = Vec::new();
     for (_, screen, observer) in pairs(cave, eyes, share) {

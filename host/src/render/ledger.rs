@@ -1,7 +1,9 @@
 //! What each effect does in a frame.
 
 use super::{Observer, Options, RenderError, pool, renderer, share_out, tiles, view};
+use crate::bake::AnyScene;
 use crate::cave::Cave;
+use crate::with_scene;
 use shisen_core::frame::{Ledger, Pixel, Statistics};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
@@ -23,7 +25,16 @@ pub struct Account {
 ///
 /// # Errors
 /// As [`cave`](super::cave).
-pub fn account<const W: usize>(
+pub fn account(
+    scene: AnyScene<'_>,
+    cave: &Cave,
+    eyes: &[Observer],
+    options: &Options,
+) -> Result<Account, RenderError> {
+    with_scene!(scene, |scene| account_of(&scene, cave, eyes, options))
+}
+
+fn account_of<const W: usize>(
     scene: &Scene<'_, W>,
     cave: &Cave,
     eyes: &[Observer],

@@ -4,7 +4,7 @@ use crate::say;
 use shisen_core::Simd;
 use shisen_core::frame::{Pixel, Renderer, Settings};
 use shisen_core::scene::EffectSet;
-use shisen_core::scene::{Scene, SceneError};
+use shisen_core::scene::{CompactScene, SceneError};
 
 /// The effects that are linked.
 pub const EFFECTS: u32 = if cfg!(feature = "dispersion") {
@@ -22,8 +22,8 @@ pub const NO_SCENE: Pixel = Pixel {
 };
 
 /// The scene in a part of the memory, or the number of what is wrong with it.
-pub fn open(bytes: &'static [u8]) -> Result<Scene<'static, 4>, u32> {
-    Scene::from_bytes(bytes).map_err(|error| {
+pub fn open(bytes: &'static [u8]) -> Result<CompactScene<'static>, u32> {
+    CompactScene::from_bytes(bytes).map_err(|error| {
         say!(error, "no scene: {}", error);
         fault(&error)
     })
@@ -43,7 +43,7 @@ const fn fault(error: &SceneError) -> u32 {
 }
 
 /// What renders it with so many bounces, one ray at a time.
-pub fn renderer<'a>(scene: Scene<'a, 4>, depth: u8) -> Renderer<'a, 4> {
+pub fn renderer<'a>(scene: CompactScene<'a>, depth: u8) -> Renderer<'a, 4> {
     let settings = Settings {
         depth,
         ..Settings::default()

@@ -4,7 +4,7 @@
 use core::slice;
 use shisen_core::Simd;
 use shisen_core::frame::{Budget, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace};
-use shisen_core::scene::{EffectSet, Scene};
+use shisen_core::scene::{CompactScene, EffectSet};
 
 const EFFECTS: u32 = if cfg!(feature = "all-effects") {
     EffectSet::ALL.bits()
@@ -51,7 +51,7 @@ pub unsafe extern "C" fn render_singly(order: &mut Order<'_>) -> u32 {
 /// As [`render_together`].
 unsafe fn render<'a>(
     order: &mut Order<'a>,
-    renderer: fn(Scene<'a, 4>, Simd, Settings) -> Renderer<'a, 4>,
+    renderer: fn(CompactScene<'a>, Simd, Settings) -> Renderer<'a, 4>,
 ) -> u32 {
     // SAFETY: the caller's.
     let (scene, pixels) = unsafe {
@@ -60,7 +60,7 @@ unsafe fn render<'a>(
             slice::from_raw_parts_mut(order.pixels, 64),
         )
     };
-    let Ok(scene) = Scene::from_bytes(scene) else {
+    let Ok(scene) = CompactScene::from_bytes(scene) else {
         return 1;
     };
     let renderer = renderer(scene, Simd::PORTABLE, Settings::default());

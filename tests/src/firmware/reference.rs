@@ -10,7 +10,7 @@ use shisen_core::frame::{
     Part, Pixel, Place, Progress, Renderer, Settings, Spectrum, View, Workspace,
 };
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
-use shisen_core::scene::{EffectSet, Scene};
+use shisen_core::scene::{CompactScene, EffectSet};
 use shisen_core::spectrum::{SpectralSample, SpectralTable, Wavelengths};
 use shisen_tracker::link::display::{FrameStart, Rendering, Subject};
 use std::fmt::Display;
@@ -34,7 +34,7 @@ fn impossible(error: impl Display) -> FirmwareError {
 /// # Errors
 /// A screen, a dome master, a gaze or wavelengths that cannot be.
 pub fn reference(
-    scene: Scene<'_, 4>,
+    scene: CompactScene<'_>,
     screens: &[FlatScreen],
     rendering: &Rendering,
     shown: &ShownFrame,

@@ -108,12 +108,12 @@ fn no_gaze_is_dearer_than_plain_tracing() {
         for (mode, side) in [(Mode::Tile, 256), (Mode::Single, 64)] {
             let what = format!("{name}, {}, {mode:?}, {side}²", which.name());
             let (size, options) = ([side; 2], in_mode(mode));
-            let mut all = frame(&plain, size, &eyes(None), &options).statistics;
+            let mut all = frame(plain, size, &eyes(None), &options).statistics;
             // Ray by ray it counts that blocks are spared by covers, which hold all levels of a
             // mesh: a gaze is held against the same scene, which is held against the one
             // without levels.
             if mode == Mode::Single {
-                let in_full = frame(&ladder, size, &eyes(None), &options).statistics;
+                let in_full = frame(ladder, size, &eyes(None), &options).statistics;
                 assert_eq!(in_full.rays(), all.rays(), "{what}");
                 assert!(in_full.steps as f64 <= 1.02 * all.steps as f64, "{what}");
                 all = in_full;
@@ -125,7 +125,7 @@ fn no_gaze_is_dearer_than_plain_tracing() {
                     Vec3::NEG_Z
                 };
                 let eyes = eyes(Some(lod((forward, up))));
-                let found = frame(&ladder, size, &eyes, &options).statistics;
+                let found = frame(ladder, size, &eyes, &options).statistics;
                 assert!(found.rays() <= all.rays(), "{what}, towards {forward}");
                 if found.steps > all.steps {
                     let ratio = found.steps as f64 / all.steps as f64;

@@ -173,7 +173,7 @@ fn no_gap_opens_where_rungs_meet() {
         for gaze in GAZES {
             let lod = lod(gaze);
             let (size, eyes) = ([96, 95], eyes(Some(lod)));
-            let found = frame(&baked.scene(), size, &eyes, &samples(1));
+            let found = frame(baked.scene(), size, &eyes, &samples(1));
             let mut traced = 0;
             for (number, (view, _)) in views(size, &eyes).iter().enumerate() {
                 for at in places(view) {

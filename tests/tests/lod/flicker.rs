@@ -29,7 +29,7 @@ impl Stage<'_> {
     fn shown(&self, observer: &Observer) -> Vec<Shown> {
         let size = [self.side; 2];
         let eyes = slice::from_ref(observer);
-        let pictures = frame(&self.scene, size, eyes, &samples(1)).pictures;
+        let pictures = frame(self.scene, size, eyes, &samples(1)).pictures;
         let mut all = Vec::new();
         for ((view, _), picture) in views(size, eyes).iter().zip(pictures) {
             for at in places(view) {

@@ -61,7 +61,7 @@ fn a_frame_has_one_hash() {
         });
         for eyes in [full, paper, eyes(Some(lod(gaze)))] {
             let single = options(1, 32, Mode::Single, Simd::PORTABLE);
-            let reference = frame(&fast.scene(), size, &eyes, &single);
+            let reference = frame(fast.scene(), size, &eyes, &single);
             for mode in [Mode::Single, Mode::Tile] {
                 for (threads, tile, simd) in [
                     (2, 8, Simd::detect()),
@@ -69,9 +69,9 @@ fn a_frame_has_one_hash() {
                     (3, 64, Simd::detect()),
                 ] {
                     let options = options(threads, tile, mode, simd);
-                    let found = frame(&fast.scene(), size, &eyes, &options);
+                    let found = frame(fast.scene(), size, &eyes, &options);
                     assert_eq!(found.hash(), reference.hash(), "{gaze:?}, {options:?}");
-                    let found = frame(&compact.scene(), size, &eyes, &options);
+                    let found = frame(compact.scene(), size, &eyes, &options);
                     assert_eq!(
                         found.hash(),
                         reference.hash(),
@@ -97,9 +97,9 @@ fn around_the_line_of_sight_every_pixel_is_what_it_would_be() {
     let size = [180, 150];
     for gaze in [GAZES[0], GAZES[3]] {
         let eyes = foveated(gaze, 2.0);
-        let found = frame(&baked.scene(), size, &eyes, &Options::default());
+        let found = frame(baked.scene(), size, &eyes, &Options::default());
         let full = eyes.map(|eye| Observer::new(eye.eye, eye.place));
-        let full = frame(&baked.scene(), size, &full, &Options::default());
+        let full = frame(baked.scene(), size, &full, &Options::default());
         let (mut own, mut shared) = (0, 0);
         let pictures = found.pictures.iter().zip(&full.pictures);
         for ((view, eye), (found, full)) in views(size, &eyes).into_iter().zip(pictures) {
@@ -175,9 +175,9 @@ fn an_edge_in_the_periphery_stays_sharp() {
     let baked = Baked::<8>::new(&lamp()).expect("a scene");
     let size = [256; 2];
     let eyes = foveated(GAZES[0], 4.0);
-    let found = frame(&baked.scene(), size, &eyes, &Options::default());
+    let found = frame(baked.scene(), size, &eyes, &Options::default());
     let full = eyes.map(|eye| Observer::new(eye.eye, eye.place));
-    let full = frame(&baked.scene(), size, &full, &Options::default());
+    let full = frame(baked.scene(), size, &full, &Options::default());
     let (mut own, mut of_blocks, mut lit) = (0.0, 0.0, 0);
     let pictures = found.pictures.iter().zip(&full.pictures);
     for ((view, eye), (found, full)) in views(size, &eyes).into_iter().zip(pictures) {

@@ -9,8 +9,8 @@ mod odd_scenes;
 mod rungs;
 
 use glam::{DVec3, Vec3};
-use shisen::bake::Layout;
 use shisen::bake::simplify::PolygonLevels;
+use shisen::bake::{AnyScene, Layout};
 use shisen::cave::{BuiltInCave, Cave};
 use shisen::render::gaze_reference::{self, Limits};
 use shisen::render::{self, Frame, Observer, Options, cave};
@@ -20,7 +20,6 @@ use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::{Background, Object, Scene};
 use shisen_core::frame::{Budget, LevelOfDetail, View, Workspace};
 use shisen_core::gaze::Boundary;
-use shisen_core::scene::Scene as CoreScene;
 use shisen_core::trace::Tracer;
 use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::icosphere;
@@ -50,16 +49,13 @@ fn eyes(lod: Option<LevelOfDetail>) -> [Observer; 2] {
     both_eyes().map(|eye| Observer { lod, ..eye })
 }
 
-fn frame<const W: usize>(
-    scene: &CoreScene<'_, W>,
+fn frame<'s>(
+    scene: impl Into<AnyScene<'s>>,
     size: [u32; 2],
     eyes: &[Observer],
     options: &Options,
-) -> Frame
-where
-    Simd: Runs<W>,
-{
-    cave(scene, &room(size), eyes, options, &|_, _| {}).expect("a frame")
+) -> Frame {
+    cave(scene.into(), &room(size), eyes, options, &|_, _| {}).expect("a frame")
 }
 
 fn room(size: [u32; 2]) -> Cave {

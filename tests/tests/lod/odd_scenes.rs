@@ -28,7 +28,7 @@ fn ladders_of_meshes_with_too_few_faces() {
     for gaze in [GAZES[0], GAZES[2]] {
         let (size, options) = ([33, 29], samples(1));
         let eyes = eyes(Some(lod(gaze)));
-        let found = frame(&scene, size, &eyes, &options);
+        let found = frame(scene, size, &eyes, &options);
         let mut hit = 0;
         for ((view, eye), shown) in views(size, &eyes).iter().zip(&found.pictures) {
             let renderer = renderer(&scene, eye, &options, Spectrum::Rgb).unwrap();

@@ -68,7 +68,7 @@ impl Met {
         for &(size, samples_a_pixel) in sizes {
             let options = samples(samples_a_pixel);
             let most = options.settings.depth;
-            let found = frame(&ladder, size, &eyes, &options);
+            let found = frame(ladder, size, &eyes, &options);
             for (number, (view, eye)) in views(size, &eyes).iter().enumerate() {
                 let renderer = renderer(&ladder, eye, &options, Spectrum::Rgb).unwrap();
                 for at in places(view) {

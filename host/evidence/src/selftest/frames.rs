@@ -6,14 +6,14 @@
 //! compares the pixels, as `tests/firmware/run` does for a controller's frames.
 
 use super::{Case, Effort, Errors};
-use shisen::bake::Baked;
+use shisen::bake::{AnyScene, Baked};
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::render::{self, Frame, Observer, Options};
 use shisen::scene::Scene;
 use shisen::scene::builtin::{PaperScene, paper_scene, spheres};
 use shisen::scene::quadruped::quadruped;
+use shisen_core::Simd;
 use shisen_core::frame::{Mode, Settings};
-use shisen_core::{Runs, Simd};
 
 pub(super) const CASES: &[Case] = cases! {
     [WAYS, ONE, SUM]:
@@ -39,13 +39,16 @@ fn every_way(scene: &Scene, effort: Effort) -> Option<Errors> {
     let compact = Baked::<4>::new(scene).ok()?;
     // Pixels a side of each of three walls.
     let side = effort.pick(24, 96);
-    let reference = frame(&fast, side, (1, Mode::Single, Simd::PORTABLE))?;
+    let reference = frame(fast.scene().into(), side, (1, Mode::Single, Simd::PORTABLE))?;
     let mut errors = Errors::new(0.0, 0.0);
     for threads in THREADS {
         for mode in [Mode::Single, Mode::Tile] {
             for simd in [Simd::PORTABLE, Simd::detect()] {
                 let way = (threads, mode, simd);
-                for found in [frame(&fast, side, way), frame(&compact, side, way)] {
+                for found in [
+                    frame(fast.scene().into(), side, way),
+                    frame(compact.scene().into(), side, way),
+                ] {
                     let same = found.is_some_and(|found| found.hash() == reference.hash());
                     errors.ours += f64::from(u8::from(!same));
                 }
@@ -57,14 +60,11 @@ fn every_way(scene: &Scene, effort: Effort) -> Option<Errors> {
     Some(errors)
 }
 
-fn frame<const W: usize>(
-    baked: &Baked<W>,
+fn frame(
+    scene: AnyScene<'_>,
     side: u32,
     (threads, mode, simd): (usize, Mode, Simd),
-) -> Option<Frame>
-where
-    Simd: Runs<W>,
-{
+) -> Option<Frame> {
     let room = Cave::built_in(BuiltInCave::ThreeWall, [side; 2]).ok()?;
     let eye = Observer::new(Eye::Centre, Viewer::default().eye(Eye::Centre));
     let options = Options {
@@ -77,7 +77,7 @@ where
         },
         ..Options::default()
     };
-    render::cave(&baked.scene(), &room, &[eye], &options, &|_, _| {}).ok()
+    render::cave(scene, &room, &[eye], &options, &|_, _| {}).ok()
 }
 
 /// The bits of a frame at a quarter of its size, every pixel the mean of 16: threads take rows in

@@ -79,7 +79,13 @@ impl Optics {
         let mut options = bench.options();
         options.tile = 8;
         let (view, quiet) = (self.view()?, |_, _| {});
-        Ok(render::dome(&scene.scene(), &view, None, &options, &quiet)?)
+        Ok(render::dome(
+            scene.scene().into(),
+            &view,
+            None,
+            &options,
+            &quiet,
+        )?)
     }
 
     fn measured(&self, errors: Vec<Option<f64>>, name: String, time: &Timed<DomePicture>) -> Point {

@@ -45,11 +45,11 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     }
     ways.push((Some(asked_for), Effects::AUTO.less(EffectSet::ALL)));
     let measured = bench.in_turns(&ways, (0.0, 1.0), |one| {
-        let (scene, quiet) = (baked.scene(), |_, _| {});
-        let frame = render::cave(&scene, &cave, &eye, &with(one.1), &quiet)?;
+        let quiet = |_, _| {};
+        let frame = render::cave(baked.scene().into(), &cave, &eye, &with(one.1), &quiet)?;
         Ok((frame.seconds, frame))
     })?;
-    let account = render::account(&baked.scene(), &cave, &eye, &options)?;
+    let account = render::account(baked.scene().into(), &cave, &eye, &options)?;
     let truth = measured[0].first.pictures[0].picture.clone();
     let view = render::view(&cave.walls[0], &eye[0])?;
     let sight = Sight::new(&view, LOOKED_AT);

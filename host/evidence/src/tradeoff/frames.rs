@@ -261,9 +261,9 @@ fn rendered(
     options: &Options,
     filling: Filling<'_>,
 ) -> Result<Frame, Cause> {
-    let (scene, quiet) = (baked.scene(), |_, _| {});
+    let (scene, quiet) = (baked.scene().into(), |_, _| {});
     Ok(render::cave_filled(
-        &scene, cave, eyes, options, filling, &quiet,
+        scene, cave, eyes, options, filling, &quiet,
     )?)
 }
 

@@ -18,7 +18,7 @@ pub struct Level {
 impl Level {
     /// The levels of all meshes, the finest of each first.
     pub fn of(baked: &BakedScene) -> Vec<Self> {
-        with_scene!(baked, |scene| Self::all(&scene))
+        with_scene!(baked.scene(), |scene| Self::all(&scene))
     }
 
     fn all<const W: usize>(scene: &Scene<'_, W>) -> Vec<Self> {

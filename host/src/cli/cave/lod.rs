@@ -87,7 +87,7 @@ impl LodPictures {
             return Ok(None);
         };
         let (mut levels, mut polygons, mut difference) = (Vec::new(), Vec::new(), Vec::new());
-        with_scene!(frames.baked, |scene| {
+        with_scene!(frames.baked.scene(), |scene| {
             let renderer = render::renderer(&scene, observer, frames.options, Spectrum::Rgb);
             let renderer = renderer.or_fail()?;
             for (number, screen) in frames.cave.screens().enumerate() {

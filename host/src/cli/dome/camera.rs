@@ -178,9 +178,7 @@ pub(super) fn trace(
 ) -> Result<DomePicture, Failure> {
     let progress = Progress::new(quiet);
     let show = |done, total| progress.show(done, total);
-    let picture = with_scene!(baked, |scene| render::dome(
-        &scene, view, None, options, &show
-    ));
+    let picture = render::dome(baked.scene(), view, None, options, &show);
     progress.finish();
     Ok(picture?)
 }

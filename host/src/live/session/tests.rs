@@ -10,7 +10,6 @@ use crate::render::Options;
 use crate::scene::builtin::grid;
 use crate::tracker::calibration::estimation;
 use crate::tracker::{Feed, Spec};
-use shisen_core::frame::Spectrum;
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::clock::ClockEstimator;
 use shisen_tracker::estimate::GazeEstimator;
@@ -72,7 +71,7 @@ fn play(
         threads: 1,
         ..Options::default()
     };
-    let scene = (baked.scene(), Spectrum::default());
+    let scene = baked.scene().into();
     let by_steps = matches!(settings.budget, FrameBudget::Steps(_));
     if by_steps {
         // Samples come.

@@ -16,7 +16,7 @@ use shisen_core::frame::{
     Progress, Renderer, Statistics, Tile, Tiles, View, Workspace,
 };
 use shisen_core::gaze::HeadPose;
-use shisen_core::scene::Scene;
+use shisen_core::scene::CompactScene;
 #[cfg(feature = "dispersion")]
 use shisen_core::{
     frame::Spectrum,
@@ -155,7 +155,7 @@ fn start(
 /// What renders a frame for each eye.
 #[inline(never)]
 fn renderers<'a>(
-    scene: Scene<'a, 4>,
+    scene: CompactScene<'a>,
     start: &FrameStart,
     rendering: &Rendering,
     #[cfg(feature = "dispersion")] samples: &'a mut [SpectralSample],
@@ -322,7 +322,7 @@ fn tiles([columns, rows]: [u32; 2]) -> impl Iterator<Item = Tile> {
     })
 }
 
-fn run(scene: Result<Scene<'static, 4>, u32>, ports: &mut Ports, memory: &mut Memory) -> ! {
+fn run(scene: Result<CompactScene<'static>, u32>, ports: &mut Ports, memory: &mut Memory) -> ! {
     let mut display = Display::new();
     let mut eyes = [HeadPose::IDENTITY.position; 2];
     let mut number = 0u32;
@@ -401,11 +401,11 @@ fn set_up(ports: &mut MaybeUninit<Ports>) -> Option<&mut Ports> {
 
 /// The scene, of which the display is told.
 #[inline(never)]
-fn open(ports: &mut Ports, picture_bytes: usize) -> Result<Scene<'static, 4>, u32> {
+fn open(ports: &mut Ports, picture_bytes: usize) -> Result<CompactScene<'static>, u32> {
     let scene = scene::open(board::scene_region());
     let (flash_bytes, static_bytes) = board::sizes();
     ports.out.report(&Report::Ready(Ready {
-        scene_bytes: scene.as_ref().map_or(0, Scene::byte_len),
+        scene_bytes: scene.as_ref().map_or(0, CompactScene::byte_len),
         effects: scene.as_ref().map_or(0, |scene| scene.effects().bits()),
         linked: scene::EFFECTS,
         fault: scene.as_ref().err().copied().unwrap_or(0),

@@ -15,7 +15,7 @@ use glam::Vec3;
 use shisen_core::Simd;
 use shisen_core::frame::{Budget, FlatScreen, LevelOfDetail, Renderer, Settings, View, Workspace};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
-use shisen_core::scene::{EffectSet, Scene};
+use shisen_core::scene::{CompactScene, EffectSet};
 use shisen_core::shape::Ray;
 use shisen_firmware::measure;
 
@@ -150,7 +150,7 @@ fn radiance(wall: &Wall<'_>, ray: &Ray, workspace: &mut Workspace) {
 fn measured(workspace: &mut Workspace) -> Option<()> {
     // SAFETY: the board has this memory, and nothing writes to it.
     let bytes = unsafe { core::slice::from_raw_parts(SCENE.0 as *const u8, SCENE.1) };
-    let scene = Scene::<4>::from_bytes(bytes).ok()?;
+    let scene = CompactScene::from_bytes(bytes).ok()?;
     let view = front_wall()?;
     let at_depth = |depth| {
         let settings = Settings {

@@ -56,8 +56,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = &arguments.frames;
     let rounds = frames.repeat as usize;
     let cells = frames.cells(|frames, scene, state, look| {
-        let (least_steps, [plain, paper, foveated], time_ratio) =
-            with_scene!(&frames.scene, |scene| measure(scene, frames, look, rounds))?;
+        let (least_steps, [plain, paper, foveated], time_ratio) = measure(frames, look, rounds)?;
         Ok(json!({
             "scene": scene.name(),
             "state": state,
@@ -155,16 +154,13 @@ where
 
 /// The least steps, the frames of all ways, and the ratio of the times of the plain one and the
 /// foveated one.
-fn measure<const W: usize>(
-    scene: Scene<'_, W>,
+fn measure(
     frames: &Frames,
     look: Look,
     rounds: usize,
-) -> Result<(u64, [Measured; WAYS.len()], f64), Failure>
-where
-    Simd: Runs<W>,
-{
-    let least = least_steps(&scene, frames, look)?;
+) -> Result<(u64, [Measured; WAYS.len()], f64), Failure> {
+    let scene = frames.scene.scene();
+    let least = with_scene!(scene, |scene| least_steps(&scene, frames, look))?;
     let (cave, options) = (&frames.cave, &frames.options);
     let eyes = Frames::observers(Way::Plain, look)?;
     let mut sights = Vec::new();
@@ -201,14 +197,5 @@ where
         });
         Ok((least, measured, timed[0].ratio_to(&timed[2])))
     };
-    let spectrum = Spectrum::default();
-    with_engine(
-        (scene, spectrum),
-        cave,
-        &eyes,
-        options,
-        None,
-        Share::ALL,
-        measure,
-    )?
+    with_engine(scene, cave, &eyes, options, None, Share::ALL, measure)?
 }

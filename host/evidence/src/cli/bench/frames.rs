@@ -12,7 +12,6 @@ use shisen::cli::output::counted;
 use shisen::cli::output::failure::Failure;
 use shisen::render::{self, Filling, Frame, Observer, Options};
 use shisen::scene::builtin::PaperScene;
-use shisen::with_scene;
 use shisen_core::frame::LevelOfDetail;
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 use std::num::NonZeroUsize;
@@ -163,9 +162,14 @@ impl Frames {
         let eyes = Self::observers(way, look)?;
         let (cave, options) = (&self.cave, &self.options);
         let quiet = |_, _| {};
-        Ok(with_scene!(&self.scene, |scene| render::cave_filled(
-            &scene, cave, &eyes, options, filling, &quiet
-        ))?)
+        Ok(render::cave_filled(
+            self.scene.scene(),
+            cave,
+            &eyes,
+            options,
+            filling,
+            &quiet,
+        )?)
     }
 
     /// The two eyes.
