@@ -392,6 +392,11 @@ impl TileJob {
         self.tile
     }
 
+    /// How many of its pixels are finished, in rows from the top left.
+    pub const fn finished(&self) -> u32 {
+        self.finished
+    }
+
     /// Whether all its pixels are finished.
     pub const fn is_finished(&self) -> bool {
         self.finished as u64 == self.tile.width as u64 * self.tile.height as u64

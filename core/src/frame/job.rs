@@ -155,7 +155,8 @@ impl<'p> FrameJob<'p> {
     }
 
     /// A frame of some pictures, in tiles of `side`² pixels, that begins no sample when `budget` is
-    /// spent: with P as in [`render`](Self::render), give N − (P − 1) to take N steps at most.
+    /// spent: with P as in [`render`](Self::render), give N − (P − 1) to take N steps at most, or
+    /// N − 17² · P with [foveation](Renderer::with_foveation).
     /// `places` keeps the order of tiles, which takes time for each.
     ///
     /// # Errors
