@@ -38,7 +38,8 @@
 //!
 //! # Where things are
 //!
-//! Each module knows those above it only, but for the vectors of `simd`, which they share:
+//! Each module knows those above it only, but for what they share: the vectors of `simd`, and
+//! `compiled`, which compiles the tracer for each width of nodes:
 //!
 //! | Module | What |
 //! |---|---|

@@ -8,7 +8,7 @@ pub(crate) mod scalar;
 mod trigonometry;
 
 pub(crate) use double_float::DoubleFloat;
-pub(crate) use scalar::{greater, lesser, map3};
+pub(crate) use scalar::{greater, largest_number, lesser, map3, smallest_number};
 pub use scalar::{max, min, sqrt};
 pub(crate) use trigonometry::sines_and_cosines;
 pub use trigonometry::{LARGEST_ANGLE, sin_cos};
@@ -33,18 +33,6 @@ pub(crate) const fn lowbias32(word: u32) -> u32 {
 #[inline(always)]
 pub fn largest_magnitude(v: Vec3) -> f32 {
     max(v.x.abs(), max(v.y.abs(), v.z.abs()))
-}
-
-/// [`largest_magnitude`] of components that are not NaN, by [`greater`].
-#[inline(always)]
-pub(crate) fn largest_number(v: Vec3) -> f32 {
-    greater(v.x.abs(), greater(v.y.abs(), v.z.abs()))
-}
-
-/// The smallest magnitude among three components that are not NaN, by [`lesser`].
-#[inline(always)]
-pub(crate) fn smallest_number(v: Vec3) -> f32 {
-    lesser(v.x.abs(), lesser(v.y.abs(), v.z.abs()))
 }
 
 /// `v` scaled to unit length without overflow or underflow on the way, or

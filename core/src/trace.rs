@@ -7,6 +7,7 @@ mod graticule;
 mod hit;
 mod leaves;
 pub(crate) mod ledger;
+mod map;
 mod mesh;
 mod optics;
 mod row;

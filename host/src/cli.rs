@@ -22,6 +22,7 @@ mod explain;
 mod gaze;
 mod inspect;
 mod medium;
+pub mod numbers;
 pub mod output;
 pub mod play;
 mod prelude;

@@ -26,6 +26,7 @@ mod mirror;
 mod named;
 mod near_field;
 mod rounding;
+mod search;
 
 pub use design::{Design, Extremum, best, local_optima, optimum};
 pub use mapping::Mapping;

@@ -20,10 +20,10 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 pub use budget::{BudgetError, FrameBudget, Table2};
 pub use engine::{Engine, Rendered, eyes_of, with_engine};
 pub use governor::{Allowance, Decision, FrameCost, Governor};
-pub use latency::{Latencies, Leg, Summary};
+pub use latency::{FrameRecord, Latencies, Leg, Summary};
 pub use quality::{FOVEA, Quality};
 pub use session::{
-    Display, FrameRecord, Latch, Observe, SessionError, SessionReport, SessionSettings, follow, run,
+    Display, Latch, Observe, SessionError, SessionReport, SessionSettings, follow, run,
 };
 #[cfg(feature = "cluster")]
 pub use swap::Mpi;

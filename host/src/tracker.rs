@@ -9,6 +9,7 @@ mod feed;
 mod hid;
 mod live;
 mod notice;
+mod port;
 mod protocol;
 #[cfg(unix)]
 pub mod pty;

@@ -1,5 +1,7 @@
 //! Operations on single numbers, from which everything else is made.
 
+use glam::Vec3;
+
 /// The correctly rounded square root; NaN below zero.
 #[inline(always)]
 pub fn sqrt(x: f32) -> f32 {
@@ -68,6 +70,18 @@ pub(crate) const fn lesser(a: f32, b: f32) -> f32 {
     return a.min(b);
     #[cfg(not(feature = "fpv5"))]
     min(a, b)
+}
+
+/// The largest magnitude among three components that are not NaN, by [`greater`].
+#[inline(always)]
+pub(crate) fn largest_number(v: Vec3) -> f32 {
+    greater(v.x.abs(), greater(v.y.abs(), v.z.abs()))
+}
+
+/// The smallest magnitude among three components that are not NaN, by [`lesser`].
+#[inline(always)]
+pub(crate) fn smallest_number(v: Vec3) -> f32 {
+    lesser(v.x.abs(), lesser(v.y.abs(), v.z.abs()))
 }
 
 /// `f` of each of three values, always inlined to stay in the vectors' instruction set.

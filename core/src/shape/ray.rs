@@ -1,4 +1,4 @@
-use crate::numeric::largest_number;
+use crate::numeric::scalar::largest_number;
 use glam::Vec3;
 
 /// A half-line from a finite origin along a finite direction of any length but zero.

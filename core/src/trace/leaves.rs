@@ -2,9 +2,30 @@
 
 use crate::numeric::map3;
 use crate::scene::Scene;
-use crate::scene::format::{self, IdLeaf, LeafBlock, Mesh};
+use crate::scene::format::{self, IdLeaf, LeafBlock, Mesh, Node};
 use crate::shape::Triangle;
 use glam::Vec3;
+
+/// A mesh of a scene, with what tracing it needs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct MeshView<'a, const W: usize> {
+    pub(crate) nodes: &'a [Node<W>],
+    pub(crate) leaves: Leaves<'a, W>,
+    pub(crate) root: u32,
+    pub(crate) extent: f32,
+}
+
+impl<'a, const W: usize> MeshView<'a, W> {
+    #[inline(always)]
+    pub(crate) fn new(scene: &Scene<'a, W>, mesh: &Mesh) -> Self {
+        Self {
+            nodes: scene.nodes,
+            leaves: Leaves::new(scene, mesh),
+            root: mesh.root,
+            extent: mesh.extent,
+        }
+    }
+}
 
 /// The leaves of a mesh: corners in 8-wide trees, triangle numbers in 4-wide ones.
 #[derive(Debug, Clone, Copy)]

@@ -1,36 +1,15 @@
 //! Rays against the triangles of one mesh.
 
 use super::hit::{Any, Goal, Hit, MeshHit, Nearest};
-use super::leaves::Leaves;
+use super::leaves::{Leaves, MeshView};
 use super::stack::{TraversalStack, Work};
 use super::tile::{TileHits, TileInMeshSearch, TileRays};
 use super::walk::{Path, Visitor, leaf_index, walk};
 use crate::numeric::{map3, max, min};
 use crate::scene::Scene;
-use crate::scene::format::{COUNT_SHIFT, LeafBlock, Mesh, Node};
+use crate::scene::format::{COUNT_SHIFT, LeafBlock};
 use crate::shape::{Ray, Shear, Slabs, Triangle};
 use crate::simd::{Kernel, Lanes, RayKernel, Runs, Simd};
-
-/// A mesh of a scene, with what tracing it needs.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct MeshView<'a, const W: usize> {
-    pub(crate) nodes: &'a [Node<W>],
-    pub(crate) leaves: Leaves<'a, W>,
-    pub(crate) root: u32,
-    pub(crate) extent: f32,
-}
-
-impl<'a, const W: usize> MeshView<'a, W> {
-    #[inline(always)]
-    pub(crate) fn new(scene: &Scene<'a, W>, mesh: &Mesh) -> Self {
-        Self {
-            nodes: scene.nodes,
-            leaves: Leaves::new(scene, mesh),
-            root: mesh.root,
-            extent: mesh.extent,
-        }
-    }
-}
 
 /// Visits the triangles of a mesh for the nearest hit, or for any.
 pub(super) struct InMesh<'r, 'a, const W: usize, S> {

@@ -6,9 +6,9 @@
 
 use super::graticule;
 use super::hit::{Hit, MeshHit};
+use super::map::map_component;
 use super::walk::leaf_index;
 use super::workspace::{Pixel, Workspace};
-use super::world::map_component;
 use crate::numeric::{SQUARABLE, UNIT_ROUNDOFF, map3};
 use crate::scene::Scene;
 use crate::scene::format::{Instance, LEAF, Material, NO_MATERIAL, Node, effect, kind};

@@ -3,8 +3,8 @@
 use super::graticule;
 use super::hit::Hit;
 use super::leaves::Leaves;
+use super::map::{map_point, map_vector};
 use super::texture::{self, TEXTURES};
-use super::world::{map_point, map_vector};
 use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, map3, max, normalize};
 use crate::scene::Scene;
 use crate::scene::format::{Instance, Material, Mesh, NO_MATERIAL, Triangle, flag, kind};

@@ -1,40 +1,16 @@
 //! Rays against all instances of a scene.
 
 use super::hit::{Goal, Hit, MeshHit, Nearest};
-use super::mesh::{InMesh, MeshView};
+use super::leaves::MeshView;
+use super::map::{map_point, map_vector};
+use super::mesh::InMesh;
 use super::stack::{TraversalStack, Work};
 use super::walk::{Path, Visitor, leaf_index, walk};
 use crate::numeric::{max, min};
 use crate::scene::Scene;
 use crate::scene::format::{Instance, flag, kind};
 use crate::shape::{Ray, Slabs, Spheroid};
-use crate::simd::{Lanes, RayKernel, Simd, dot};
-use glam::Vec3;
-
-/// A point or a direction through a baked map: columns, then translation.
-#[inline(always)]
-pub(crate) fn map_vector(map: &[[f32; 3]; 4], v: Vec3) -> Vec3 {
-    let [x, y, z, _] = *map;
-    Vec3::from_array(x) * v.x + Vec3::from_array(y) * v.y + Vec3::from_array(z) * v.z
-}
-
-#[inline(always)]
-pub(crate) fn map_point(map: &[[f32; 3]; 4], p: Vec3) -> Vec3 {
-    map_vector(map, p) + Vec3::from_array(map[3])
-}
-
-/// One component of directions through a baked map.
-#[inline(always)]
-pub(super) fn map_component<const W: usize, L: Lanes<W>>(
-    l: L,
-    map: &[[f32; 3]; 4],
-    axis: usize,
-    v: [L::F; 3],
-) -> L::F {
-    let axis = axis % 3;
-    let row = Vec3::new(map[0][axis], map[1][axis], map[2][axis]);
-    dot(l, row, v)
-}
+use crate::simd::{Lanes, RayKernel, Simd};
 
 /// Visits the instances of a scene for the nearest hit, or for any that blocks light.
 struct InWorld<'r, 'a, const W: usize, S> {

@@ -2,7 +2,7 @@
 
 pub(super) use crate::bake::BakedScene;
 pub(super) use crate::cave::Cave;
-pub(super) use crate::cli::arguments::{number, whole, within};
+pub(super) use crate::cli::numbers::{number, whole, within};
 pub(super) use crate::cli::output::failure::{Failure, Fault, OrFail as _, misuse};
 pub(super) use crate::cli::output::picture_files::{hexadecimal, is_png, make_writable, metadata};
 pub(super) use crate::cli::output::{counted, print, say, warn};

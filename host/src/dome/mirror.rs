@@ -1,4 +1,4 @@
-use super::design::bisect;
+use super::search::bisect;
 use glam::{DVec2, DVec3};
 use shisen_core::capture::{self, SpheroidMirror};
 use std::f64::consts::FRAC_PI_2;

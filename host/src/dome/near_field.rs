@@ -1,6 +1,6 @@
-use super::design::{bisect, crossing, golden};
 use super::mapping::Mapping;
 use super::mirror::{Mirror, Parameters};
+use super::search::{bisect, crossing, golden};
 use glam::DVec2;
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 use thiserror::Error;

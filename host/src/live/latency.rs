@@ -1,10 +1,69 @@
-//! Latencies of each stage of a frame, from the eye's movement to the wall.
+//! The record of a frame, and the latencies of its stages, from the eye's movement to the wall.
 
-use super::session::FrameRecord;
 use hdrhistogram::Histogram;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::time::Duration;
+
+/// The record of a frame. Times are microseconds since the tracker was opened.
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "a table's columns, each by itself"
+)]
+pub struct FrameRecord {
+    /// The frame's number, from 0.
+    pub frame: u64,
+    /// When it was due on the walls: at its refresh, or at the end of a longer budget.
+    pub due_us: u64,
+    /// The refresh at which it was due, from 1.
+    pub due_refresh: u64,
+    /// The refresh at which it was shown.
+    pub refresh: u64,
+    /// When its newest sample was measured.
+    pub sample_us: Option<u64>,
+    /// When that sample came.
+    pub arrive_us: Option<u64>,
+    /// When the gaze was taken.
+    pub latch_us: u64,
+    /// When the first ray started.
+    pub first_ray_us: u64,
+    /// When the last pixel was done.
+    pub done_us: u64,
+    /// When it was on the walls.
+    pub present_us: u64,
+    /// Whether it was shown later than due.
+    pub late: bool,
+    /// The point between the eyes: metres, in the room.
+    pub position: [f32; 3],
+    /// The line of sight.
+    pub forward: [f32; 3],
+    /// How far the gaze could be relied on.
+    pub state: &'static str,
+    /// Whether it follows the newest sample: the gaze is known, and the tracker was not silent
+    /// for longer than a gaze is held.
+    pub follows_gaze: bool,
+    /// Its budget from the gaze to the last pixel; null where the budget was no time.
+    pub budget_us: Option<u64>,
+    /// Whether it took longer than that.
+    pub over_time: bool,
+    /// Its budget in steps; null without a limit. Where the steps are an estimate of a time,
+    /// the fovea may have taken more.
+    pub budget_steps: Option<u64>,
+    /// Steps taken.
+    pub steps: u64,
+    /// Steps that all of it would have taken, as far as is known.
+    pub need_steps: u64,
+    /// The rung of quality, from 0.
+    pub rung: usize,
+    /// Number of tiles.
+    pub tiles: usize,
+    /// Tiles that the budget did not finish.
+    pub unfinished_tiles: usize,
+    /// Whether an unfinished tile is within 5° of the line of sight, or of the head's direction
+    /// where the gaze is lost.
+    pub unfinished_fovea: bool,
+}
 
 /// The way from one stage to another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -7,6 +7,7 @@ mod warm_up;
 use super::budget::{FrameBudget, MOST_STEPS, Table2};
 use super::engine::{Engine, Rendered};
 use super::governor::{Allowance, Decision, FrameCost, Governor};
+use super::latency::FrameRecord;
 use super::swap::{FrameResult, Look, Order, Purpose, SwapError, SwapLock};
 use super::tracking::{LatchedGaze, LiveTracker};
 use crate::render::{Observer, RenderError};
@@ -14,8 +15,8 @@ use glam::Vec3;
 use hdrhistogram::Histogram;
 use miette::Diagnostic;
 use pacing::Pacing;
+pub use report::SessionReport;
 use report::Shares;
-pub use report::{FrameRecord, SessionReport};
 use std::time::{Duration, Instant};
 use thiserror::Error;
 

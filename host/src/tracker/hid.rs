@@ -1,7 +1,7 @@
 //! Human interface devices: which one a name means, and what an eye tracker says of itself.
 
-use super::live::{Plugged, Port};
 use super::notice::{Features, LiveError};
+use super::port::{Plugged, Port};
 use super::spec::{HidName, HidSpec};
 use shisen_tracker::decoder::Decoder;
 use shisen_tracker::head::osvr_hdk;

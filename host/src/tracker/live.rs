@@ -2,11 +2,10 @@
 
 use super::hid;
 use super::notice::{Features, LiveError, Notice, Trouble};
+use super::port::{Plugged, Port, open_serial};
 use super::spec::{SerialSpec, TrackerKind};
 use shisen_tracker::command::{Action, Failure, Script, Session, SettingUp, Watch};
 use shisen_tracker::decoder::{Counts, Decoder, Event};
-use shisen_tracker::hid::device::Device;
-use shisen_tracker::serial::Serial;
 use shisen_tracker::time::Micros;
 use std::io;
 use std::time::Instant;
@@ -312,56 +311,6 @@ impl Drop for Live {
             }
         }
     }
-}
-
-pub(super) enum Port {
-    Serial(Serial),
-    Hid(Device),
-}
-
-impl Port {
-    /// Reads what comes within 2 ms; returns how many bytes.
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        match self {
-            Self::Serial(port) => port.read(buffer),
-            Self::Hid(device) => device.read(buffer),
-        }
-    }
-}
-
-pub(super) struct Plugged {
-    pub(super) port: Port,
-    pub(super) path: String,
-    pub(super) decoder: Box<dyn Decoder + Send>,
-    /// What an eye tracker said of itself when it was opened.
-    pub(super) features: Option<Features>,
-}
-
-fn open_serial(spec: &SerialSpec) -> Result<Plugged, LiveError> {
-    let refused = |reason| LiveError::Open(spec.path.clone(), reason);
-    let mut port = Serial::open(&spec.path, spec.baud).map_err(refused)?;
-    set_rts(spec, |high| port.set_rts(high)).map_err(refused)?;
-    let decoder = spec.protocol.decoder();
-    Ok(Plugged {
-        port: Port::Serial(port),
-        path: spec.path.clone(),
-        decoder: decoder.ok_or_else(|| refused(io::ErrorKind::Unsupported.into()))?,
-        features: None,
-    })
-}
-
-/// Sets a line's RTS; a port without RTS is an error only where the specification asks for it.
-fn set_rts(spec: &SerialSpec, mut set: impl FnMut(bool) -> io::Result<()>) -> io::Result<()> {
-    if let Some(high) = spec.rts {
-        return set(high).map_err(|reason| {
-            let text = format!("its RTS cannot be set ({reason}); leave rts out");
-            io::Error::new(reason.kind(), text)
-        });
-    }
-    if let Some(high) = spec.protocol.protocol().rts() {
-        let _ = set(high);
-    }
-    Ok(())
 }
 
 fn plug(spec: &TrackerKind) -> Result<Plugged, LiveError> {

@@ -7,11 +7,10 @@ use crate::scene::format::{COUNT_SHIFT, Instance, Mesh, kind};
 use crate::shape::{Ray, Shear, Slabs, Triangle};
 use crate::simd::{Kernel, Lanes};
 use crate::trace::hit::{Hit, MeshHit};
-use crate::trace::leaves::Leaves;
-use crate::trace::mesh::MeshView;
+use crate::trace::leaves::{Leaves, MeshView};
+use crate::trace::map::{map_component, map_point};
 use crate::trace::stack::{TraversalStack, Work};
 use crate::trace::walk::{Path, leaf_index};
-use crate::trace::world::{map_component, map_point};
 use glam::Vec3;
 
 struct TileInMesh<'r, 'a, const W: usize> {

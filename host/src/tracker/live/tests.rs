@@ -157,7 +157,7 @@ fn a_flock_is_taken_out_of_reset() {
             panic!("{options}");
         };
         let mut level = None;
-        let set = set_rts(&spec, |high| {
+        let set = crate::tracker::port::set_rts(&spec, |high| {
             level = Some(high);
             Err(io::ErrorKind::Unsupported.into())
         });

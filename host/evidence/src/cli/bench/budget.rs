@@ -4,7 +4,7 @@ use super::{list, numbers, print, text};
 use crate::table::Table;
 use clap::Args;
 use serde_json::{Value, json};
-use shisen::cli::arguments::whole;
+use shisen::cli::numbers::whole;
 use shisen::cli::output::failure::Failure;
 use shisen::cli::play::{LiveArguments, Played, TimeArguments, paper_lod};
 use shisen::cli::tracker::{Interrupt, TrackerName};

@@ -7,7 +7,7 @@ use clap::Args;
 use glam::DVec3;
 use serde_json::{Value, json};
 use shisen::cave::look::ViewDirection;
-use shisen::cli::arguments::whole;
+use shisen::cli::numbers::whole;
 use shisen::cli::output::failure::Failure;
 use shisen::live::quantiles::median;
 use shisen::render::Filling;
