@@ -1,10 +1,11 @@
-//! The budget sheet of a README: what the firmware takes beside what it may.
+//! The budget sheets of a README: what the firmware and the C library take beside what they may.
 //!
-//!     cargo run -p shisen-tests --bin budget -- LIMITS MEASURED README COMPILER
+//!     cargo run -p shisen-tests --bin budget -- SHEET LIMITS MEASURED README COMPILER
 //!
-//! LIMITS is `tests/firmware/limits.toml`, whose table `budget` has the limits; MEASURED has
-//! a name and a number a line, of which the last of each name counts; COMPILER is what the
-//! images were built with. `tests/firmware/run` starts this.
+//! SHEET is `budget` or `library`, also the table of the limits in LIMITS,
+//! `tests/firmware/limits.toml`; MEASURED has a name and a number a line, of which the last of
+//! each name counts; COMPILER is what the images were built with. `tests/firmware/run` and
+//! `tests/capi/run` start this.
 //!
 //! A row above its limit is a failure. With `SHISEN_REWRITE=1` the sheet is written into the
 //! README. The figures depend on the compiler and the mesh, which the sheet names.
@@ -17,13 +18,16 @@ use std::process::ExitCode;
 /// What is wrong, in words.
 type Wrong = String;
 
-/// The rows: the name in both files, and what it is. Those after the blank line may have no
-/// limit, since they differ from run to run.
-const ROWS: &str = "\
+/// The rows of the firmware: the name in both files, and what it is. Those after the blank line
+/// may have no limit, since they differ from run to run.
+const FIRMWARE: &str = "\
 flash: Flash: one protocol, all effects but dispersion, bytes
 flash_with_dispersion: The same with dispersion, bytes
+static: Static memory, bytes
+static_with_dispersion: The same with dispersion, bytes
 ram: Static memory without room for pixels and the order of tiles, bytes
 stack: Stack by the call graph, an interrupt included, bytes
+stack_with_dispersion: The same with dispersion, bytes
 primary_ray: Primary ray of scene A in full, before shading, mean of the front wall
 primary_ray_alone: The same without a test of its block
 primary_ray_that_hits: The same where it hits
@@ -40,16 +44,20 @@ latency_at_120_hz: Both together, tracker at 120 Hz
 latency_at_1000_hz: Both together, tracker at 1,000 Hz
 restart: Both together, where the eyes leap by more than 5° while a frame is rendered";
 
-const BEGIN: &str = "<!-- budget sheet: SHISEN_REWRITE=1 SHISEN_COW=cow.obj tests/firmware/run -->";
-const END: &str = "<!-- end of the budget sheet -->";
+/// The rows of the C library.
+const LIBRARY: &str = "\
+library_flash: Flash: one protocol, all effects but dispersion, bytes
+library_flash_of_all: Flash of all protocols, dispersion and functions, bytes
+library_handles: Memory of the example's handles, which the caller gives, bytes
+library_stack: Stack that a frame was seen to take, bytes";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [limits, measured, readme, compiler] = arguments.as_slice() else {
-        eprintln!("give: LIMITS MEASURED README COMPILER");
+    let [name, limits, measured, readme, compiler] = arguments.as_slice() else {
+        eprintln!("give: SHEET LIMITS MEASURED README COMPILER");
         return ExitCode::from(2);
     };
-    match run(limits, measured, readme, compiler) {
+    match run(name, limits, measured, readme, compiler) {
         Ok(sheet) => {
             println!("{sheet}");
             ExitCode::SUCCESS
@@ -61,23 +69,38 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(path: &str, measured: &str, readme: &str, compiler: &str) -> Result<String, Wrong> {
+fn run(
+    name: &str,
+    path: &str,
+    measured: &str,
+    readme: &str,
+    compiler: &str,
+) -> Result<String, Wrong> {
     let with_cow = std::env::var_os("SHISEN_COW").is_some();
-    let mesh = if with_cow {
-        "the paper's cow"
-    } else {
-        "the built-in quadruped"
+    let (rows, mesh) = match name {
+        "library" => (LIBRARY, ""),
+        _ if with_cow => (FIRMWARE, " and the paper's cow"),
+        _ => (FIRMWARE, " and the built-in quadruped"),
     };
-    let (sheet, above) = sheet(&limits(path, "budget")?, &read_measured(measured)?)?;
-    let sheet = format!("{sheet}\nMeasured with {compiler} and {mesh}.");
+    let (sheet, above) = sheet(rows, &limits(path, name)?, &read_measured(measured)?)?;
+    let sheet = format!("{sheet}\nMeasured with {compiler}{mesh}.");
     if !above.is_empty() {
         return Err(format!("above the limit: {}\n{sheet}", above.join(", ")));
     }
     if std::env::var("SHISEN_REWRITE").is_ok_and(|value| value == "1") {
         let text = read(readme)?;
-        let parts = text.split_once(BEGIN).zip(text.split_once(END));
-        let ((before, _), (_, after)) = parts.ok_or_else(|| format!("{readme} has no sheet"))?;
-        let text = format!("{before}{BEGIN}\n{sheet}\n{END}{after}");
+        let [begin, end] = [
+            format!("<!-- {name} sheet: "),
+            format!("<!-- end of the {name} sheet -->"),
+        ];
+        // The line that begins it says which command writes it.
+        let found = text.split_once(&begin).and_then(|(before, rest)| {
+            let (command, rest) = rest.split_once('\n')?;
+            Some((before, command, rest.split_once(&end)?.1))
+        });
+        let (before, command, after) =
+            found.ok_or_else(|| format!("{readme} has no sheet {name}"))?;
+        let text = format!("{before}{begin}{command}\n{sheet}\n{end}{after}");
         std::fs::write(readme, text).map_err(|error| format!("{readme}: {error}"))?;
     }
     Ok(sheet)
@@ -101,6 +124,7 @@ fn read_measured(path: &str) -> Result<BTreeMap<String, u64>, Wrong> {
 
 /// The sheet as it stands in the file, and the rows that are above their limit.
 fn sheet<'r>(
+    rows: &'r str,
     limits: &BTreeMap<String, u64>,
     measured: &BTreeMap<String, u64>,
 ) -> Result<(String, Vec<&'r str>), Wrong> {
@@ -108,7 +132,7 @@ fn sheet<'r>(
         "| In instructions, if not said otherwise | Measured | Limit |\n|---|---:|---:|\n",
     );
     let (mut above, mut is_settled) = (Vec::new(), true);
-    for row in ROWS.lines() {
+    for row in rows.lines() {
         let Some((key, what)) = row.split_once(": ") else {
             is_settled = false;
             continue;
