@@ -13,7 +13,7 @@ use shisen::cli::numbers::whole;
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::picture_files::{make_writable, metadata};
 use shisen::cli::output::print;
-use shisen::cli::program::{self, Examples, Program};
+use shisen::cli::program::{self, Examples, Program, Schemas, schema};
 use shisen::cli::tracker::{Recorded, with_help};
 use shisen::files::Fault;
 use shisen::picture::Picture;
@@ -32,8 +32,16 @@ use std::process::ExitCode;
 use std::str::FromStr;
 
 impl Program for Arguments {
-    const EXAMPLES: Examples =
-        "# tests/firmware/run\n  One frame of scene A:\n    tests/firmware/run --frames 1\n";
+    const EXAMPLES: Examples = "\
+# tests/firmware/run
+  One frame of scene A:
+    tests/firmware/run --frames 1
+  A room and a model of one's own, for both eyes:
+    tests/firmware/run --walls room.toml --mesh cow.obj --eyes 2 --frames 1
+  What a recorded tracker makes of it, as JSON:
+    tests/firmware/run --tracker replay:gaze.csv --json
+";
+    const SCHEMAS: Schemas = &[("", schema::<Report>)];
 
     fn run(&self) -> Result<(), Failure> {
         run(self)
@@ -53,27 +61,8 @@ fn main() -> ExitCode {
 /// from tests/firmware. Needs qemu-system-arm.
 ///
 /// Instructions are counted by the emulator: divisions take one, memory none.
-///
-/// With --json, one object: image, scene, effects (that the scene asks for),
-/// `scene_bytes`, `flash_bytes`, `ram_bytes` (static, without room for pixels
-/// and the order of tiles), `picture_bytes` (that room), `stack_bytes`,
-/// `frame_hash` and `host_frame_hash` (of the last frame), equal (whether all
-/// are), `instructions_per_primary_ray` (of all frames of the screens, shading
-/// included), `instructions_per_record` (of the tracker, decoding and estimating;
-/// null without any), `latency_instructions` (the longest from the last byte of
-/// a new gaze to the first tile; null without any), `gaze_to_tile_instructions` (the
-/// longest part of one once the frame before was over), `restart_latency_instructions`
-/// (as `latency_instructions`, of frames before which one was cut short), tracker (records,
-/// `dropped_bytes`, `overrun_bytes`), frames (number, kind, state and widen of
-/// the gaze, hash, `host_hash`, `tiles_whole`, `tiles_given_up`, steps,
-/// `primary_rays`, rays, instructions, `preparation_instructions`,
-/// `latency_instructions`, of these `waiting_instructions` while the frame before
-/// was finished, `sent_instructions` from the byte until the tile was sent, and
-/// `cut_short`: left because the viewer looked elsewhere, its first tiles are compared),
-/// slices (of all frames: frame, instructions, steps,
-/// `ended_tile`), log (lines) and images (paths).
 #[derive(Debug, Parser)]
-#[command(name = "tests/firmware/run")]
+#[command(name = "tests/firmware/run", bin_name = "tests/firmware/run")]
 struct Arguments {
     /// An ELF file of the controller [default: it is built]
     #[arg(long, value_name = "ELF")]

@@ -1,5 +1,6 @@
 //! What the emulator's command line prints.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use shisen::cli::output::picture_files::hexadecimal;
 use shisen_core::scene::EffectSet;
@@ -8,24 +9,34 @@ use shisen_tracker::estimate::State;
 use shisen_tracker::link::display::Subject;
 use std::fmt;
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct FrameReport {
     number: u32,
     kind: &'static str,
+    /// State of the gaze; null without one.
     state: Option<&'static str>,
+    /// How far the visual field is widened, radians.
     widen: f32,
+    /// Hash of its pixels on the board.
     hash: String,
+    /// Hash of the same frame on the host.
     host_hash: String,
     tiles_whole: u32,
+    /// Tiles that the budget did not finish.
     tiles_given_up: u32,
+    /// Left because the viewer looked elsewhere: its first tiles are compared.
     cut_short: bool,
     steps: u64,
     primary_rays: u64,
     rays: u64,
     instructions: u64,
+    /// Before the first tile.
     preparation_instructions: u32,
+    /// From the last byte of a new gaze to the first tile.
     latency_instructions: Option<u32>,
+    /// The part of it in which the frame before was finished.
     waiting_instructions: Option<u32>,
+    /// From the last byte until the tile was sent.
     sent_instructions: Option<u32>,
 }
 
@@ -66,7 +77,7 @@ impl FrameReport {
     }
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct SliceReport {
     frame: u32,
     instructions: u32,
@@ -74,35 +85,47 @@ struct SliceReport {
     ended_tile: bool,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct TrackerReport {
     records: u32,
     dropped_bytes: u32,
     overrun_bytes: u32,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Report {
     image: String,
     scene: String,
+    /// Effects that the scene asks for.
     effects: Vec<&'static str>,
     scene_bytes: u32,
     flash_bytes: u32,
+    /// Static memory without room for pixels and the order of tiles.
     ram_bytes: u32,
+    /// That room.
     picture_bytes: u32,
     stack_bytes: Option<u32>,
+    /// Hash of the last frame on the board.
     frame_hash: String,
+    /// Hash of the last frame on the host.
     host_frame_hash: String,
+    /// Whether all frames are the host's.
     equal: bool,
+    /// Of all frames of the screens, shading included.
     instructions_per_primary_ray: Option<f64>,
+    /// Decoding and estimating; null without a record.
     instructions_per_record: Option<f64>,
+    /// The longest from the last byte of a new gaze to the first tile.
     latency_instructions: Option<u32>,
+    /// The longest part of one once the frame before was over.
     gaze_to_tile_instructions: Option<u32>,
+    /// The longest of frames before which one was cut short.
     restart_latency_instructions: Option<u32>,
     tracker: Option<TrackerReport>,
     frames: Vec<FrameReport>,
     slices: Vec<SliceReport>,
     log: Vec<String>,
+    /// Paths.
     images: Vec<String>,
 }
 
