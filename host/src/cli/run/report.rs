@@ -317,11 +317,12 @@ impl fmt::Display for Report {
             writeln!(f, "the median frame spent {spent:.0}% of its budget")?;
         }
         if let Some(share) = one.needed_share {
-            let needed = 100.0 * share;
-            writeln!(
-                f,
-                "in full quality it would take about {needed:.0}% of the steps"
-            )?;
+            f.write_str("in full quality the median frame needs about ")?;
+            if share < 9.95 {
+                writeln!(f, "{:.0}% of this budget", 100.0 * share)?;
+            } else {
+                writeln!(f, "{share:.0} times this budget")?;
+            }
             if share <= 1.0 && self.lowered_share == 0.0 {
                 let more = "this budget is more than a frame of full quality needs";
                 writeln!(f, "{more}: it lowered nothing")?;
