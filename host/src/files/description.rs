@@ -173,7 +173,7 @@ impl Source<'_> {
         };
         let span = error.span().unwrap_or_default();
         let root = DeTable::parse(self.text).ok();
-        let keys = root.iter().flat_map(|root| root.get_ref());
+        let keys = root.iter().flat_map(Spanned::get_ref);
         let keys = keys.filter_map(|(key, value)| key_of(value, key.get_ref(), &span));
         let (length, key) = keys.min().unwrap_or((span.len(), "KEY"));
         let is_within = length > span.len();
@@ -207,15 +207,15 @@ fn key_of<'t>(
     let is_here = span.start <= at.start && at.end <= span.end;
     let own = is_here.then_some((span.len(), key));
     let within = match value.get_ref() {
-        DeValue::Array(values) => values
-            .iter()
-            .filter_map(|value| key_of(value, key, at))
-            .min(),
+        DeValue::Array(values) => {
+            let keys = values.iter().filter_map(|value| key_of(value, key, at));
+            // A value of the list has no key of its own.
+            keys.filter(|(_, found)| !std::ptr::eq(*found, key)).min()
+        }
         DeValue::Table(values) => {
-            let values = values.iter();
-            values
-                .filter_map(|(key, value)| key_of(value, key.get_ref(), at))
-                .min()
+            let keys = values.iter();
+            let keys = keys.filter_map(|(key, value)| key_of(value, key.get_ref(), at));
+            keys.min()
         }
         _ => None,
     };

@@ -146,7 +146,7 @@ fn validated(
 ) -> Result<TriangleMesh, ImportError> {
     mesh.validate()
         .map_err(|fault| match fault.triangle.and_then(line_of) {
-            None => unusable(path, &fault),
+            None => unusable(path, fault),
             line => unusable(Place { path, line }, "the face names a vertex twice"),
         })?;
     Ok(mesh)

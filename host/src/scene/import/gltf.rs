@@ -343,7 +343,7 @@ impl Importer<'_> {
     }
 
     fn too_many(&self, count: usize) -> ImportError {
-        unusable(self.path, &MeshError::too_many(count))
+        unusable(self.path, MeshError::too_many(count))
     }
 
     /// Reads an accessor, once it is certain that it has one of the types and that all of it is
