@@ -33,7 +33,8 @@ pub mod tracker;
 
 use crate::live;
 use clap::Parser;
-use output::failure::{Failure, misuse};
+use clap::error::ErrorKind;
+use output::failure::Failure;
 use program::{Either, Examples, Program, Schemas, schema};
 use std::process::ExitCode;
 
@@ -80,10 +81,12 @@ struct Elsewhere {
 }
 
 impl Elsewhere {
-    /// Fails with the command line of the program that has this command.
+    /// Fails with the command line of the program that has this command, and without a usage.
     fn run(&self, program: &str) -> Result<(), Failure> {
         let line = [&[program.to_owned()], &self.words[..]].concat().join(" ");
-        Err(misuse!("another program has this command: {line}"))
+        let message = format!("another program has this command: {line}\n");
+        let error = clap::Error::raw(ErrorKind::InvalidSubcommand, message);
+        Err(Failure::Usage(Box::new(error)))
     }
 }
 

@@ -34,12 +34,14 @@ impl Fault {
     /// Makes the error of a file that cannot be written.
     pub fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |reason| {
-            let message = format!("{}: cannot write: {}", path.display(), explain(&reason));
-            let help = None;
-            Self { message, help }
+            let (what, help) = explain(&reason);
+            Self::new(format!("{}: cannot write: {what}", path.display()), help)
         }
     }
 }
+
+/// What to do about a file that cannot be read.
+pub(crate) const UNREAD: &str = "check the file's name and permissions";
 
 /// Reads a whole regular file: a device or a pipe might never end.
 ///
@@ -106,30 +108,38 @@ pub fn write_atomically(
 }
 
 /// What a failure to write a file means, and what to do about it.
-pub fn explain(reason: &io::Error) -> String {
-    let advice = match reason.kind() {
-        io::ErrorKind::NotFound => "the folder does not exist; create it first",
-        io::ErrorKind::NotADirectory => "a part of the path is a file, not a folder",
-        io::ErrorKind::IsADirectory => "a folder has this name; choose another",
-        io::ErrorKind::PermissionDenied => {
-            "it, or the folder, is not writable; change the permissions, or choose another"
+pub fn explain(reason: &io::Error) -> (String, &'static str) {
+    let (what, help) = match reason.kind() {
+        io::ErrorKind::NotFound => ("the folder does not exist", "create it first"),
+        io::ErrorKind::NotADirectory => (
+            "a part of the path is a file, not a folder",
+            "choose another path",
+        ),
+        io::ErrorKind::IsADirectory => ("a folder has this name", "choose another name"),
+        io::ErrorKind::PermissionDenied => (
+            "it, or the folder, is not writable",
+            "change the permissions, or choose another path",
+        ),
+        io::ErrorKind::ReadOnlyFilesystem => {
+            ("the file system is read-only", "choose another folder")
         }
-        io::ErrorKind::ReadOnlyFilesystem => "the file system is read-only; choose another folder",
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            "there is no space left; free some, or choose another folder"
-        }
-        io::ErrorKind::AlreadyExists => "a file has this name; choose another",
-        _ => "this place cannot be used; choose another",
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => (
+            "there is no space left",
+            "free some space, or choose another folder",
+        ),
+        io::ErrorKind::AlreadyExists => ("a file has this name", "choose another name"),
+        _ => ("this place cannot be used", "choose another path"),
     };
-    format!("{advice} ({reason})")
+    (format!("{what} ({reason})"), help)
 }
 
 /// What a failure to make a folder means, and what to do about it.
-pub fn explain_folder(reason: &io::Error) -> String {
+pub fn explain_folder(reason: &io::Error) -> (String, &'static str) {
     match reason.kind() {
-        io::ErrorKind::NotFound => {
-            format!("no folder can be made there; choose another ({reason})")
-        }
+        io::ErrorKind::NotFound => (
+            format!("no folder can be made there ({reason})"),
+            "choose another folder",
+        ),
         _ => explain(reason),
     }
 }

@@ -371,8 +371,8 @@ fn write_file(
     write: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
 ) -> Result<(), PictureError> {
     write_atomically(path, write).map_err(|reason| {
-        let (path, reason) = (path.display(), explain(&reason));
-        PictureError(format!("{path}: cannot write: {reason}"))
+        let (path, (what, advice)) = (path.display(), explain(&reason));
+        PictureError(format!("{path}: cannot write: {what}; {advice}"))
     })
 }
 

@@ -256,7 +256,7 @@ fn impossible_warps_are_refused_and_nothing_is_written() {
     for (code, walls, projector, more, expected) in [
         (1, "room", "away", "bourke", "does not see dome \"sky\""),
         (1, "room", "wide", "bourke", "200°"),
-        (1, "room", "key", "bourke", "unknown field `looks`"),
+        (1, "room", "key", "bourke", "unknown key `looks`"),
         (1, "room", "no", "bourke", "no.toml"),
         (1, "bad", "back", "bourke", "400°"),
         (2, "flat", "back", "bourke", "no dome in --walls"),

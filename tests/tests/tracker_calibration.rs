@@ -213,7 +213,7 @@ fn what_makes_no_calibration_is_told() {
     for (text, expected) in [
         ("model = \"cubic\"\n", "there is no model \"cubic\""),
         ("[[target]]\ndirection = [0,0,-1]\n", "targets and no model"),
-        ("speed = 1\n", "unknown field"),
+        ("speed = 1\n", "unknown key"),
         ("[screen]\ncorner = [0,0,0]\nsize = [0,1]\n", "width"),
         (
             "[room_from_tracker]\nposition = [0,0,0]\norientation = [0,0,0,2]\n",

@@ -79,7 +79,8 @@ impl Cave {
     /// wall that [`Wall::validate`] or a dome that [`DomeScreen::validate`] rejects, a name twice.
     pub fn from_toml(text: &str, name: &str, size: [u32; 2]) -> Result<Self, Located<RoomError>> {
         let source = Source { name, text };
-        let entries: CaveEntry = source.parse(|message| RoomError::new("", message, SYNTAX))?;
+        let entries: CaveEntry =
+            source.parse(SYNTAX, |message, help| RoomError::new("", message, help))?;
         if entries.wall.is_empty() && entries.dome.is_empty() {
             let fault = RoomError::new(
                 "",

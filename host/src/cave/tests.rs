@@ -115,7 +115,7 @@ fn walls_and_domes_come_from_toml() {
 const FAULTS: &str = r#"
 "floor" | "Front" | two walls
 [640, 480] | [640, 0] | 640 × 0
-pixels | pixel | unknown field `pixel`
+pixels | pixel | unknown key `pixel`
 upper_left = [-1, 1, -1] | | upper_left | [[wall]]
 [-1, 1, -1] | [-1, -1, -1] | no height
 [-1, 1, -1] | [-1, nan, -1] | upper left corner

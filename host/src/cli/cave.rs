@@ -43,7 +43,7 @@ pub(super) struct Arguments {
     fill: FillArguments,
     #[command(flatten)]
     tracing: TracingArguments,
-    /// Also write linear `OpenEXR` files with alpha
+    /// Also write linear EXR files with alpha
     #[arg(long)]
     exr: bool,
     /// Columns and rows of viewer.png

@@ -24,9 +24,16 @@ use clap::Arg;
 pub use interference::Interference;
 use shisen_core::Simd;
 
+const UP: &str = "Direction of the top of the head, for --lod [default: as the tracker says]";
+
+const FIXATE: &str = "Point in the room, in metres, that both eyes look at. With --lod each eye \
+                      then has its own line of sight [default: one for both, as the tracker says]";
+
 #[derive(Debug, Clone, Args)]
 #[command(
     mut_arg("look", |look| look.hide(true)),
+    mut_arg("up", |up| up.help(UP)),
+    mut_arg("fixate", |fixate| fixate.help(FIXATE)),
     mut_arg("dispersion", in_one_frame),
     mut_arg("range", range_in_one_frame)
 )]

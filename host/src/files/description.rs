@@ -6,7 +6,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::{fmt, io};
 use thiserror::Error;
-use toml::de::DeTable;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 /// A fault in a text file and the place it is at.
 ///
@@ -126,14 +127,117 @@ impl Source<'_> {
     /// Reads TOML.
     ///
     /// # Errors
-    /// Text that is not TOML, a key that `T` does not know, a value of the
-    /// wrong type or a missing key, as `fault` makes it of the message.
+    /// Text that is not TOML, a key that `T` does not know, a value of the wrong type or a missing
+    /// key, as `fault` makes it of a message and its help. `syntax` describes keys; it is the help
+    /// where it has all keys that could be at the place.
     pub(crate) fn parse<T: DeserializeOwned, F>(
         &self,
-        fault: impl FnOnce(String) -> F,
+        syntax: &str,
+        fault: impl FnOnce(String, String) -> F,
     ) -> Result<T, Located<F>> {
-        toml::from_str(self.text)
-            .map_err(|error| Located::new(fault(error.message().to_owned()), self, error.span()))
+        toml::from_str(self.text).map_err(|error| {
+            let (message, help) = self.in_plain_words(&error, syntax);
+            Located::new(fault(message, help), self, error.span())
+        })
+    }
+
+    /// Returns the message and the help for an error of `toml` or `serde`, whose messages are
+    /// recognised by their first words.
+    fn in_plain_words(&self, error: &toml::de::Error, syntax: &str) -> (String, String) {
+        let message = error.message();
+        let mut names = message.split('`').skip(1).step_by(2);
+        let mut name = || names.next().unwrap_or_default();
+        if message.starts_with("unknown field") {
+            let (given, known) = (name(), names.collect::<Vec<_>>());
+            let fits = known.iter().all(|key| syntax.contains(key));
+            let help = suggestion(given, known);
+            let help = help.filter(|help| !fits || help.starts_with("did you mean"));
+            let help = help.unwrap_or_else(|| syntax.to_owned());
+            return (format!("unknown key `{given}`"), help);
+        }
+        if message.starts_with("missing field") {
+            let key = name();
+            let help = if syntax.contains(key) {
+                syntax.to_owned()
+            } else {
+                format!("add `{key} = ` and its value to this table")
+            };
+            return (format!("the key `{key}` is missing"), help);
+        }
+        let values = message.strip_prefix("invalid ");
+        let Some((found, expected)) = values.and_then(|text| text.rsplit_once(", expected "))
+        else {
+            let help = "a line is KEY = VALUE, with text in \"quotes\" and lists in [brackets], or \
+                        [NAME] or [[NAME]] before the keys of a table";
+            return (format!("this is not TOML: {message}"), help.to_owned());
+        };
+        let span = error.span().unwrap_or_default();
+        let root = DeTable::parse(self.text).ok();
+        let keys = root.iter().flat_map(Spanned::get_ref);
+        let keys = keys.filter_map(|(key, value)| key_of(value, key.get_ref(), &span));
+        let (length, key) = keys.min().unwrap_or((span.len(), "KEY"));
+        let is_within = length > span.len();
+        let is_nested = self.text[span].matches('[').count() > 1;
+        let (wanted, example) = wanted(expected, is_nested);
+        let is_table = found.ends_with(": map");
+        let help = if is_table && expected == "a sequence" {
+            format!("write [[{key}]] in place of [{key}]")
+        } else if is_within {
+            format!("for example, {example}")
+        } else {
+            format!("for example, {key} = {example}")
+        };
+        let found = found
+            .find(['"', '`'])
+            .map(|at| found[at..].trim_matches('`'));
+        let found = found.or(is_table.then_some("a table"));
+        let but = found.map_or(String::new(), |found| format!(", not {found}"));
+        let owner = if is_within { "a value of " } else { "" };
+        (format!("{owner}`{key}` must be {wanted}{but}"), help)
+    }
+}
+
+/// Returns the innermost key whose value has the given place in the text, and the value's length.
+fn key_of<'t>(
+    value: &'t Spanned<DeValue<'_>>,
+    key: &'t str,
+    at: &Range<usize>,
+) -> Option<(usize, &'t str)> {
+    let span = value.span();
+    let is_here = span.start <= at.start && at.end <= span.end;
+    let own = is_here.then_some((span.len(), key));
+    let within = match value.get_ref() {
+        DeValue::Array(values) => {
+            let keys = values.iter().filter_map(|value| key_of(value, key, at));
+            // A value of the list has no key of its own.
+            keys.filter(|(_, found)| !std::ptr::eq(*found, key)).min()
+        }
+        DeValue::Table(values) => {
+            let keys = values.iter();
+            let keys = keys.filter_map(|(key, value)| key_of(value, key.get_ref(), at));
+            keys.min()
+        }
+        _ => None,
+    };
+    within.into_iter().chain(own).min()
+}
+
+/// Returns what a value must be, in words for what `serde` expects, and an example. `is_nested`
+/// says whether the value is a list of lists.
+fn wanted(expected: &str, is_nested: bool) -> (&str, &'static str) {
+    match expected {
+        "f32" | "f64" => ("a number", "1.5"),
+        "u8" | "u16" | "u32" | "u64" => ("a whole number, 0 or more", "2"),
+        "a boolean" => ("true or false", "true"),
+        "a string" => ("text in quotes", "\"text\""),
+        "a sequence" => ("a list", "[1, 2]"),
+        "a map" => ("a table", "{ KEY = VALUE }"),
+        "an array of length 2" if is_nested => ("two lists", "[[1, 1, 1], [0, 0, 0]]"),
+        "an array of length 2" => ("two numbers", "[1, 2]"),
+        "an array of length 3" => ("three numbers", "[1, 0, 2.5]"),
+        "an array of length 4" => ("four numbers", "[0, 0, 0, 1]"),
+        _ if expected.starts_with("struct") => ("a table", "{ KEY = VALUE }"),
+        _ => (expected, "2"),
     }
 }
 

@@ -50,7 +50,9 @@ pub use fault::SceneFault;
 use super::camera::{CameraKey, CameraPath, DomeCamera};
 use super::placement::{Normalisation, Placement};
 use super::{Background, Object, Scene, Shape};
+use crate::files::UNREAD;
 use crate::files::description::{FileError, Located, read_description};
+use crate::scene::import::ImportError;
 use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
 use entries::{BackgroundEntry, CameraEntry, MeshEntry, ObjectEntry, SceneEntry};
@@ -58,6 +60,7 @@ use fault::{Check, Checked, DEGREES, FRAMES, LENGTH, POSITION, RADIANCE, SHARE};
 use glam::DVec3;
 use lights::read_light;
 use materials::{read_materials, read_textures};
+use miette::Diagnostic;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -66,7 +69,19 @@ const SYNTAX: &str = "a scene file has name, ambient, [background], [materials.N
                       [media.NAME], [textures.NAME], [meshes.NAME], [[object]], [[light]] and \
                       [[camera]]";
 
-const FOLDER: &str = "relative paths start at the folder of the scene file";
+const FOLDER: &str = "check the file's name and permissions: relative paths start at the folder \
+                      of the scene file";
+
+/// Returns what to do about an error of a file that a scene file names.
+fn advice(error: Option<&dyn Diagnostic>) -> String {
+    let help = error.and_then(Diagnostic::help);
+    let help = help.map_or(UNREAD.to_owned(), |help| help.to_string());
+    if help == UNREAD {
+        FOLDER.to_owned()
+    } else {
+        help
+    }
+}
 
 /// Where a scene's mesh comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -121,7 +136,7 @@ impl Scene {
         E: Into<Box<dyn std::error::Error + Send + Sync>>,
     {
         let check = Check { name, text };
-        let entry: SceneEntry = check.parse(|message| SceneFault::new(message, SYNTAX))?;
+        let entry: SceneEntry = check.parse(SYNTAX, SceneFault::new)?;
         if entry.object.is_empty() {
             let help = "add an [[object]] with a mesh, a sphere or a spheroid";
             let fault = SceneFault::new("the scene has no objects", help);
@@ -151,13 +166,17 @@ impl Scene {
         let mut meshes = Vec::with_capacity(entry.meshes.len());
         for (name, entry) in &entry.meshes {
             let source = read_mesh_source(&check, name, entry, base_dir)?;
-            let fault = |done, help, source: Box<dyn std::error::Error + Send + Sync>| {
+            let fault = |done, help: &str, source: Box<dyn std::error::Error + Send + Sync>| {
                 let message = format!("the mesh \"{}\" cannot be {done}", name.as_ref());
                 let fault = SceneFault::caused(message, Some(help), source);
                 check.fault(fault, Some(entry.span()))
             };
-            let loaded =
-                load_mesh(&source).map_err(|error| fault("loaded", FOLDER, error.into()))?;
+            let loaded = load_mesh(&source).map_err(|error| {
+                let error = error.into();
+                let known = error.downcast_ref::<ImportError>();
+                let help = advice(known.map(|known| known as &dyn Diagnostic));
+                fault("loaded", &help, error)
+            })?;
             let repair = "repair it in the program that wrote it, or use another";
             let checked = loaded.validate();
             checked.map_err(|error| fault("used", repair, error.into()))?;

@@ -1,8 +1,10 @@
 //! Meshes from files: Wavefront OBJ, PLY and glTF 2.0.
 
-use crate::scene::mesh::{MeshError, TriangleMesh};
-use crate::scene::texture::{Image, Pattern, Texture};
+use crate::files::{Fault, UNREAD};
+use crate::scene::mesh::TriangleMesh;
+use crate::scene::texture::{Image, ImageError, Pattern, Texture};
 use glam::Vec3;
+use miette::Diagnostic;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -37,9 +39,10 @@ impl fmt::Display for Place<'_> {
 }
 
 /// Why a file gives no mesh: what is wrong, where, and what to do.
-#[derive(Debug, Error)]
-#[error("{0}")]
-pub struct ImportError(String);
+#[derive(Debug, Error, Diagnostic)]
+#[error(transparent)]
+#[diagnostic(transparent)]
+pub struct ImportError(Fault);
 
 /// Reads a triangle mesh. The extension, in upper or lower case, decides the format.
 ///
@@ -94,18 +97,21 @@ fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
 
 /// What is wrong, where, and what to do.
 fn fault<'p>(place: impl Into<Place<'p>>, problem: impl fmt::Display, advice: &str) -> ImportError {
-    ImportError(format!("{}: {problem}; {advice}", place.into()))
+    let message = format!("{}: {problem}", place.into());
+    ImportError(Fault::new(message, advice))
 }
 
 fn unread(path: &Path, error: &std::io::Error) -> ImportError {
-    fault(path, error, "check the file's name and permissions")
+    fault(path, error, UNREAD)
 }
 
 /// The error of a length or count beyond the end of the file.
 fn claim(path: &Path, what: &str, claimed: u128, available: usize) -> ImportError {
-    let problem = format!("{what} takes {claimed} bytes at least, but only {available} are there");
-    let advice = "the file is cut off or damaged: export the mesh again";
-    fault(path, problem, advice)
+    let problem = format!(
+        "the file is cut off or damaged: {what} takes {claimed} bytes at least, but only \
+         {available} are there"
+    );
+    fault(path, problem, "export the mesh again")
 }
 
 fn syntax<'p>(place: impl Into<Place<'p>>, problem: impl AsRef<str>) -> ImportError {
@@ -114,35 +120,35 @@ fn syntax<'p>(place: impl Into<Place<'p>>, problem: impl AsRef<str>) -> ImportEr
 }
 
 /// The error of a file without faults whose mesh cannot be used.
-fn unusable<'p>(place: impl Into<Place<'p>>, error: &MeshError) -> ImportError {
+fn unusable<'p>(place: impl Into<Place<'p>>, error: impl fmt::Display) -> ImportError {
     let advice = "repair the mesh in a modelling program and export it again";
     fault(place, error, advice)
 }
 
-/// The error of a face, counted from 0, that names a vertex which does not exist.
+/// The error of a face that names a vertex which does not exist.
 fn no_vertex<'p>(
     place: impl Into<Place<'p>>,
-    face: usize,
+    face: &str,
     index: i64,
     [first, last]: [i64; 2],
 ) -> ImportError {
-    let problem = format!(
-        "face {face} (counted from 0) names vertex {index}, but the vertices go from {first} to \
-         {last}"
-    );
+    let problem =
+        format!("{face} names vertex {index}, but the vertices go from {first} to {last}");
     syntax(place, problem)
 }
 
-/// Validates the mesh; `line_of` returns the line of a triangle where it is known.
+/// Validates the mesh, whose faces name known vertices; `line_of` returns the line of a triangle
+/// where it is known.
 fn validated(
     mesh: TriangleMesh,
     path: &Path,
     line_of: impl FnOnce(usize) -> Option<usize>,
 ) -> Result<TriangleMesh, ImportError> {
-    mesh.validate().map_err(|fault| {
-        let line = fault.triangle.and_then(line_of);
-        unusable(Place { path, line }, &fault)
-    })?;
+    mesh.validate()
+        .map_err(|fault| match fault.triangle.and_then(line_of) {
+            None => unusable(path, fault),
+            line => unusable(Place { path, line }, "the face names a vertex twice"),
+        })?;
     Ok(mesh)
 }
 
@@ -174,7 +180,7 @@ impl<K: Hash + Eq> Textures<K> {
                 let image = Image::is_png(&bytes)
                     .then(|| Image::from_png(path, &bytes, &mut self.left))
                     .transpose();
-                let image = image.map_err(|error| ImportError(error.to_string()))?;
+                let image = image.map_err(|ImageError(fault)| ImportError(fault))?;
                 new.insert(image.map(Arc::new))
             }
         };

@@ -70,7 +70,9 @@ impl TriangleMesh {
             return Err(MeshError::too_many(triangles));
         }
         for (vertex, &position) in self.positions.iter().enumerate() {
-            Self::check_position(vertex, position)?;
+            Self::check_position(position).map_err(|fault| {
+                MeshError::new(format!("vertex {vertex} (counted from 0) {fault}"))
+            })?;
         }
         for (triangle, &[a, b, c]) in self.triangles.iter().enumerate() {
             let beyond = [a, b, c].into_iter().find(|&i| i as usize >= vertices);
@@ -117,17 +119,18 @@ impl TriangleMesh {
         }
     }
 
-    pub(super) fn check_position(vertex: usize, position: [f32; 3]) -> Result<(), MeshError> {
+    /// Checks the place of a vertex. The error is what it does wrong.
+    pub(super) fn check_position(position: [f32; 3]) -> Result<(), String> {
         let (limit, [x, y, z]) = (Self::FARTHEST, position);
-        let fault = if position.iter().any(|c| !c.is_finite()) {
-            format!("has a coordinate that is not finite: {x}, {y}, {z}")
+        if position.iter().any(|c| !c.is_finite()) {
+            Err(format!(
+                "has a coordinate that is not finite: {x}, {y}, {z}"
+            ))
         } else if position.iter().any(|c| c.abs() > limit) {
-            format!("is farther out than {limit:e} units")
+            Err(format!("is farther out than {limit:e} units"))
         } else {
-            return Ok(());
-        };
-        let message = format!("vertex {vertex} (counted from 0) {fault}");
-        Err(MeshError::new(message))
+            Ok(())
+        }
     }
 
     /// Whether it shows a texture: that of `material`, or without one those of its own materials.

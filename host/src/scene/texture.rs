@@ -1,5 +1,7 @@
 //! Colours over a surface, as described or read from PNG files.
 
+use crate::files::{Fault, UNREAD};
+use miette::Diagnostic;
 use png::{BitDepth, ColorType, DecodingError, Limits, Transformations};
 use shisen_core::scene::format::LARGEST_SIDE;
 use std::fmt;
@@ -37,9 +39,10 @@ pub struct Image {
 }
 
 /// Why an image cannot be loaded: what is wrong, where, and what to do.
-#[derive(Debug, Error)]
-#[error("{0}")]
-pub struct ImageError(String);
+#[derive(Debug, Error, Diagnostic)]
+#[error(transparent)]
+#[diagnostic(transparent)]
+pub struct ImageError(pub(super) Fault);
 
 impl Image {
     /// Bytes that the images of a scene may take together: an eighth of what a baked scene may.
@@ -62,8 +65,8 @@ impl Image {
     /// colours are taken to be sRGB, without their alpha; of 16 bits a channel the upper 8 count.
     pub(crate) fn load(path: &Path, left: &mut u64) -> Result<Self, ImageError> {
         let bytes = crate::files::read(path).map_err(|fault| {
-            let advice = "check the file's name and permissions";
-            ImageError(format!("{}: {fault}; {advice}", path.display()))
+            let message = format!("{}: {fault}", path.display());
+            ImageError(Fault::new(message, UNREAD))
         })?;
         Self::from_png(path, &bytes, left)
     }
@@ -75,16 +78,21 @@ impl Image {
 
     /// As [`load`](Self::load), from a file's bytes. An image that is too large is not decoded.
     pub(crate) fn from_png(path: &Path, bytes: &[u8], left: &mut u64) -> Result<Self, ImageError> {
-        let error = |fault: fmt::Arguments<'_>| ImageError(format!("{}: {fault}", path.display()));
+        let error = |fault: fmt::Arguments<'_>, help: &str| {
+            ImageError(Fault::new(format!("{}: {fault}", path.display()), help))
+        };
         let malformed = |fault: DecodingError| {
-            let advice = "save the image as PNG again";
-            error(format_args!("not a whole PNG file: {fault}; {advice}"))
+            let help = "save the image as PNG again";
+            error(format_args!("not a whole PNG file: {fault}"), help)
         };
         let too_large = |[width, height]: [u32; 2]| {
-            error(format_args!(
-                "the image has {width} × {height} texels, but either side may have \
-                 {LARGEST_SIDE}: make it smaller"
-            ))
+            error(
+                format_args!(
+                    "the image has {width} × {height} texels, but either side may have \
+                     {LARGEST_SIDE}"
+                ),
+                "make it smaller",
+            )
         };
         // Sixteen bits a channel, and a line before it.
         let limits = Limits {
@@ -105,10 +113,13 @@ impl Image {
         let taken = u64::from(width) * u64::from(height) * 4;
         *left = left.checked_sub(taken).ok_or_else(|| {
             let (bytes, limit) = (Self::MOST_BYTES - *left + taken, Self::MOST_BYTES);
-            error(format_args!(
-                "with its {width} × {height} texels the scene's images would take {bytes} bytes, \
-                 but they may take {limit}: make it smaller"
-            ))
+            error(
+                format_args!(
+                    "with its {width} × {height} texels the scene's images would take {bytes} \
+                     bytes, but they may take {limit}"
+                ),
+                "make it smaller",
+            )
         })?;
         let size = reader
             .output_buffer_size()

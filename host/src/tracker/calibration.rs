@@ -205,7 +205,7 @@ impl CalibrationFile {
             name: source_name,
             text,
         };
-        let entry: Entry = source.parse(|message| Fault::new(message, SYNTAX))?;
+        let entry: Entry = source.parse(SYNTAX, Fault::new)?;
         let mut file = Self {
             device: entry.device,
             head: entry.head.map_or(Vec3::ZERO, Vec3::from_array),

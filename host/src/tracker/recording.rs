@@ -8,7 +8,7 @@
 
 mod table;
 
-use crate::files::{Fault, explain};
+use crate::files::Fault;
 use shisen_tracker::decoder::{Counts, Decoder, Event, Message, Text};
 use shisen_tracker::link;
 use shisen_tracker::sample::Sample;
@@ -76,13 +76,6 @@ impl Recording {
     }
 }
 
-fn unwritten(path: &Path) -> impl FnOnce(io::Error) -> Fault {
-    move |reason| {
-        let message = format!("{}: cannot write: {}", path.display(), explain(&reason));
-        Fault::new(message, "give the path of a file that you may write")
-    }
-}
-
 /// Writes a recording, event after event. Its file keeps its contents until the first event.
 #[derive(Debug)]
 pub struct Recorder {
@@ -119,7 +112,7 @@ impl Recorder {
         let existed = path.exists();
         let mut options = File::options();
         let file = options.write(true).create(true).truncate(false).open(path);
-        let to = Output::Nothing(file.map_err(unwritten(path))?, existed);
+        let to = Output::Nothing(file.map_err(Fault::write(path))?, existed);
         let path = path.to_owned();
         Ok(Self { path, to })
     }
@@ -143,7 +136,7 @@ impl Recorder {
             let begun = file
                 .try_clone()
                 .and_then(|file| Output::begin(file, is_table));
-            self.to = begun.map_err(unwritten(&self.path))?;
+            self.to = begun.map_err(Fault::write(&self.path))?;
         }
         let written = match (&mut self.to, event) {
             (Output::Csv(table), Event::Sample(sample)) => {
@@ -163,7 +156,7 @@ impl Recorder {
             }
             _ => Ok(()),
         };
-        written.map_err(unwritten(&self.path))
+        written.map_err(Fault::write(&self.path))
     }
 
     /// Writes what is still in memory. Removes a new file for which no event came.
@@ -177,7 +170,7 @@ impl Recorder {
             Output::Csv(table) => table.flush(),
             Output::Link(file, _) => file.flush(),
         };
-        flushed.map_err(unwritten(&self.path))
+        flushed.map_err(Fault::write(&self.path))
     }
 }
 
@@ -362,20 +355,35 @@ mod tests {
         let counts = found.events[1].1;
         assert_eq!(counts.dropped_for(DropReason::Truncated), 1);
         assert_eq!((counts.dropped_bytes, counts.samples), (4, 2));
-        let mut cells = table::cells(&Sample::arrived(Micros(5)));
-        cells[5] = "mouse".into();
-        let mouse = format!("{head}\n{}\n", cells.join(","));
-        cells[5] = "head".into();
-        cells[10..14].clone_from_slice(&["0", "0", "0", "2"].map(String::from));
-        let long = format!("{head}\n{}\n", cells.join(","));
+        let with = |first: usize, changed: &[&str]| {
+            let mut cells = table::cells(&Sample::arrived(Micros(5)));
+            for (cell, text) in cells[first..].iter_mut().zip(changed) {
+                *cell = (*text).to_owned();
+            }
+            format!("{head}\n{}\n", cells.join(","))
+        };
         for (text, expected) in [
             // A line that has an end was not cut off.
-            (format!("{cut}\n"), "line 4"),
-            (format!("{head}\n5,,,"), "line 2"),
-            ("x,y\n1,2\n".to_owned(), "line 1"),
+            (format!("{cut}\n"), "line 4 has 4 cells, not 55"),
+            (format!("{head}\n5,,,"), "line 2 has 4 cells"),
+            ("x,y\n1,2\n".to_owned(), "column 1 is not arrival_us"),
+            (head.replace("sensor", "censor"), "column 4 is not sensor"),
+            (format!("{head},x"), "more than 55 columns"),
             (head.clone(), "holds no sample"),
-            (mouse, "line 2: gaze_frame is \"mouse\""),
-            (long, "line 2: the sample is no direction"),
+            (
+                with(0, &["8000x"]),
+                "line 2: arrival_us is \"8000x\", but it must be a number",
+            ),
+            (with(3, &["300"]), "must be a whole number from 0 to 255"),
+            (
+                with(5, &["mouse"]),
+                "line 2: gaze_frame is \"mouse\", but it must be head or",
+            ),
+            (with(6, &["1", "", "1"]), "line 2: head_y is empty"),
+            (
+                with(10, &["0", "0", "0", "2"]),
+                "line 2: the sample is no direction",
+            ),
         ] {
             let error = read(&text).unwrap_err().to_string();
             assert!(error.contains(expected), "{expected}: {error}");

@@ -80,7 +80,8 @@ impl Projector {
     /// exclude each other, a value out of its range.
     pub fn from_toml(text: &str, name: &str) -> Result<Self, Located<RoomError>> {
         let source = Source { name, text };
-        let entry: Entry = source.parse(|message| RoomError::new("", message, SYNTAX))?;
+        let entry: Entry =
+            source.parse(SYNTAX, |message, help| RoomError::new("", message, help))?;
         entry.projector().map_err(|fault| {
             // Without `up` in the file, `look` is along the room's up.
             let look = (fault.key == "up").then_some("look");

@@ -87,7 +87,7 @@ lens_shift = [0.1, 0.5] | throw = 1.2 | both of horizontal
 lens_shift = [0.1, 0.5] | vertical_degrees = 0 | vertical
 [0.1, 0.5] | [0.1, 2.5] | shifted by 0.1, 2.5
 [1920, 1200] | [1920, 0] | 1920 × 0
-lens_shift | shift | unknown field `shift`
+lens_shift | shift | unknown key `shift`
 "#;
 
 #[test]

@@ -136,7 +136,7 @@ fn warn_of_levels(scene: &Scene, levels: &PolygonLevels) {
 }
 
 pub fn load_mesh(path: &Path) -> Result<TriangleMesh, Failure> {
-    import::load(path).or_fail()
+    Ok(import::load(path)?)
 }
 
 pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {

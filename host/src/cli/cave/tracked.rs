@@ -18,9 +18,13 @@ pub(super) struct TrackerArguments {
     #[arg(long, value_name = "SPEC",
           conflicts_with_all = ["look", "head_report", "up", "fixate", "fill"])]
     pub(super) tracker: Option<TrackerName>,
-    /// File of `shisen tracker calibrate`, or with a [screen]; its [`room_from_tracker`] counts
-    /// before --head
-    #[arg(long, value_name = "TOML", requires = "tracker")]
+    #[arg(
+        long,
+        value_name = "TOML",
+        requires = "tracker",
+        help = "File of `shisen tracker calibrate`, or with a [screen]; its [room_from_tracker] \
+                  counts before --head"
+    )]
     calibration: Option<PathBuf>,
     /// Frames to render
     #[arg(long, value_name = "N", default_value_t = 1, requires = "tracker",

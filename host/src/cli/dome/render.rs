@@ -53,15 +53,19 @@ pub(in crate::cli) struct Arguments {
     tracing: TracingArguments,
     #[command(flatten)]
     output: Output,
-    /// Folder of the pictures, made if it does not exist, or their name: shots/Zoo.png stands for
-    /// `shots/Zoo_00001.png` and on
-    #[arg(long, value_name = "DIR|FILE.png", default_value = "shisen-out")]
+    #[arg(
+        long,
+        value_name = "DIR|FILE.png",
+        default_value = "shisen-out",
+        help = "Folder of the pictures, made if it does not exist, or their name: \
+                  shots/Zoo.png stands for shots/Zoo_00001.png and on"
+    )]
     out: PathBuf,
 }
 
 #[derive(Debug, Args)]
 struct Output {
-    /// Also write linear `OpenEXR` files with alpha
+    /// Also write linear EXR files with alpha
     #[arg(long)]
     exr: bool,
     /// Show no progress

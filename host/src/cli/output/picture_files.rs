@@ -9,9 +9,9 @@ pub fn make_writable(folder: &Path) -> Result<(), Fault> {
         .and_then(|()| tempfile::tempfile_in(folder))
         .map(drop)
         .map_err(|reason| {
-            let (folder, reason) = (folder.display(), explain_folder(&reason));
-            let message = format!("the pictures cannot go to {folder}: {reason}");
-            Fault::new(message, "give a folder that you may write to with --out")
+            let (folder, (what, help)) = (folder.display(), explain_folder(&reason));
+            let message = format!("the pictures cannot go to {folder}: {what}");
+            Fault::new(message, format!("{help}, with --out"))
         })
 }
 

@@ -317,11 +317,14 @@ impl fmt::Display for Report {
             writeln!(f, "the median frame spent {spent:.0}% of its budget")?;
         }
         if let Some(share) = one.needed_share {
-            let needed = 100.0 * share;
-            writeln!(
-                f,
-                "in full quality it would take about {needed:.0}% of the steps"
-            )?;
+            let needed = match share {
+                ..0.01 => "less than 1% of".to_owned(),
+                ..2.0 => format!("about {:.0}% of", 100.0 * share),
+                ..9.95 => format!("about {share:.1} times"),
+                _ => format!("about {share:.0} times"),
+            };
+            let frame = "in full quality the median frame needs";
+            writeln!(f, "{frame} {needed} this budget")?;
             if share <= 1.0 && self.lowered_share == 0.0 {
                 let more = "this budget is more than a frame of full quality needs";
                 writeln!(f, "{more}: it lowered nothing")?;

@@ -24,15 +24,23 @@ pub(in crate::cli) struct Arguments {
     /// File to write; an older one is overwritten
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Table of targets with the columns `start_s`, `end_s` (seconds since the tracker was opened,
-    /// or on the recording's clock), x, y and z (metres, in the room)
-    #[arg(long, value_name = "CSV")]
+    #[arg(
+        long,
+        value_name = "CSV",
+        help = "Table of targets with the columns start_s, end_s \
+          (seconds since the tracker was opened, or on the recording's clock), x, y and z (metres, \
+          in the room)"
+    )]
     targets: Option<PathBuf>,
     /// What to fit: shift, scale, turn and shear, or these and a bend
     #[arg(long, value_enum, default_value = "affine")]
     model: FittedModel,
-    /// Calibration file whose head, [screen] and [`room_from_tracker`] are used and kept
-    #[arg(long, value_name = "TOML")]
+    #[arg(
+        long,
+        value_name = "TOML",
+        help = "Calibration file whose head, [screen] and \
+          [room_from_tracker] are used and kept"
+    )]
     setup: Option<PathBuf>,
     /// Position of the head in the room, metres, unless the tracker says it [default: as --setup
     /// says, or else 0,0,0]

@@ -5,7 +5,7 @@ use super::fault::{
     ABSORPTION, Check, Checked, DIVISIONS, EXPONENT, FORM, INDEX_OF_REFRACTION, LINE_WIDTH,
     RADIANCE, REPEATS, SHARE, SceneFault, WAVELENGTH,
 };
-use super::{FOLDER, numbers};
+use super::{advice, numbers};
 use crate::scene::material::{Graticule, Material};
 use crate::scene::texture::{Image, Pattern, Texture};
 use shisen_core::spectrum::{Medium, MediumError, line};
@@ -138,7 +138,8 @@ pub(super) fn read_textures(
                 let image = Image::load(&base_dir.join(file), &mut left);
                 let image = image.map_err(|source| {
                     let message = format!("the texture \"{}\" cannot be loaded", name.as_ref());
-                    let fault = SceneFault::caused(message, Some(FOLDER), source);
+                    let help = advice(Some(&source));
+                    let fault = SceneFault::caused(message, Some(&help), source);
                     check.fault(fault, Some(entry.span()))
                 })?;
                 Pattern::Image(Arc::new(image))

@@ -98,15 +98,23 @@ fn the_least_scene_is_one_object() {
 /// As `check_faults` reads them.
 const FAULTS: &str = r#"
 ambient = [0.1, 0.1 | ambient = [-0.1, 0.1 | `ambient` is -0.1
-ambient | ambiant | unknown field `ambiant`
+ambient | ambiant | unknown key `ambiant`
 alpha = 1.0 | alpha = 1.01 | from 0 to 1
 shininess = 200 | shininess = 0 | from 1 to 10000
 index_of_refraction = 1.52 | index_of_refraction = nan | 0.01 to 100
 builtin = "quadruped" | builtin = "quadripod" | no built-in mesh
 mesh = "cow" | mesh = "crow" | no mesh "crow"
 material = "glass" | material = "gloss" | no material "gloss"
-scale = 2 | scale = [1, 1] | invalid length 2
-scale = 2 | scale = [1, 1, 1, 1] | invalid length 4
+scale = 2 | scale = [1, 1] | `scale` must be a number or [x, y, z]
+scale = 2 | scale = [1, 1, 1, 1] | `scale` must be a number or [x, y, z]
+index_of_refraction = 1.52 | index_of_refraction = "x" | `index_of_refraction` must be a number, not "x"
+sphere = { radius = 0.5 } | sphere = { radius = true } | `radius` must be a number, not true
+position = [0, 1.0, -3.0] | position = [0, 1.0] | `position` must be three numbers
+position = [0, 1.0, -3.0] | position = [0, "a", 1] | a value of `position` must be a number, not "a"
+builtin = "quadruped" | builtin = 5 | `builtin` must be text in quotes, not 5
+[[light]] | [[light] | this is not TOML
+radius = 0.5 | radios = 0.5 | unknown key `radios`
+position = [0, 1.6, -2] | | the key `position` is missing | *
 scale = 2 | scale = [1, -1, 1] | `scale` is -1
 position = [0, 1.0, -3.0] | position = [0, 1e7, 0] | `position` is 10000000
 yaw_degrees = -15 | yaw_degrees = 361 | from -360 to 360

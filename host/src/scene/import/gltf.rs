@@ -9,9 +9,10 @@ use std::rc::Rc;
 use glam::{Mat3, Mat4, Vec3};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::{Accessor, Document, Node, Primitive, Semantic, buffer, json, mesh::Mode};
+use serde::Deserialize;
 
 use super::{
-    ImportError, Textures, bounded, bounded_colour, claim, syntax, unit_normals, unusable,
+    ImportError, Textures, bounded, bounded_colour, claim, fault, syntax, unit_normals, unusable,
     usable_coordinates, validated,
 };
 use crate::scene::material::Material;
@@ -39,6 +40,9 @@ fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Chunks<'a>, ImportError> {
     if !bytes.starts_with(b"glTF") {
         return Ok((bytes.into(), None));
     }
+    if bytes.get(4..8) == Some(&[1, 0, 0, 0]) {
+        return Err(outdated(path, "1.0"));
+    }
     // The parser subtracts the header's length unchecked.
     let claimed = bytes
         .get(8..)
@@ -59,7 +63,23 @@ fn malformed(path: &Path, error: &gltf::Error) -> ImportError {
     syntax(path, format!("not a valid glTF 2.0 file: {error}"))
 }
 
+/// The error of a file of the first glTF, whose tables are others.
+fn outdated(path: &Path, version: &str) -> ImportError {
+    let problem = format!("this is glTF {version}, but glTF 2.0 is needed");
+    fault(path, problem, "export the mesh again as glTF 2.0")
+}
+
+/// The part of a file that all versions of glTF have.
+#[derive(Deserialize)]
+struct Versioned {
+    asset: json::Asset,
+}
+
 fn document(path: &Path, json: &[u8]) -> Result<Document, ImportError> {
+    let version = json::deserialize::from_slice(json).map(|of: Versioned| of.asset.version);
+    if let Some(version) = version.ok().filter(|version| version.starts_with("1.")) {
+        return Err(outdated(path, &version));
+    }
     let root: json::Root =
         json::deserialize::from_slice(json).map_err(|error| malformed(path, &error.into()))?;
     // The validator looks positions up before it has checked their index.
@@ -162,7 +182,7 @@ impl Importer<'_> {
         while let Some((node, parent)) = open.pop() {
             if std::mem::replace(&mut visited[node.index()], true) {
                 return Err(self.fault(format!(
-                    "node {} has more than one parent; nodes must form trees",
+                    "node {} has more than one parent, but nodes must form trees",
                     node.index()
                 )));
             }
@@ -200,9 +220,8 @@ impl Importer<'_> {
         match primitive.mode() {
             Mode::Triangles => {}
             Mode::TriangleStrip | Mode::TriangleFan => {
-                return Err(self.fault(
-                    "a primitive is a triangle strip or fan; export it as separate triangles",
-                ));
+                let problem = "a primitive is a triangle strip or fan";
+                return Err(fault(self.path, problem, "export it as separate triangles"));
             }
             Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => return Ok(()),
         }
@@ -324,7 +343,7 @@ impl Importer<'_> {
     }
 
     fn too_many(&self, count: usize) -> ImportError {
-        unusable(self.path, &MeshError::too_many(count))
+        unusable(self.path, MeshError::too_many(count))
     }
 
     /// Reads an accessor, once it is certain that it has one of the types and that all of it is

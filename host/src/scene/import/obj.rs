@@ -7,7 +7,7 @@
 mod library;
 
 use super::{
-    ImportError, Place, Textures, fan, no_vertex, syntax, unit_normals, unusable,
+    ImportError, Place, Textures, fan, fault, no_vertex, syntax, unit_normals, unusable,
     usable_coordinates, validated,
 };
 use crate::scene::material::Material;
@@ -101,8 +101,8 @@ impl Geometry {
                 "v" => {
                     let problem = "a vertex needs three coordinates that are numbers";
                     let position = three_floats(words).ok_or_else(|| syntax(at, problem))?;
-                    TriangleMesh::check_position(geometry.positions.len(), position)
-                        .map_err(|fault| unusable(at, &fault))?;
+                    TriangleMesh::check_position(position)
+                        .map_err(|fault| unusable(at, format_args!("the vertex {fault}")))?;
                     geometry.positions.push(position);
                 }
                 "vn" => {
@@ -131,6 +131,11 @@ impl Geometry {
                 _ => {}
             }
         }
+        if geometry.positions.is_empty() && geometry.lines.is_empty() {
+            let problem = "no line describes a vertex or a face: is this an OBJ file?";
+            let advice = "export the mesh as .obj, .ply, .gltf or .glb";
+            return Err(fault(path, problem, advice));
+        }
         Ok(geometry)
     }
 
@@ -152,7 +157,7 @@ impl Geometry {
             ));
         };
         let position = from_zero(*position, self.positions.len())
-            .ok_or_else(|| self.no_vertex(at, self.lines.len(), *position))?;
+            .ok_or_else(|| self.no_vertex(at, *position))?;
         let normal = match normal {
             Some(Ok(index)) => {
                 let known = from_zero(index, self.normals.len());
@@ -172,8 +177,8 @@ impl Geometry {
         })
     }
 
-    fn no_vertex(&self, at: Place<'_>, face: usize, index: i64) -> ImportError {
-        no_vertex(at, face, index, [1, self.positions.len() as i64])
+    fn no_vertex(&self, at: Place<'_>, index: i64) -> ImportError {
+        no_vertex(at, "the face", index, [1, self.positions.len() as i64])
     }
 
     fn no_normal(&self, at: Place<'_>, index: i64) -> ImportError {
@@ -204,7 +209,7 @@ impl Geometry {
             for corner in corners {
                 if corner.position as usize >= self.positions.len() {
                     let index = i64::from(corner.position) + 1;
-                    return Err(self.no_vertex(at, face as usize, index));
+                    return Err(self.no_vertex(at, index));
                 }
                 match corner.normal {
                     Some(normal) if normal as usize >= self.normals.len() => {
@@ -390,6 +395,7 @@ mod tests {
     #[test]
     fn tells_the_line_and_the_fault() {
         assert!(fault("v 0 0\n").starts_with("a.obj:1: "));
+        assert!(fault("Dear all,\n").contains("is this an OBJ file?"));
         let (least, most) = (i64::MIN.to_string(), i64::MAX.to_string());
         let beyond = ["5", "0", "-5", &least, &most];
         let beyond = beyond.map(|i| (format!("f 1 2 {i}"), format!("vertex {i}, but")));
@@ -399,6 +405,7 @@ mod tests {
             ("f 1 2", "three corners"),
             ("f 1 2 3/1/1/1", "no corner"),
             ("f 1 2 /3", "no corner"),
+            ("v 1 1e13 0", "the vertex is farther out"),
         ];
         let others = others.map(|(face, says)| (face.to_owned(), says.to_owned()));
         for (face, says) in beyond.into_iter().chain(others) {

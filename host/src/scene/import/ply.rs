@@ -235,7 +235,10 @@ fn triangulate(path: &Path, faces: &[Face], mesh: &mut TriangleMesh) -> Result<(
         for &index in &face.corners {
             match u32::try_from(index) {
                 Ok(corner) if (corner as usize) < vertices => corners.push(corner),
-                _ => return Err(no_vertex(path, number, index, [0, vertices as i64 - 1])),
+                _ => {
+                    let face = format!("face {number} (counted from 0)");
+                    return Err(no_vertex(path, &face, index, [0, vertices as i64 - 1]));
+                }
             }
         }
         if corners.len() < 3 {

@@ -65,7 +65,13 @@ fn the_extension_tells_the_format_in_any_case() {
     }
     for name in ["a.stl", "a", ".obj"] {
         let error = load(&folder.path().join(name)).unwrap_err();
-        assert!(error.to_string().contains(".obj, .ply, .gltf or .glb"));
+        assert!(
+            error
+                .help()
+                .unwrap()
+                .to_string()
+                .contains(".obj, .ply, .gltf or .glb")
+        );
     }
 }
 

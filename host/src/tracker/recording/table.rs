@@ -98,25 +98,25 @@ impl Cells {
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Fault> {
     let mut table = csv::Reader::from_reader(bytes);
     let (path, names) = (path.display(), header());
-    let found = table.headers();
-    if !found.is_ok_and(|found| found.iter().eq(names.iter())) {
-        let columns = names.join(",");
+    let found = table.headers().cloned().unwrap_or_default();
+    if !found.iter().eq(names.iter()) {
+        let differs = |(found, name): (&str, &String)| found != name;
+        let differing = found.iter().zip(&names).position(differs);
+        let number = differing.unwrap_or(found.len().min(names.len()));
+        let what = match names.get(number) {
+            Some(name) => format!("column {} is not {name}", number + 1),
+            None => format!("it has more than {number} columns"),
+        };
         return Err(Fault::new(
-            format!("{path}: line 1 is not the header of a recording"),
-            format!("give a table that `shisen tracker record` wrote, with the columns {columns}"),
+            format!("{path}: line 1 is not the header of a recording: {what}"),
+            "give a table that `shisen tracker record` wrote",
         ));
     }
     let mut events: Vec<(Event, Counts)> = Vec::new();
     let mut last = Micros(0);
     let mut record = csv::StringRecord::new();
     for line in 2.. {
-        let wrong = |what: String| {
-            Fault::new(
-                format!("{path}: line {line}: {what}"),
-                "each line has a cell for each column, empty where there is nothing; numbers are \
-                 finite, directions and quaternions have length 1",
-            )
-        };
+        let wrong = |(what, help): Wrong| Fault::new(format!("{path}: line {line}: {what}"), help);
         match table.read_record(&mut record) {
             Ok(true) => {}
             Ok(false) => break,
@@ -133,11 +133,23 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Fault> {
                 }
                 break;
             }
-            Err(error) => return Err(wrong(error.to_string())),
+            Err(error) => {
+                let what = match error.kind() {
+                    csv::ErrorKind::UnequalLengths { len, .. } => {
+                        let ending = if *len == 1 { "" } else { "s" };
+                        format!("has {len} cell{ending}, not {}", names.len())
+                    }
+                    _ => "is not text in UTF-8".to_owned(),
+                };
+                let message = format!("{path}: line {line} {what}");
+                return Err(Fault::new(message, "delete it, or record again"));
+            }
         }
         let sample = Reader(names.iter().zip(&record)).sample().map_err(&wrong)?;
         if sample.arrival < last {
-            return Err(wrong("arrival_us is below that of the line before".into()));
+            let what = "arrival_us is below that of the line before";
+            let help = "sort the lines by arrival_us, or delete this one";
+            return Err(wrong((what.into(), help)));
         }
         last = sample.arrival;
         let counts = Counts {
@@ -149,58 +161,91 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Fault> {
     Ok(Recording { events })
 }
 
+/// What is wrong on a line, and what to do.
+type Wrong = (String, &'static str);
+
 /// Checks a sample by sending it over the link.
-fn checked(sample: &Sample) -> Result<Sample, String> {
+fn checked(sample: &Sample) -> Result<Sample, Wrong> {
     let frame = link::Encoder::new().sample(sample);
-    let mut found = Err("is no sample".to_owned());
+    let help = "numbers must be finite, and directions and quaternions of length 1";
+    let mut found = Err(("the sample cannot be used".to_owned(), help));
     link::Link::new().feed(&frame, sample.arrival, &mut |event| {
         found = match event {
             Event::Sample(sample) => Ok(sample),
-            Event::Dropped(dropped) => Err(format!("the sample is {}", dropped.reason.name())),
+            Event::Dropped(dropped) => {
+                Err((format!("the sample is {}", dropped.reason.name()), help))
+            }
             _ => return,
         };
     });
     found
 }
 
+fn not_among(name: &str, text: &str, known: &str) -> Wrong {
+    let what = format!("{name} is {text:?}, but it must be {known}");
+    (what, "correct the cell, or delete the line")
+}
+
+/// Reads a cell, which may be empty.
+fn parsed<T: FromStr>(name: &str, text: &str) -> Result<Option<T>, Wrong> {
+    if text.is_empty() {
+        return Ok(None);
+    }
+    let value = text.parse().map(Some);
+    value.map_err(|_| match text.parse::<f64>() {
+        // A number that T does not take: T is unsigned.
+        Ok(_) => {
+            let most = u64::MAX >> 64_usize.saturating_sub(8 * size_of::<T>());
+            not_among(name, text, &format!("a whole number from 0 to {most}"))
+        }
+        Err(_) => not_among(name, text, "a number"),
+    })
+}
+
 /// Names of columns with their cells.
 struct Reader<I>(I);
 
 impl<'a, I: Iterator<Item = (&'a String, &'a str)>> Reader<I> {
-    fn one<T: FromStr>(&mut self) -> Result<Option<T>, String> {
-        let Some((name, text)) = self.0.next().filter(|(_, text)| !text.is_empty()) else {
-            return Ok(None);
-        };
-        let value = text.parse().map(Some);
-        value.map_err(|_| format!("{name} is {text:?}"))
+    fn one<T: FromStr>(&mut self) -> Result<Option<T>, Wrong> {
+        let cell = self.0.next();
+        cell.map_or(Ok(None), |(name, text)| parsed(name, text))
     }
 
-    fn needed<T: FromStr>(&mut self, name: &str) -> Result<T, String> {
-        self.one()?.ok_or_else(|| format!("{name} is empty"))
+    fn needed<T: FromStr>(&mut self, name: &str) -> Result<T, Wrong> {
+        let help = "every line needs arrival_us, sensor and gaze_frame: fill it in, or delete the \
+                    line";
+        self.one()?
+            .ok_or_else(|| (format!("{name} is empty"), help))
     }
 
     /// Reads a vector; all of its cells are empty or none.
-    fn all<const N: usize>(&mut self) -> Result<Option<[f32; N]>, String> {
+    fn all<const N: usize>(&mut self) -> Result<Option<[f32; N]>, Wrong> {
         let mut values = [None; N];
+        let mut empty = None;
         for value in &mut values {
-            *value = self.one()?;
+            let Some((name, text)) = self.0.next() else {
+                break;
+            };
+            *value = parsed(name, text)?;
+            empty = value.map_or(Some(name), |_: f32| empty);
         }
-        if values.iter().all(Option::is_none) {
-            return Ok(None);
+        match empty {
+            Some(_) if values.iter().all(Option::is_none) => Ok(None),
+            Some(name) => Err((
+                format!("{name} is empty, but not all of its vector"),
+                "fill in all cells of a vector, or leave all of them empty",
+            )),
+            None => Ok(Some(values.map(Option::unwrap_or_default))),
         }
-        if values.contains(&None) {
-            return Err("a vector has an empty part".into());
-        }
-        Ok(Some(values.map(Option::unwrap_or_default)))
     }
 
-    fn reading<const N: usize>(&mut self) -> Result<Option<([f32; N], bool)>, String> {
+    fn reading<const N: usize>(&mut self) -> Result<Option<([f32; N], bool)>, Wrong> {
         let values = self.all()?;
         let tracked = self.one::<u8>()?;
         Ok(values.map(|values| (values, tracked != Some(0))))
     }
 
-    fn sample(&mut self) -> Result<Sample, String> {
+    fn sample(&mut self) -> Result<Sample, Wrong> {
         let arrival = self.needed("arrival_us")?;
         let mut sample = Sample::arrived(Micros(arrival));
         let (time, wraps_at) = (self.one()?, self.one()?);
@@ -213,7 +258,7 @@ impl<'a, I: Iterator<Item = (&'a String, &'a str)>> Reader<I> {
         sample.gaze_frame = match self.needed::<String>("gaze_frame")?.as_str() {
             "head" => GazeFrame::Head,
             "tracker" => GazeFrame::Tracker,
-            other => return Err(format!("gaze_frame is {other:?}, not head or tracker")),
+            other => return Err(not_among("gaze_frame", other, "head or tracker")),
         };
         let vector = |(value, tracked)| Reading {
             value: Vec3::from_array(value),
@@ -246,7 +291,9 @@ impl<'a, I: Iterator<Item = (&'a String, &'a str)>> Reader<I> {
                 "plane" => GazePoint::Plane(place),
                 "normalized" => GazePoint::Normalized(place),
                 "raw" => GazePoint::Raw(place),
-                other => return Err(format!("point_kind is {other:?}")),
+                other => {
+                    return Err(not_among("point_kind", other, "plane, normalized or raw"));
+                }
             };
             sample.gaze_point = Some(Reading { value, tracked });
         }

@@ -181,6 +181,7 @@ fn tells_what_is_wrong() {
         ("\"indices\":2", "\"indices\":2,\"mode\":5", "strip"),
         ("\"indices\":2", "\"indices\":2,\"mode\":1", "no triangles"),
         ("2.0", "2.0\",", "not a valid glTF"),
+        ("2.0", "1.0", "glTF 1.0"),
     ] {
         let json = triangle_json("", "");
         assert!(json.contains(from));
