@@ -1,11 +1,11 @@
-//! A wall: what an eye sees through it, wherever that eye is.
+//! Renders a wall for an eye that is not in front of its middle.
 //!
 //! ```sh
 //! cargo run -p shisen-core --example off_axis > wall.pgm
 //! ```
 //!
-//! writes a grey picture. The eye stands 0.4 m to the left of the wall's middle, so
-//! the ball, which is behind the middle, is to be seen to the left of it.
+//! writes a grey picture. The eye is 0.4 m to the left of the wall's middle, so the
+//! ball, which is behind the middle, appears to the left of it.
 
 mod ball;
 
@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let renderer = Renderer::new(scene, Simd::detect(), settings);
 
-    // The front wall of a room of 3 m, from its centre, and an eye beside that.
+    // The front wall of a 3 m room with the origin at its centre, and an eye beside the origin.
     let corner = |x, y| 1.5 * Vec3::new(x, y, -1.0);
     let (left, right, up) = (corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0));
     let wall = FlatScreen::from_corners(left, right, up, [SIDE; 2]);
@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let outcome = job.render(&renderer, &view, &mut pixels, &mut budget, &mut workspace)?;
     assert_eq!(outcome, Outcome::Finished);
 
-    // Light is linear; files hold it as displays want it.
+    // Light is linear; a picture file needs a display's transfer function.
     let code = |pixel: &Pixel| (255.0 * pixel.green.powf(1.0 / 2.2)) as u8;
     let codes: Vec<u8> = pixels.iter().map(code).collect();
     let mut out = std::io::stdout().lock();

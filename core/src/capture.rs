@@ -2,10 +2,9 @@
 //!
 //! The centre of a dome master is the dome's zenith, its rim the dome's
 //! spring line, and the distance from the centre is the angle from the zenith
-//! (equation 1). [`SpheroidMirror`] is Miura's way to take one, a camera that
-//! looks at the pole of a mirrored spheroid; [`fisheye_equidistant`],
-//! [`fisheye_equisolid`] and [`mirror_ball`] are lenses that a camera can
-//! only compute.
+//! (equation 1). [`SpheroidMirror`] is Miura's method: a camera looks at the pole
+//! of a mirrored spheroid. [`fisheye_equidistant`], [`fisheye_equisolid`] and
+//! [`mirror_ball`] are mappings of ideal lenses and of a mirror ball.
 //!
 //! Equation numbers are those of Miura, "A Simple Method to Create Dome
 //! Master for Full Dome Visualization" (JAXA-RR-16-007), in the order of the
@@ -18,8 +17,8 @@
 //! (+Y up, −Z forward) with the front at the bottom of the picture, turn the
 //! camera a quarter about +X: (x, y, z) becomes (x, −z, y).
 //!
-//! A mirror's picture is flipped; here left and right come out as a viewer
-//! under the dome sees them, since rays, not photographs, are mirrored.
+//! A photograph of a mirror is flipped. Here left and right are as a viewer under
+//! the dome sees them: each ray takes the mirrored direction.
 //!
 //! Pixels are (u, v), u to the right and v upwards, in the unit disc: the rim
 //! is u² + v² = 1. Lengths are in equatorial radii of the mirror.

@@ -1,8 +1,8 @@
 //! The tracer compiled for each width of a scene's nodes, once, in this crate.
 //!
-//! A generic function is compiled in every crate that names its parameters. These are not
-//! generic, and the public functions of renderers, tracers and tiles call them, so that a
-//! program compiles no tracer of its own.
+//! A generic function is compiled in every crate that names its parameters. The functions here are
+//! not generic, and the public functions of renderers, tracers and tiles call them, so that no
+//! other crate compiles the tracer again.
 
 use crate::frame::{LevelOfDetail, Outcome, Renderer, Settings, Tile, TileError, TileJob, View};
 use crate::gaze::Acuity;
@@ -11,8 +11,8 @@ use crate::shape::Ray;
 use crate::simd::{self, Simd};
 use crate::trace::{Budget, Hit, Ledger, Pixel, Tracer, Workspace};
 
-/// The sets of effects that shading is compiled for in this crate, the smallest first; beside
-/// them every effect.
+/// Sets of effects that shading is compiled for in this crate, besides the set of all effects; the
+/// smallest first.
 pub const COMPILED: [EffectSet; 2] = [
     EffectSet::SHADOWS,
     EffectSet::SHADOWS.union(EffectSet::REFLECTION),

@@ -147,8 +147,8 @@ impl<'a, const W: usize> Renderer<'a, W>
 where
     Simd: Runs<W>,
 {
-    /// A renderer with every effect. Settings out of range are moved to the nearest valid
-    /// value.
+    /// Returns a renderer with every effect. Settings out of range are moved to the nearest
+    /// valid value.
     pub fn new(scene: Scene<'a, W>, simd: Simd, settings: Settings) -> Self
     where
         Simd: crate::Runs<W>,
@@ -156,8 +156,8 @@ where
         <Simd as crate::Runs<W>>::renderer(scene, simd, settings)
     }
 
-    /// As [`new`](Self::new), with the smallest shading of [`COMPILED`](crate::COMPILED) that
-    /// has the effects wanted, or with every effect.
+    /// Returns a renderer like [`new`](Self::new)'s, with the smallest shading in
+    /// [`COMPILED`](crate::COMPILED) that has the effects wanted, or with every effect.
     pub fn smallest(scene: Scene<'a, W>, simd: Simd, settings: Settings, wanted: EffectSet) -> Self
     where
         Simd: crate::Runs<W>,
@@ -165,7 +165,7 @@ where
         <Simd as crate::Runs<W>>::smallest(scene, simd, settings, wanted)
     }
 
-    /// As [`new`](Self::new), with the shading compiled for the effects of some
+    /// Returns a renderer like [`new`](Self::new)'s, with the shading compiled for the effects in
     /// [bits](EffectSet::bits): see [`Tracer::for_effects`].
     pub fn for_effects<const EFFECTS: u32>(
         scene: Scene<'a, W>,
@@ -188,9 +188,9 @@ where
         }
     }
 
-    /// As [`for_effects`](Self::for_effects) in [`Mode::Single`], whatever the settings say. A
-    /// program that makes its renderers by this function only has no code of the other mode, which
-    /// is more than half of the tracer.
+    /// Returns a renderer like [`for_effects`](Self::for_effects)'s, always in [`Mode::Single`]. A
+    /// program that makes all its renderers with this function has no code for the other mode,
+    /// which is more than half of the tracer.
     pub fn single<const EFFECTS: u32>(scene: Scene<'a, W>, simd: Simd, settings: Settings) -> Self {
         let settings = Settings {
             depth: settings.depth.min(MAX_DEPTH),
@@ -340,7 +340,7 @@ where
         }
     }
 
-    /// Which pixels of that block are traced: a bit for each, by row, then column.
+    /// Returns the traced pixels of that block: a bit for each, by row, then column.
     fn block_traced(&self, patch: Region, view: &View, x: u32, y: u32) -> u64 {
         if let Pixels::Below(..) = self.pixels {
             return self.block_detail(patch, view, x, y).traced();
@@ -357,7 +357,7 @@ where
     }
 }
 
-/// The detail of the level that is nearest.
+/// Returns the detail of the valid level nearest to `level`.
 fn nearest_detail(level: f32) -> Detail {
     let nearest = if level > 1.0 {
         Detail::FULL
@@ -373,12 +373,12 @@ pub struct TileJob {
     tile: Tile,
     /// Pixels of finished blocks and squares, in their order.
     finished: u32,
-    /// What there is of the next.
+    /// State of the next, unfinished block or square.
     begun: Begun,
 }
 
 impl TileJob {
-    /// A job that has not begun.
+    /// Returns a job that has not begun.
     pub const fn new(tile: Tile) -> Self {
         Self {
             tile,
@@ -387,17 +387,17 @@ impl TileJob {
         }
     }
 
-    /// The rectangle.
+    /// Returns the rectangle.
     pub const fn tile(&self) -> Tile {
         self.tile
     }
 
-    /// How many of its pixels are finished, in rows from the top left.
+    /// Returns how many of its pixels are finished, in rows from the top left.
     pub const fn finished(&self) -> u32 {
         self.finished
     }
 
-    /// Whether all its pixels are finished.
+    /// Returns whether all its pixels are finished.
     pub const fn is_finished(&self) -> bool {
         self.finished as u64 == self.tile.width as u64 * self.tile.height as u64
     }
@@ -484,10 +484,10 @@ impl TileJob {
         self.begun = Begun::NOTHING;
     }
 
-    /// Gives unfinished pixels what a ray sees that meets nothing, and so finishes the tile.
+    /// Gives unfinished pixels the background, and so finishes the tile.
     ///
     /// # Errors
-    /// As [`render`](Self::render).
+    /// Those of [`render`](Self::render).
     pub fn give_up<const W: usize>(
         &mut self,
         renderer: &Renderer<'_, W>,

@@ -11,7 +11,7 @@ use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use std::format;
 use std::vec::Vec;
 
-/// Each with either sign.
+/// Numbers that break arithmetic, each used with both signs.
 const WORST: [f32; 10] = [
     f32::NAN,
     f32::INFINITY,
@@ -34,7 +34,7 @@ pub(crate) struct Numbers {
 }
 
 impl Numbers {
-    /// The number of the next position; `usual` is one that the function is made for.
+    /// Returns the number of the next position; `usual` is one that the function is made for.
     pub(crate) fn next(&mut self, usual: f32) -> f32 {
         let position = self.given.len() % self.instead.len();
         let number = self.instead[position].unwrap_or(usual);
@@ -50,14 +50,14 @@ impl Numbers {
         Mat3::from_cols_array(&usual.to_cols_array().map(|number| self.next(number)))
     }
 
-    /// Whether every number so far is finite and at most this far from zero.
+    /// Returns whether every number so far is finite and at most this far from zero.
     pub(crate) fn within(&self, most: f32) -> bool {
         self.given.iter().all(|number| number.abs() <= most)
     }
 }
 
 /// Runs a test with usual numbers, with each of the worst alone, and with mixtures.
-pub(crate) fn torment(test: impl Fn(&mut Numbers)) {
+pub(crate) fn with_hostile_numbers(test: impl Fn(&mut Numbers)) {
     let run = |instead| {
         let given = Vec::new();
         test(&mut Numbers { instead, given });
@@ -86,7 +86,7 @@ pub(crate) fn torment(test: impl Fn(&mut Numbers)) {
     }
 }
 
-/// Checks that every number of a result is finite, as its fields are printed.
+/// Checks that every number of a result is finite, by its `Debug` text.
 #[track_caller]
 pub(crate) fn finite(result: &(impl Debug + ?Sized)) {
     let text = format!("{result:?}");
@@ -94,7 +94,7 @@ pub(crate) fn finite(result: &(impl Debug + ?Sized)) {
     assert!(!words.any(|word| word == "NaN" || word == "inf"), "{text}");
 }
 
-/// Checks that a result is finite, or an error that says something.
+/// Checks that a result is finite, or an error with a text.
 #[track_caller]
 pub(crate) fn finite_or_error<T: Debug, E: core::error::Error>(result: Result<T, E>) -> Option<T> {
     match result {
@@ -109,7 +109,7 @@ pub(crate) fn finite_or_error<T: Debug, E: core::error::Error>(result: Result<T,
     }
 }
 
-/// A ray, if the numbers make one.
+/// Returns a ray, if the numbers make one.
 pub(crate) fn a_ray(n: &mut Numbers) -> Option<Ray> {
     Ray::new(n.vector([0.1, 0.2, 0.3]), n.vector([0.05, -0.02, -1.0]))
 }

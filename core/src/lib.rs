@@ -3,8 +3,8 @@
 //! A baked [`Scene`](scene::Scene) is checked once and used in place. A
 //! [`View`](frame::View) gives the rays of a screen, a
 //! [`TileJob`](frame::TileJob) renders a rectangle of it into the caller's
-//! pixels, and stops at a pixel's border when its
-//! [`Budget`](frame::Budget) is spent.
+//! pixels. When its [`Budget`](frame::Budget) is spent, it stops between two
+//! samples; the next call goes on from there.
 //!
 //! ```
 //! use glam::Vec3;
@@ -24,7 +24,7 @@
 //!     loop {
 //!         let mut budget = Budget::steps(1_000_000);
 //!         match job.render(&renderer, &view, pixels, &mut budget, &mut workspace) {
-//!             Ok(Outcome::BudgetSpent) => {} // Something else has its turn here.
+//!             Ok(Outcome::BudgetSpent) => {} // The caller can do other work here.
 //!             other => return Ok(assert_eq!(other, Ok(Outcome::Finished))),
 //!         }
 //!     }
@@ -33,20 +33,20 @@
 //! ```
 //!
 //! The folder `examples` has a scene written by hand, and a wall for an eye that is not
-//! in its middle. Scenes are baked, and whole rooms rendered, by the crate `shisen`, whose
-//! first page has the architecture of all of it.
+//! in front of its middle. The crate `shisen` bakes scenes and renders whole rooms; its
+//! first page shows the architecture of the workspace.
 //!
 //! # Where things are
 //!
-//! Each module knows those above it only, but for what they share: the vectors of `simd`, and
+//! Each module uses only the modules above it, and what all share: the vectors of `simd`, and
 //! `compiled`, which compiles the tracer for each width of nodes:
 //!
-//! | Module | What |
+//! | Module | Contents |
 //! |---|---|
 //! | [`numeric`] | numbers, vectors and angles with stated error bounds |
 //! | [`shape`] | rays, boxes, triangles, spheres, spheroids |
-//! | [`spectrum`] | media, wavelengths, the colours that the eye makes of them |
-//! | [`scene`] | the bytes, checked once, and the effects that they ask for |
+//! | [`spectrum`] | media, wavelengths, the colours that the eye sees at them |
+//! | [`scene`] | a scene's bytes, checked once, and the effects that the scene needs |
 //! | [`gaze`] | head, line of sight, visual field, level, detail |
 //! | [`capture`] | mirrors and fisheyes: from a pixel of a dome master to its ray |
 //! | [`trace`] | what a ray meets, and the light that comes back, within a budget |
@@ -65,12 +65,12 @@
 //!
 //! | Feature | What it adds |
 //! |---|---|
-//! | `fpv5` | the instructions of a Cortex-M7's `FPv5`, for `-C target-cpu=cortex-m7`: fewer of them, the same bits |
-//! | `defmt` | `defmt::Format` of errors and outcomes |
+//! | `fpv5` | a Cortex-M7's `FPv5` instructions, for `-C target-cpu=cortex-m7`: fewer instructions, the same bits |
+//! | `defmt` | `defmt::Format` for errors and outcomes |
 //!
 //! # What it does not do
 //!
-//! No building of trees and no reading of files: that is baking, the crate `shisen`. No
+//! No building of trees and no reading of files: the crate `shisen` does both. No
 //! global illumination, no caustics, no media inside media, and no shadows of transparent
 //! objects. AVX2 is the one instruction set with code of its own; elsewhere portable code
 //! gives the same bits.

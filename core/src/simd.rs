@@ -234,7 +234,7 @@ pub trait Kernel<const W: usize> {
 /// A [`Kernel`] that follows a ray.
 pub trait RayKernel<const W: usize> {
     type Output;
-    /// As [`Kernel::run`].
+    /// Must be `#[inline(always)]`, like [`Kernel::run`].
     fn run<L: Lanes<W>>(self, lanes: L, ray: &Ray) -> Self::Output;
 }
 

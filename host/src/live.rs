@@ -28,8 +28,8 @@ pub use session::{
 #[cfg(feature = "cluster")]
 pub use swap::Mpi;
 pub use swap::{
-    Alone, Cluster, FrameResult, GatheredResults, Look, Order, Purpose, Share, SwapError, SwapLock,
-    Waits, Wire,
+    Cluster, FrameResult, GatheredResults, Look, Order, Purpose, Share, SingleMachine, SwapError,
+    SwapLock, Waits, Wire,
 };
 pub use tracking::{LatchedGaze, LiveTracker, TrackerEvent};
 

@@ -54,14 +54,14 @@ use std::time::Instant;
 use thiserror::Error;
 use xxhash_rust::xxh3::Xxh3;
 
-/// How to render a frame. Only `settings`, `effects` and `dispersion` change what is in it.
+/// How to render a frame. Only `settings`, `effects` and `dispersion` change its pixels.
 #[derive(Debug, Clone, Copy)]
 pub struct Options {
-    /// Bounces, samples, and how primary rays go.
+    /// Bounces, samples, and the mode of primary rays.
     pub settings: Settings,
     /// The effects to carry out.
     pub effects: Effects,
-    /// How to take wavelengths where the scene asks for dispersion.
+    /// The choice of wavelengths if the scene asks for dispersion.
     pub dispersion: Dispersion,
     /// Threads, 1 or more.
     pub threads: usize,
@@ -85,7 +85,7 @@ impl Default for Options {
     }
 }
 
-/// What one eye sees on one wall or dome.
+/// The picture of one wall or dome for one eye.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WallPicture {
     /// Index of the screen among [`Cave::screens`]: walls come first.
@@ -111,7 +111,7 @@ pub struct Frame {
     pub statistics: Statistics,
     /// From the first ray to the last pixel, wall-clock time.
     pub seconds: f64,
-    /// The surroundings, where they were captured.
+    /// The captured surroundings, if the filling needs them.
     pub capture: Option<Capture>,
 }
 
@@ -123,7 +123,7 @@ impl Frame {
     }
 }
 
-/// The hash of a frame by its pictures' hashes, in order: [`Frame::hash`].
+/// Returns the hash of a frame from its pictures' hashes, in order: see [`Frame::hash`].
 pub fn frame_hash(pictures: impl IntoIterator<Item = u64>) -> u64 {
     let mut hash = Xxh3::new();
     for picture in pictures {
@@ -132,8 +132,8 @@ pub fn frame_hash(pictures: impl IntoIterator<Item = u64>) -> u64 {
     hash.digest()
 }
 
-/// Why a frame cannot be rendered. What is to be done about it is in the message or, as
-/// a [`Diagnostic`], in the help.
+/// Why a frame cannot be rendered. The message, or the help of the [`Diagnostic`], says what to do
+/// about it.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the messages are the docs")]
@@ -160,9 +160,9 @@ pub enum RenderError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-/// Renders what each eye sees on each wall and dome. All threads share all tiles, so
-/// that a wall that is looked at does not wait for its own. `progress` is
-/// called with the tiles finished so far and their total.
+/// Renders each wall and dome for each eye. All threads share all tiles, so that an
+/// expensive wall does not finish later than the others. `progress` is called with
+/// the tiles finished so far and their total.
 ///
 /// # Errors
 /// See [`RenderError`].
@@ -176,7 +176,7 @@ pub fn cave(
     cave_filled(scene, cave, eyes, options, Filling::Background, progress)
 }
 
-/// Renders as [`cave`] does, with a choice of what shows where the gaze skips rays.
+/// Does what [`cave`] does, with a choice of what fills the pixels that the gaze skips.
 ///
 /// # Errors
 /// See [`RenderError`].
@@ -270,7 +270,7 @@ where
     })
 }
 
-/// Each tile with its own part of the pixels of all.
+/// Returns a job for each tile, with its own part of the memory for pixels.
 fn jobs<'p>(places: &[(usize, Tile)], pixels: &'p mut [Pixel]) -> Vec<Job<'p>> {
     let mut rest = pixels;
     let mut jobs = Vec::with_capacity(places.len());
@@ -301,8 +301,8 @@ pub(crate) fn put(picture: &mut Picture, tile: Tile, pixels: &[Pixel]) {
     }
 }
 
-/// Works on all items with all threads of a pool, and returns the rays and steps that it took.
-/// Each thread takes the next item that is left: items that take long are neighbours.
+/// Works on all items with all threads of a pool, and returns the rays and steps taken. Each thread
+/// takes the next item left, since expensive items are neighbours.
 fn share_out<T: Send>(
     pool: &ThreadPool,
     items: impl Iterator<Item = T> + Send,
@@ -323,7 +323,7 @@ fn share_out<T: Send>(
     statistics
 }
 
-/// Threads to render with.
+/// Returns a pool of threads to render with.
 ///
 /// # Errors
 /// If the system does not start that many threads.
@@ -415,7 +415,7 @@ where
     })
 }
 
-/// Does all jobs, fills what they skipped, and says what it took.
+/// Does all jobs, fills the pixels that they skipped, and returns counts and time.
 fn trace<const W: usize>(
     views: &[(View, Renderer<'_, W>)],
     jobs: &mut [Job<'_>],
@@ -430,7 +430,7 @@ where
     let start = Instant::now();
     let statistics = share_out(pool, jobs.iter_mut(), |workspace, job| {
         let (view, renderer) = &views[job.picture];
-        // Tiles of a view's own grid fit it, and no budget ends this one.
+        // Tiles of the view's grid fit it, and the budget has no end.
         let mut budget = Budget::UNLIMITED;
         let mut tile = TileJob::new(job.tile);
         let outcome = tile.render(renderer, view, job.pixels, &mut budget, workspace);
@@ -441,11 +441,11 @@ where
     (statistics, start.elapsed().as_secs_f64())
 }
 
-/// The renderer for what an eye sees, with the smallest shading that has the effects wanted;
+/// Returns the renderer for an observer, with the smallest shading that has the effects wanted;
 /// `spectrum` is [`Dispersion::spectrum`].
 ///
 /// # Errors
-/// A wavelength at which a medium of the scene is not known.
+/// A wavelength at which the index of a medium of the scene is not known.
 pub fn renderer<'a, const W: usize>(
     scene: &Scene<'a, W>,
     observer: &Observer,
@@ -459,7 +459,7 @@ where
     Ok(observer.follow(&renderer))
 }
 
-/// The renderer for everything in full.
+/// Returns the renderer for all rays at full detail.
 pub(crate) fn in_full<'a, const W: usize>(
     scene: &Scene<'a, W>,
     options: &Options,
@@ -474,7 +474,7 @@ where
     renderer.without(others).with_spectrum(spectrum)
 }
 
-/// The rays through a screen's pixels from an eye.
+/// Returns the rays through a screen's pixels from an eye.
 ///
 /// # Errors
 /// An eye that does not see the screen, or too near to it to trace its rays.
@@ -482,12 +482,12 @@ pub fn view<'a>(screen: impl Into<Screen<'a>>, observer: &Observer) -> Result<Vi
     screen.into().view_from(observer.place)
 }
 
-/// The tiles of a view, in rows.
+/// Returns the tiles of a view, in rows.
 pub(crate) fn tiles(view: &View, side: u32) -> impl Iterator<Item = Tile> + use<> {
     grid([view.columns(), view.rows()], side)
 }
 
-/// The tiles of some columns and rows, in rows.
+/// Returns the tiles of a picture of `columns` by `rows` pixels, in rows.
 pub(crate) fn grid([columns, rows]: [u32; 2], side: u32) -> impl Iterator<Item = Tile> {
     let step = side.max(1) as usize;
     (0..rows).step_by(step).flat_map(move |y| {

@@ -1,5 +1,5 @@
-/* Threads that render at the same time, each with handles of its own: threads SCENE
-   STREAM. Says "frame" and the hash, which has to be the same in all. */
+/* Renders the same frame on several threads, each with handles of its own: threads SCENE
+   STREAM. Prints "frame" and the frame's hash, and fails where the threads differ. */
 #include "frame.h"
 
 #include <inttypes.h>
@@ -9,7 +9,7 @@
 
 #define THREADS 2
 
-/* Of a file; no more than this. */
+/* Largest file that is read, bytes. */
 #define MOST_BYTES (16 << 20)
 
 typedef struct file {

@@ -1,38 +1,38 @@
-//! The commands as a person runs them, each by a line of words.
+//! Runs the commands as a person does, each from one line of text.
 
 use assert_cmd::Command;
 use serde_json::Value;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// What a command that succeeded has printed.
+/// The output of a command that succeeded.
 #[derive(Debug)]
-pub struct Said {
-    /// Its standard output.
+pub struct CommandOutput {
+    /// Standard output.
     pub out: String,
-    /// Its standard error.
+    /// Standard error.
     pub err: String,
 }
 
-impl Said {
-    /// The JSON objects that it has printed, one a line.
+impl CommandOutput {
+    /// Reads the JSON objects that it has printed, one in each line.
     pub fn objects(&self) -> Vec<Value> {
         let objects = self.out.lines().map(serde_json::from_str);
         objects.collect::<Result<_, _>>().expect("JSON lines")
     }
 }
 
-/// The `shisen` command, with `folder` to work in.
+/// Returns the `shisen` command, with `folder` as its working folder.
 pub fn shisen(folder: &Path) -> Command {
     executable("shisen-for-tests", folder)
 }
 
-/// The `shisen-evidence` command, likewise.
+/// Returns the `shisen-evidence` command, with `folder` as its working folder.
 pub fn evidence(folder: &Path) -> Command {
     executable("evidence-for-tests", folder)
 }
 
-/// A command line, of words between spaces, of whichever of the two has its command.
+/// Returns a command from a line of words: `shisen-evidence` for its commands, otherwise `shisen`.
 pub fn line(folder: &Path, words: &str) -> Command {
     let program = match words.split(' ').next() {
         Some("bench" | "selftest" | "tradeoff") => evidence,
@@ -44,14 +44,14 @@ pub fn line(folder: &Path, words: &str) -> Command {
 }
 
 /// Runs a command that must succeed.
-pub fn succeed(command: &mut Command) -> Said {
+pub fn succeed(command: &mut Command) -> CommandOutput {
     let output = command.assert().success().get_output().clone();
     let [out, err] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
-    Said { out, err }
+    CommandOutput { out, err }
 }
 
 /// Runs a command line that must succeed.
-pub fn run(folder: &Path, words: &str) -> Said {
+pub fn run(folder: &Path, words: &str) -> CommandOutput {
     succeed(&mut line(folder, words))
 }
 
@@ -70,23 +70,23 @@ pub fn says(report: &Value, expected: Value) {
     }
 }
 
-/// A number of a report.
+/// Returns a number of a report.
 pub fn number(report: &Value, key: &str) -> f64 {
     report[key].as_f64().expect("a number")
 }
 
-/// A whole number of a report.
+/// Returns a whole number of a report.
 pub fn count(report: &Value, key: &str) -> u64 {
     report[key].as_u64().expect("a count")
 }
 
-/// A list of a report.
+/// Returns a list of a report.
 pub fn list<'v>(report: &'v Value, key: &str) -> &'v [Value] {
     report[key].as_array().expect("a list")
 }
 
-/// What a command says that must end with this code and without output; its words with one
-/// space between.
+/// Runs a command that must end with this code and print nothing on standard output; returns the
+/// words of its error, with one space between.
 pub fn refusal(command: &mut Command, code: i32) -> String {
     let output = command.assert().code(code).get_output().clone();
     let said = String::from_utf8(output.stderr).unwrap();
@@ -99,8 +99,8 @@ pub fn refusal(command: &mut Command, code: i32) -> String {
     words.join(" ")
 }
 
-/// Checks that command lines end with this code, and say each of some words, and a remedy: rows
-/// of `LINE => WORDS`, or of `LINE => WORDS & WORDS`.
+/// Checks that command lines end with this code, and that their errors have these words and a
+/// remedy: rows of `LINE => WORDS`, or of `LINE => WORDS & WORDS`.
 pub fn refused(folder: &Path, code: i32, table: &str) {
     for row in table.lines().filter(|row| !row.trim().is_empty()) {
         let (words, expected) = row.split_once("=>").expect("a line and words");
@@ -112,17 +112,17 @@ pub fn refused(folder: &Path, code: i32, table: &str) {
     }
 }
 
-/// An example of one of the crates, likewise; `cargo test --workspace` builds them.
+/// Returns an example of one of the crates as a command; `cargo test --workspace` builds them.
 pub fn example(name: &str, folder: &Path) -> Command {
     executable(&format!("examples/{name}"), folder)
 }
 
-/// A folder for the command to work in, which goes when it is dropped.
+/// Returns a working folder for the command, which is deleted when dropped.
 pub fn folder() -> TempDir {
     tempfile::tempdir().expect("a folder")
 }
 
-/// A program of the profile's folder, where Cargo has put it beside the test's own.
+/// Returns a program as a command: Cargo puts it beside the folder of the test's own program.
 fn executable(name: &str, folder: &Path) -> Command {
     let test = std::env::current_exe().expect("the test's own path");
     // TARGET/PROFILE/deps/TEST

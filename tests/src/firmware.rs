@@ -26,24 +26,24 @@ use thiserror::Error;
 /// Where tracker bytes come from, by the controller's clock.
 pub type TrackerBytes = Box<dyn Source<Item = Chunk>>;
 
-/// What a controller is to do.
+/// The job of a controller.
 #[expect(missing_debug_implementations, reason = "sources of bytes have none")]
 pub struct Run<'a> {
-    /// Its firmware.
+    /// The controller's firmware.
     pub image: &'a Image,
-    /// The bytes of its scene, in the compact layout.
+    /// The bytes of the scene, in the compact layout.
     pub scene: &'a [u8],
-    /// Its screens; at most [`MOST_SCREENS`].
+    /// The screens; at most [`MOST_SCREENS`].
     pub screens: &'a [FlatScreen],
-    /// How it renders.
+    /// The quality and budget of frames.
     pub rendering: Rendering,
-    /// Frames of the screens to take.
+    /// Number of frames of the screens to receive.
     pub frames: u32,
-    /// Then a dome master, of so many pixels a side, from a place in the room.
+    /// A dome master to receive after the frames: pixels a side, and its centre in the room.
     pub capture: Option<(u16, glam::Vec3)>,
-    /// The tracker; none says nothing.
+    /// The tracker; `None`: the controller hears no tracker.
     pub tracker: Option<TrackerBytes>,
-    /// Seconds without a word from it after which it counts as hung.
+    /// Seconds without a report after which the controller counts as hung.
     pub patience: f64,
 }
 
@@ -56,21 +56,21 @@ pub const MOST_TILES: usize = 768;
 /// Pixels a side of a controller's tiles.
 const TILE: u32 = 16;
 
-/// A frame as it came from a controller.
+/// A frame that came from a controller.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShownFrame {
-    /// What it was made of.
+    /// The report at its start: screen, eye and gaze.
     pub start: FrameStart,
-    /// Its pictures.
+    /// The frame's pictures.
     pub pictures: Vec<Picture>,
-    /// What its slices took.
+    /// The steps and instructions of each slice.
     pub slices: Vec<Slice>,
-    /// What it took; `None` where nothing was rendered.
+    /// The report at its end; `None` where nothing was rendered.
     pub done: Option<FrameDone>,
 }
 
 impl ShownFrame {
-    /// As [`Frame::hash`](shisen::render::Frame::hash).
+    /// Returns the same hash as [`Frame::hash`](shisen::render::Frame::hash).
     pub fn hash(&self) -> u64 {
         frame_hash(self.pictures.iter().map(Picture::hash))
     }
@@ -79,15 +79,15 @@ impl ShownFrame {
 /// What came from a controller.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Watched {
-    /// What it said at first.
+    /// The report after its start.
     pub ready: Ready,
-    /// The frames asked for, in their order.
+    /// The requested frames, in order.
     pub frames: Vec<ShownFrame>,
-    /// The newest that it said of its tracker.
+    /// The newest report about its tracker.
     pub tracker: Option<TrackerState>,
-    /// Its log, line by line.
+    /// The lines of its log.
     pub log: Vec<String>,
-    /// Frames of the link that were damaged.
+    /// Number of damaged frames of the link.
     pub damaged: u32,
 }
 
@@ -101,17 +101,18 @@ pub struct FirmwareError {
 }
 
 impl FirmwareError {
-    /// What is wrong, and what helps.
+    /// Returns an error that says what is wrong, and what helps.
     pub fn new(what: impl Into<String>, help: &'static str) -> Self {
         let what = what.into();
         Self { what, help }
     }
 
-    /// What cannot be of one whose sources are the command's.
+    /// Returns an error for firmware and command built from different sources.
     pub fn other_sources(what: impl Into<String>) -> Self {
         Self::new(what, "build firmware and command from the same sources")
     }
 
+    /// Returns an error for a report that the firmware cannot send.
     fn nonsense(what: impl fmt::Display) -> Self {
         Self::other_sources(format!("the firmware reports {what}"))
     }
@@ -124,11 +125,11 @@ impl From<io::Error> for FirmwareError {
     }
 }
 
-/// Runs a controller until the frames asked for have come.
+/// Runs a controller until the requested frames have come.
 ///
 /// # Errors
-/// More than it has room for, an emulator that does not start, a firmware that says
-/// nothing or nonsense.
+/// A job that the controller has no room for, an emulator that does not start, a firmware that
+/// sends no reports or wrong ones.
 pub fn watch(run: Run<'_>) -> Result<Watched, FirmwareError> {
     let mut session = Session::new(&run)?;
     let mut emulator = Emulator::start(run.image, run.scene)?;
@@ -137,7 +138,7 @@ pub fn watch(run: Run<'_>) -> Result<Watched, FirmwareError> {
     let mut decoder = Reports::new();
     while !session.is_done() {
         let bytes = emulator.receive(Port::Display)?;
-        // Frames that were not asked for are no answer.
+        // Only a report of a requested frame shows that the controller still works.
         if session.advanced {
             session.advanced = false;
             heard = Instant::now();
@@ -161,7 +162,7 @@ pub fn watch(run: Run<'_>) -> Result<Watched, FirmwareError> {
         for report in reports {
             session.take(report)?;
         }
-        // What a tracker sends by the time that it is there.
+        // Sends what the tracker has sent by the controller's time.
         while let Some(chunk) = tracker.as_mut().and_then(|t| t.poll(session.now)) {
             emulator.send(Port::Tracker, chunk.bytes())?;
         }

@@ -1,5 +1,5 @@
-//! Bad input: an exit code, one paragraph that says what to do, and no file that was not
-//! there before.
+//! Checks bad input: it gives an exit code and one paragraph that says what to do, and creates no
+//! file.
 
 use shisen_tests::command::{self, folder, line, refusal, run, shisen};
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 
-/// All files and folders below `folder`, and the files' contents.
+/// Returns all files and folders below `folder`, and the files' contents.
 fn contents(folder: &Path) -> Vec<(PathBuf, Option<Vec<u8>>)> {
     let mut all = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -22,7 +22,7 @@ fn contents(folder: &Path) -> Vec<(PathBuf, Option<Vec<u8>>)> {
     all
 }
 
-/// As [`command::refused`], and leaves `folder` as it was.
+/// Checks what [`command::refused`] checks, and that `folder` does not change.
 fn refused(folder: &Path, code: i32, table: &str) {
     let before = contents(folder);
     command::refused(folder, code, table);
@@ -39,7 +39,7 @@ fn files_refused(folder: &Path, commands: &[&str], files: &[(&str, &[u8], &str)]
     }
 }
 
-/// What is wrong with arguments beside each other ends with the usage of their command.
+/// Checks that an error about arguments that exclude each other ends with their command's usage.
 #[test]
 fn usage_is_that_of_the_command_asked_for() {
     let folder = folder();
@@ -61,7 +61,7 @@ fn usage_is_that_of_the_command_asked_for() {
             message.starts_with("error: ") && message.contains(&usage),
             "{message}"
         );
-        // Colours are for terminals.
+        // Only a terminal gets colours.
         assert!(
             message.ends_with(&hint) && !message.contains('\u{1b}'),
             "{message}"
@@ -69,7 +69,7 @@ fn usage_is_that_of_the_command_asked_for() {
     }
 }
 
-/// Arguments that no command takes, and what is said of them.
+/// Wrong arguments, and words of the error for each.
 const USAGE: &str = r#"
     run --fill previous --lod off => with --lod off no ray is skipped
     run --fill previous => with --view none nothing is shown
@@ -202,7 +202,7 @@ fn broken_meshes_are_named() {
             ("infinite.obj", &face("v 0 inf 0\nf 1 2 4"), "infinite.obj"),
             ("range.obj", &face("f 1 2 4"), "1 to 3"),
             ("twice.obj", &face("f 1 2 2"), "twice"),
-            // 2 GiB of vertices, of which there are none.
+            // A header that promises 2 GiB of vertices, and no vertex.
             ("claim.ply", header.as_bytes(), "2147483640"),
         ],
     );
@@ -217,7 +217,7 @@ fn broken_meshes_are_named() {
 
 #[test]
 fn unreachable_polygon_levels_are_named() {
-    // A tetrahedron whose faces have a material each, so that no edge can go.
+    // A tetrahedron with a material for each face, so that no edge can be removed.
     let folder = folder();
     let folder = folder.path();
     let mesh = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n\
@@ -368,7 +368,7 @@ fn unwritable_outputs_are_named_and_nothing_is_left() {
     let folder = folder.path();
     fs::write(folder.join("file"), "kept").unwrap();
     fs::create_dir_all(folder.join("out/front-left.png")).unwrap();
-    // What was there stays where its successor cannot be made.
+    // An old file stays if the new one cannot be written.
     refused(
         folder,
         1,

@@ -1,5 +1,5 @@
-//! Wavelengths in pictures: where a prism puts them, what they sum to, and that
-//! they change nothing where no glass asks for them.
+//! Wavelengths in pictures: a prism puts them where Snell's law says, they sum to
+//! white, and they change nothing without dispersive glass.
 
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
@@ -35,13 +35,13 @@ fn renderer<'a>(
     renderer.with_spectrum(spectrum).expect("known media")
 }
 
-/// The column of the wall, its first edge at 0, that is seen at an angle from
-/// −Z towards −X.
+/// Returns the column of the wall, with its first edge at 0, that is seen at an
+/// angle from −Z towards −X.
 fn column(angle: f64) -> f64 {
     (0.5 - 0.5 * angle.tan()) * f64::from(COLUMNS)
 }
 
-/// The middle of what is around the brightest column in light of one wavelength.
+/// Returns the centre of the spot around the brightest column in light of one wavelength.
 fn spot(bench: PrismBench, nm: f32) -> f64 {
     let step = 3.0 / COLUMNS as f32;
     let first = Vec3::new(-1.5 + 0.5 * step, 0.0, -1.5);
@@ -62,15 +62,15 @@ fn spot(bench: PrismBench, nm: f32) -> f64 {
     moment / sum
 }
 
-/// Snell's law in 64 bits, by the vectors.
+/// Returns the refracted direction by Snell's law, in 64 bits.
 fn refract(direction: DVec3, normal: DVec3, eta: f64) -> DVec3 {
     let cosine = -direction.dot(normal);
     let root = (1.0 - eta * eta * (1.0 - cosine * cosine)).sqrt();
     eta * direction + (eta * cosine - root) * normal
 }
 
-/// How far to the left of the slit's middle the ray passes that the eye sends at
-/// an angle: metres.
+/// Returns how far to the left of the slit's middle a ray from the eye at an angle
+/// passes: metres.
 fn misses_by(bench: PrismBench, angle: f64, index: f64) -> f64 {
     let inradius = PrismBench::SIDE / 12f64.sqrt();
     let [near, far] = bench.faces().map(PrismBench::towards);
@@ -89,7 +89,7 @@ fn misses_by(bench: PrismBench, angle: f64, index: f64) -> f64 {
     (leaves + beyond * reach - bench.slit()).dot(left)
 }
 
-/// The angle at which the eye sees the slit's middle in light of an index.
+/// Returns the angle at which the eye sees the slit's middle at an index of refraction.
 fn seen_at(bench: PrismBench, index: f64) -> f64 {
     let (mut low, mut high) = (-0.2, 0.08);
     let sign = misses_by(bench, low, index).signum();
@@ -117,13 +117,13 @@ fn a_spectrum_lies_where_snell_says() {
             (found - expected).abs() < 1.0,
             "{nm} nm: {found}, not {expected}"
         );
-        // The apex is to the right: light that is bent more is seen nearer it.
+        // The apex is to the right: light that is bent more appears nearer to it.
         assert!(found > before, "{nm} nm: {found} after {before}");
         before = found;
     }
 }
 
-/// A clear ball before the eye in a white room.
+/// Returns a clear ball before the eye in a white room.
 fn ball(medium: Medium) -> Scene {
     let clear = Material {
         diffuse: [0.0; 3],
@@ -145,7 +145,7 @@ fn ball(medium: Medium) -> Scene {
     }
 }
 
-/// The ball and what is around it.
+/// Returns a view of the ball and its surroundings.
 fn before_the_ball(side: u32) -> View {
     let step = 0.9 / side as f32;
     let first = Vec3::new(-0.45 + 0.5 * step, 0.45 - 0.5 * step, -1.0);
@@ -156,8 +156,8 @@ fn before_the_ball(side: u32) -> View {
 #[test]
 fn clear_glass_in_a_white_room_is_white() {
     let one = ball(Medium::QUARTZ_O);
-    // Behind it a flat one and a block with edges, in which light is reflected
-    // again and again.
+    // Behind the ball are a flat one and a block with edges, inside which light is
+    // reflected many times.
     let mut several = ball(Medium::SF11);
     let behind = |shape, z| Object {
         shape,
@@ -190,7 +190,7 @@ fn clear_glass_in_a_white_room_is_white() {
             let table = SpectralTable::new(wavelengths, 32, Matching::Wyman, &mut storage);
             let table = table.expect("a table");
             let renderer = renderer(&baked, (depth, samples), Spectrum::Comb { table, each });
-            // A ray alone, into the ball or past its rim, leaves nothing for the next picture.
+            // A single ray, into the ball or past its rim, must not affect the next picture.
             for x in [0.2, 0.5] {
                 let ray = Ray::new(Vec3::ZERO, Vec3::new(x, 0.0, -1.0)).expect("a ray");
                 let budget = &mut { Budget::UNLIMITED };
@@ -237,7 +237,7 @@ fn nothing_changes_where_no_glass_asks_for_it() {
         assert_eq!(found.hash(), expected.hash(), "{way:?}");
         assert_eq!(found.statistics, expected.statistics, "{way:?}");
     }
-    // Nor where its index is the same for all.
+    // The same holds for glass with one index for all wavelengths.
     let mut constant = spheres();
     let ordinary = Medium::form2([390.0, 800.0], 1.25, &[[0.5, 0.0]]).expect("a medium");
     for material in &mut constant.materials {
@@ -247,7 +247,7 @@ fn nothing_changes_where_no_glass_asks_for_it() {
     for way in ways {
         assert_eq!(frame(&constant, way).hash(), expected.hash(), "{way:?}");
     }
-    // Where glass does, it does.
+    // Dispersive glass does change the picture.
     let scene = spheres();
     let combed = frame(&scene, Dispersion::default()).hash();
     assert_ne!(combed, frame(&scene, Dispersion::Off).hash());

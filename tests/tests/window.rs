@@ -10,7 +10,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// Longest wait for anything: of a machine that is busy.
+/// Longest wait for a window, a file or an end, on a busy machine.
 const PATIENCE: Duration = Duration::from_mins(1);
 
 /// An X server.
@@ -21,8 +21,8 @@ struct Server {
 
 impl Server {
     fn start() -> Self {
-        // A server starts anew when its last client goes, and drops who connects just then:
-        // xdotool comes and goes while the window is waited for.
+        // Without -noreset a server restarts when its last client leaves, and drops a client that
+        // connects just then: xdotool connects and leaves many times before the window is there.
         let mut child = Command::new("Xvfb")
             .args("-displayfd 1 -screen 0 1280x1024x24 -noreset".split(' '))
             .stdout(Stdio::piped())
@@ -39,7 +39,7 @@ impl Server {
         }
     }
 
-    /// Runs xdotool; what it says.
+    /// Runs xdotool and returns its output; `None` if it fails or prints nothing.
     fn xdotool(&self, arguments: &[&str]) -> Option<String> {
         let output = Command::new("xdotool")
             .args(arguments)
@@ -50,7 +50,7 @@ impl Server {
         (output.status.success() && !said.is_empty()).then_some(said)
     }
 
-    /// Sends a signal.
+    /// Sends a signal to the server.
     fn signal(&self, signal: &str) {
         let kill = Command::new("kill")
             .args([signal, &self.child.id().to_string()])
@@ -61,7 +61,7 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // One that was stopped is killed, too.
+        // Kills a stopped server, too.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -104,7 +104,7 @@ impl Run {
             window,
             screenshots: 0,
         };
-        // Until there is a frame there is a word.
+        // Waits for the first frame: before it the window shows only text, in few colours.
         until(|| (colours(&run.screenshot(server)) > 20).then_some(()));
         run
     }
@@ -113,7 +113,7 @@ impl Run {
         server.xdotool(&["key", "--window", &self.window, key]);
     }
 
-    /// Asks for a screenshot, of frames after what was asked for before.
+    /// Takes a screenshot of a frame after the keys pressed before.
     fn screenshot(&mut self, server: &Server) -> RgbImage {
         std::thread::sleep(Duration::from_millis(400));
         self.key(server, "s");
@@ -124,7 +124,7 @@ impl Run {
         image::open(path).expect("a picture").into_rgb8()
     }
 
-    /// Waits for its end.
+    /// Waits for the run's end; returns its output and its report.
     fn finish(self) -> (Output, Value) {
         let pid = self.child.id().to_string();
         let watchdog = std::thread::spawn(move || self.child.wait_with_output());
@@ -160,7 +160,7 @@ fn colours(picture: &RgbImage) -> usize {
     colours.len()
 }
 
-/// Pixels of the walls that are yellow, as full levels are.
+/// Counts the walls' yellow pixels: the colour of full detail.
 fn yellow(picture: &RgbImage) -> usize {
     let walls = picture.enumerate_pixels();
     let walls = walls.filter(|(_, row, _)| (20..600).contains(row));
@@ -171,7 +171,7 @@ fn yellow(picture: &RgbImage) -> usize {
     walls.filter(is_yellow).count()
 }
 
-/// Whether the middle of the gaze's cross is there, to a block or two.
+/// Returns whether the middle of the gaze's cross is at a place, give or take a block or two.
 fn is_marked(picture: &RgbImage, x: u32, y: u32) -> bool {
     let white = |x: u32, y: u32| picture.get_pixel(x, y).0 == [255; 3];
     let crosses = |x: u32, y: u32| (x - 10..=x + 10).all(|x| white(x, y));
@@ -200,7 +200,7 @@ fn keys_change_what_is_seen_and_a_closed_window_ends_only_the_showing() {
     let differing = viewer.pixels().zip(plain.pixels());
     assert!(differing.filter(|(a, b)| a != b).count() > 100_000);
     run.key(&server, "f");
-    // Two keys more, and two more scenes.
+    // Each of these keys changes the scene or its detail, and so begins another run of frames.
     run.key(&server, "b");
     run.screenshot(&server);
     run.key(&server, "l");
@@ -260,7 +260,7 @@ fn a_window_system_that_hangs_holds_nothing_up() {
     let frames = report["frames"].as_u64().expect("frames");
     let window = &report["window"];
     let [shown, dropped] = ["shown", "dropped"].map(|key| window[key].as_u64().expect("a count"));
-    // The last that was handed over may be neither.
+    // The last frame handed over may be neither shown nor dropped.
     assert!(frames > 60 && shown + dropped + 1 >= frames, "{report}");
     assert!(dropped > frames / 3, "{report}");
 }

@@ -70,7 +70,7 @@ impl Default for ClockConfig {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[error("the clock's {field} is {found}: give {least} to {most}")]
 pub struct ClockConfigError {
-    /// Which, and its unit.
+    /// The value's name and unit.
     pub field: &'static str,
     /// The value.
     pub found: u64,
@@ -84,13 +84,13 @@ pub struct ClockConfigError {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Stamp {
-    /// Never after the arrival.
+    /// Time of the measurement; never after the arrival.
     pub time: Micros,
-    /// What the time was made of.
+    /// What the time was taken from.
     pub source: StampSource,
 }
 
-/// What a [`Stamp`] was made of.
+/// What a [`Stamp`]'s time was taken from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StampSource {
@@ -98,17 +98,18 @@ pub enum StampSource {
     Device,
     /// The time of arrival less the least delay: there is no device time.
     Arrival,
-    /// The device's time makes no sense, or not yet: the stamp before is
-    /// repeated, so that nobody takes the sample for a new one.
+    /// The stamp before, repeated so that the sample does not pass for a new one:
+    /// the device's time does not fit the ones before it.
     Suspect,
 }
 
-/// Something that a device's clock did.
+/// A change of a device's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ClockEvent {
-    /// It jumped and stays there: the device was restarted. The clock is learned anew.
+    /// The clock jumped and went on from there: the device was restarted. The estimator starts
+    /// again.
     Restarted {
         /// How far, microseconds; below zero is back.
         jump: i64,
@@ -118,19 +119,19 @@ pub enum ClockEvent {
         /// How far it was off, microseconds; below zero is back.
         jump: i64,
     },
-    /// It stands still although samples come.
+    /// The clock stands still although samples come.
     Frozen {
         /// For how long so far.
         since: Micros,
     },
-    /// It runs again.
+    /// The clock runs again.
     Thawed {
         /// For how long it stood still.
         after: Micros,
     },
 }
 
-/// An unwrapped device time since the first, and what it lacks to the caller's clock: µs.
+/// A device time, unwrapped and counted from the first, and the caller's clock less it: µs.
 #[derive(Debug, Clone, Copy, Default)]
 struct Point {
     device: i64,
@@ -139,7 +140,7 @@ struct Point {
 
 /// The newest device time.
 #[derive(Debug, Clone, Copy)]
-struct Last {
+struct NewestTime {
     raw: DeviceTime,
     device: i64,
     arrival: Micros,
@@ -147,15 +148,15 @@ struct Last {
     moved: Micros,
 }
 
-/// A time that fits nothing before.
+/// A device time that does not fit the ones before: the next sample confirms or refutes it.
 #[derive(Debug, Clone, Copy)]
-struct Suspect {
+struct UnconfirmedTime {
     raw: DeviceTime,
     arrival: Micros,
     jump: i64,
 }
 
-/// The least delayed sample of the second that is not over yet.
+/// The least delayed sample of the second that is under way.
 #[derive(Debug, Clone, Copy)]
 struct Open {
     start: Micros,
@@ -166,10 +167,10 @@ struct Open {
 #[derive(Debug, Clone, Default)]
 pub struct ClockEstimator {
     config: ClockConfig,
-    last: Option<Last>,
-    suspect: Option<Suspect>,
+    last: Option<NewestTime>,
+    suspect: Option<UnconfirmedTime>,
     open: Option<Open>,
-    /// The oldest first.
+    /// The least delayed samples of past seconds, the oldest first.
     blocks: [Point; BLOCKS],
     length: usize,
     line: Point,
@@ -177,7 +178,7 @@ pub struct ClockEstimator {
     rate: i64,
     late_since: Option<Micros>,
     frozen: bool,
-    /// The newest time that was handed out.
+    /// The newest stamp's time.
     stamped: Micros,
 }
 
@@ -214,18 +215,18 @@ impl ClockEstimator {
         })
     }
 
-    /// How fast the caller's clock runs against the device's, parts per
-    /// billion too many; `None` until four seconds are known.
+    /// Returns how much faster the caller's clock runs than the device's, parts per billion;
+    /// `None` in the first four seconds.
     pub fn rate(&self) -> Option<i64> {
         (self.length >= LEAST_BLOCKS).then_some(self.rate)
     }
 
-    /// Whether the clock stands still.
+    /// Returns whether the clock stands still.
     pub fn is_frozen(&self) -> bool {
         self.frozen
     }
 
-    /// When a sample was measured. Samples go in in the order of arrival.
+    /// Returns when a sample was measured. Samples must come in the order of arrival.
     // Not inlined: keeps its code out of the decoders whose events it takes.
     #[inline(never)]
     pub fn stamp(&mut self, sample: &Sample, sink: &mut dyn FnMut(ClockEvent)) -> Stamp {
@@ -258,7 +259,7 @@ impl ClockEstimator {
         let step = match self.fits(last, raw, arrival) {
             Ok(step) => step,
             Err(jump) => {
-                self.suspect = Some(Suspect { raw, arrival, jump });
+                self.suspect = Some(UnconfirmedTime { raw, arrival, jump });
                 return Stamp {
                     time: self.stamped,
                     source: StampSource::Suspect,
@@ -268,7 +269,7 @@ impl ClockEstimator {
         let device = last.device.saturating_add(step);
         self.watch(last, step, arrival, sink);
         if step > 0 {
-            self.last = Some(Last {
+            self.last = Some(NewestTime {
                 raw,
                 device,
                 arrival,
@@ -282,7 +283,7 @@ impl ClockEstimator {
                 self.late_since = None;
                 self.add(Point { device, offset }, arrival);
             } else if arrival.since(*self.late_since.get_or_insert(arrival)).0 > SLIP {
-                // Late for so long: the clock did stand still.
+                // It has been late for longer than SLIP: the clock had stood still.
                 sink(ClockEvent::Restarted {
                     jump: late.saturating_neg(),
                 });
@@ -310,7 +311,7 @@ impl ClockEstimator {
     }
 
     fn start(&mut self, raw: DeviceTime, arrival: Micros) {
-        self.last = Some(Last {
+        self.last = Some(NewestTime {
             raw,
             device: 0,
             arrival,
@@ -332,7 +333,7 @@ impl ClockEstimator {
         });
     }
 
-    /// The first stamp of a clock: as far as is known, nothing delayed it.
+    /// Returns the first stamp of a clock, whose sample is taken for undelayed.
     fn first(&mut self, by_arrival: Stamp) -> Stamp {
         self.stamped = by_arrival.time;
         Stamp {
@@ -341,8 +342,9 @@ impl ClockEstimator {
         }
     }
 
-    /// The step from the last device time, or how far it is off: it may be late, never early.
-    fn fits(&self, last: Last, raw: DeviceTime, arrival: Micros) -> Result<i64, i64> {
+    /// Returns the step from the last device time, or as an error how far off the time is. A time
+    /// may be late, but not early.
+    fn fits(&self, last: NewestTime, raw: DeviceTime, arrival: Micros) -> Result<i64, i64> {
         let elapsed = arrival.since(last.arrival);
         let jump = signed(self.config.jump);
         let drift = signed(elapsed).saturating_mul(self.config.most_drift.into()) / 1_000_000;
@@ -361,8 +363,14 @@ impl ClockEstimator {
         Ok(step)
     }
 
-    /// Whether the clock stands still.
-    fn watch(&mut self, last: Last, step: i64, arrival: Micros, sink: &mut dyn FnMut(ClockEvent)) {
+    /// Reports a clock that stops or runs again.
+    fn watch(
+        &mut self,
+        last: NewestTime,
+        step: i64,
+        arrival: Micros,
+        sink: &mut dyn FnMut(ClockEvent),
+    ) {
         let still = arrival.since(last.moved);
         if step == 0 {
             if still > self.config.frozen_after && !self.frozen {
@@ -375,7 +383,7 @@ impl ClockEstimator {
         }
     }
 
-    /// Caller's clock less device's, at a device time.
+    /// Returns the caller's clock less the device's, at a device time.
     fn offset_at(&self, device: i64) -> i64 {
         let since = device.saturating_sub(self.line.device);
         let drift = since.saturating_mul(self.rate) / 1_000_000_000;

@@ -1,12 +1,11 @@
-//! Talking to a device without waiting for it: start, stop, units, lists of
-//! items, the line's speed.
+//! Commands to a device: start, stop, units, lists of items, the line's speed.
+//! No function waits for the device.
 //!
-//! Each device's module makes a [`Script`] of what is to be said and awaited.
-//! A [`Session`] plays it by the caller's clock: [`Session::poll`] says what
-//! to do next and returns at once, [`Session::on_bytes`] and
-//! [`Session::on_event`] tell it what came in. What is not answered in time
-//! is said again, [`TRIES`] times in all; then the session says what is wrong, above
-//! all whether the line's speed is.
+//! Each device's module makes a [`Script`] of commands and awaited answers. A
+//! [`Session`] plays it by the caller's clock: [`Session::poll`] returns the next
+//! action at once, [`Session::on_bytes`] and [`Session::on_event`] take what came
+//! in. Without an answer in time the script is played again, [`TRIES`] times in
+//! all; then the session reports the likely cause, above all a wrong line speed.
 //!
 //! ```
 //! use shisen_tracker::command::{Action, Failure, Session};
@@ -15,14 +14,13 @@
 //!
 //! let mut session = Session::new(hatire::start(false));
 //! assert_eq!(session.poll(Micros(0)), Action::Send(b"S"));
-//! // Nothing comes.
+//! // No answer comes.
 //! assert_eq!(session.poll(Micros(5)), Action::Wait(Micros(1_000_005)));
 //! assert_eq!(session.poll(Micros(1_000_005)), Action::Send(b"S"));
 //! ```
 //!
-//! Samples that come before all was said are of unknown units: [`SettingUp`] says how long
-//! they are held back. What only listens and has nothing to say finds out the same by a
-//! [`Watch`].
+//! Samples that come before all commands are sent have unknown units: [`SettingUp`] tells how
+//! long to hold them back. A program that only listens finds the same faults with a [`Watch`].
 
 mod failure;
 mod setting_up;
@@ -44,16 +42,16 @@ const MOST_SCRIPT_BYTES: usize = 640;
 /// Most steps of a script.
 const MOST_STEPS: usize = 48;
 
-/// How long bytes may flow without a record, or nothing may come, before something is wrong.
+/// Longest time without a record, or without any byte, before that is a fault.
 pub const PATIENCE: Micros = Micros::from_millis(1_000);
 
-/// How often a script is played before it fails.
+/// Number of times that a script is played before it fails.
 pub const TRIES: u8 = 3;
 
 /// One command.
 pub type Bytes = Vec<u8, MOST_COMMAND_BYTES>;
 
-/// What a script waits for.
+/// An answer that a script waits for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Awaited {
@@ -61,85 +59,85 @@ pub enum Awaited {
     Sample,
     /// A sample or a message.
     Record,
-    /// The answer to a command, as [`Reply::to`](crate::decoder::Reply::to)
-    /// numbers it.
+    /// The reply to the command with this number in
+    /// [`Reply::to`](crate::decoder::Reply::to).
     Reply(u32),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Step {
-    /// Send the script's next bytes: this many.
+    /// Send this many of the script's bytes.
     Send(u16),
-    /// Microseconds.
+    /// Send nothing for this time, microseconds.
     Pause(u32),
     Speed(u32),
     Await {
         what: Awaited,
-        /// Microseconds.
+        /// Longest wait, microseconds.
         within: u32,
     },
 }
 
-/// A span in half the memory of [`Micros`].
+/// Returns a span in half the memory of [`Micros`].
 fn short(span: Micros) -> u32 {
     u32::try_from(span.0).unwrap_or(u32::MAX)
 }
 
-/// The commands for a device, and the answers that it owes.
+/// Commands for a device, and the answers to await.
 ///
-/// It is more than a kilobyte, and is filled where it stands.
+/// It takes more than a kilobyte, so its methods fill it in place.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Script {
     bytes: Vec<u8, MOST_SCRIPT_BYTES>,
     steps: Vec<Step, MOST_STEPS>,
-    /// Where a further try starts.
+    /// The step at which a further try starts.
     again_from: usize,
-    /// Something had no room.
+    /// Whether a command or a step had no room.
     cut: bool,
 }
 
 impl Script {
-    /// Nothing to say.
+    /// Returns a script without commands.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// These bytes to send, and no answer.
+    /// Returns a script that sends these bytes and awaits no answer.
     pub fn sending(bytes: &[u8]) -> Self {
         let mut script = Self::new();
         script.send(bytes);
         script
     }
 
-    /// Then send these bytes.
+    /// Adds a step: send these bytes.
     pub fn send(&mut self, bytes: &[u8]) -> &mut Self {
         self.cut |= self.bytes.extend_from_slice(bytes).is_err();
         self.step(Step::Send(bytes.len() as u16))
     }
 
-    /// Then send nothing for a while: up to an hour.
+    /// Adds a step: send nothing for this time, up to an hour.
     pub fn pause(&mut self, span: Micros) -> &mut Self {
         self.step(Step::Pause(short(span)))
     }
 
-    /// Then change this end's line to this speed, baud.
+    /// Adds a step: change this end's line to this speed, baud.
     pub fn speed(&mut self, baud: u32) -> &mut Self {
         self.step(Step::Speed(baud))
     }
 
-    /// Then wait until this comes, for as long as `within`: up to an hour.
+    /// Adds a step: wait for this answer, at most for `within`, up to an hour.
     pub fn expect(&mut self, what: Awaited, within: Micros) -> &mut Self {
         let within = short(within);
         self.step(Step::Await { what, within })
     }
 
-    /// The commands so far (a reset) are not repeated where an answer fails to come.
+    /// Marks the steps so far (a reset) as played only once, even if an answer fails to come.
     pub fn once_only(&mut self) -> &mut Self {
         self.again_from = self.steps.len();
         self
     }
 
-    /// The sum of the pauses in the part that is sent only once (a reset).
+    /// Returns the sum of the pauses in the part that is played only once (a reset).
     pub fn once_only_time(&self) -> Micros {
         let steps = self.steps.iter().take(self.again_from);
         steps.fold(Micros(0), |sum, step| match step {
@@ -148,12 +146,12 @@ impl Script {
         })
     }
 
-    /// Whether it sends anything, and does not only wait.
+    /// Returns whether it sends any bytes.
     pub fn says_anything(&self) -> bool {
         !self.bytes.is_empty()
     }
 
-    /// Whether all of it had room; a [`Session`] refuses one that had not.
+    /// Returns whether all steps had room; a [`Session`] refuses an incomplete script.
     pub const fn is_complete(&self) -> bool {
         !self.cut
     }
@@ -163,7 +161,7 @@ impl Script {
         self
     }
 
-    /// The bytes that a step sends.
+    /// Returns the bytes that a step sends.
     fn sent_by(&self, step: usize) -> &[u8] {
         let length = |step: &Step| match step {
             Step::Send(length) => usize::from(*length),
@@ -175,7 +173,7 @@ impl Script {
     }
 }
 
-/// What the caller is to do.
+/// The next action of a session's caller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Action<'a> {
     /// Send these bytes, then poll again at once.
@@ -183,11 +181,11 @@ pub enum Action<'a> {
     /// Change the line to this speed, baud, once all sent bytes are out; then poll
     /// again.
     Speed(u32),
-    /// Nothing until this time, or until something comes in.
+    /// Wait until this time, or until bytes come in.
     Wait(Micros),
-    /// All was said and answered.
+    /// All commands are sent and answered.
     Done,
-    /// It was said [`Session::tries`] times in vain.
+    /// [`Session::tries`] tries failed.
     Failed(Failure),
 }
 
@@ -196,15 +194,15 @@ pub enum Action<'a> {
 pub struct Session {
     script: Script,
     step: usize,
-    /// When the step began, once it was polled.
+    /// When the step began; `None` before it is polled.
     since: Option<Micros>,
     tries: u8,
-    /// Bytes since the last command was sent, as are the three counts below.
+    /// Bytes since the last command was sent; the three counts below are since then, too.
     bytes: u64,
     useless: Useless,
     records: u64,
     samples: u64,
-    /// The last reply, and its result.
+    /// Number and result of the last reply.
     reply: Option<(u32, u32)>,
     /// The first refusal of this try.
     refused: Option<Failure>,
@@ -212,7 +210,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// A session at the start of a script.
+    /// Returns a session at the start of a script.
     pub fn new(script: Script) -> Self {
         let failed = (!script.is_complete()).then_some(Failure::TooLong);
         Self {
@@ -222,12 +220,12 @@ impl Session {
         }
     }
 
-    /// How many answers failed to come; after each but the third the script starts again.
+    /// Returns how many answers failed to come; after each but the third the script starts again.
     pub const fn tries(&self) -> u8 {
         self.tries
     }
 
-    /// Whether all commands were sent; records before that may be in units of an earlier host.
+    /// Returns whether all commands are sent; records before that may have other units.
     pub fn has_said_all(&self) -> bool {
         let mut rest = self.script.steps.iter().skip(self.step);
         rest.all(|step| matches!(step, Step::Await { .. }))
@@ -258,9 +256,9 @@ impl Session {
         self.records = self.records.saturating_add(1);
     }
 
-    /// What to do now; [`Action::Done`] and [`Action::Failed`] stay.
+    /// Returns the next action; after [`Action::Done`] or [`Action::Failed`] it stays the same.
     pub fn poll(&mut self, now: Micros) -> Action<'_> {
-        // Each round but the last goes a step on, or back once.
+        // Each round but the last moves one step on, or back to the start of a try.
         for _ in 0..2 * MOST_STEPS {
             if let Some(failure) = self.failed {
                 return Action::Failed(failure);
@@ -299,7 +297,7 @@ impl Session {
                 }
             }
         }
-        // A script of waits that are over at once, tried to its end.
+        // Reached only if all waits of a script are over at once.
         Action::Wait(now)
     }
 
@@ -316,7 +314,7 @@ impl Session {
         }
     }
 
-    /// Begins again after an answer that did not come, or gives up.
+    /// Starts another try after a missing answer, or fails.
     fn again(&mut self, awaited: Awaited) {
         self.tries = self.tries.saturating_add(1);
         if self.tries < TRIES {

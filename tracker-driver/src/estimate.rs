@@ -164,7 +164,7 @@ impl GazeEstimator {
 }
 
 impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
-    /// As [`GazeEstimator::new`], with histories of these lengths.
+    /// Does what [`GazeEstimator::new`] does, with histories of these lengths.
     ///
     /// # Errors
     /// Values that [`EstimatorConfig::check`] refuses.

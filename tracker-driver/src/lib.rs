@@ -1,5 +1,5 @@
-//! Eye and head trackers: bytes in, samples out, and from those where somebody looks at
-//! the time of display.
+//! Eye and head trackers: decodes bytes into samples, and estimates from them where the
+//! viewer looks at the time of display.
 //!
 //! Each protocol has a module that decodes its bytes into the samples of [`sample`], whose
 //! axes are the same for all devices. The caller reads the port, waits for reports and
@@ -24,7 +24,7 @@
 //! use shisen_tracker::time::Micros;
 //!
 //! let mut decoder = Hatire::new(Config::default());
-//! // The noise is dropped, and said; then a whole frame, of a head that is level.
+//! // The noise is dropped and reported; a whole frame of a level head follows.
 //! let mut bytes = [0; 35];
 //! bytes[..7].copy_from_slice(b"noise\xAA\xAA");
 //! bytes[33..].copy_from_slice(b"\x55\x55");
@@ -37,21 +37,21 @@
 //! assert_eq!((dropped, samples), (5, 1));
 //! ```
 //!
-//! In `examples`, `gaze_from_bytes` makes a line of sight of samples, `uart_loop` is a firmware's
-//! loop over a port that also tells the device what to send (`uart::HostEnd`), `mock_tracker` has
-//! the simulated viewer.
+//! In `examples`, `gaze_from_bytes` turns samples into a line of sight, `uart_loop` is a firmware's
+//! loop over a port that also sets the device up (`uart::HostEnd`), `mock_tracker` runs the
+//! simulated viewer.
 //!
 //! Bytes go from a transport (`uart`, `i2c`, `serial`, `hid::device`, each behind a feature) to a
 //! [`decoder`]; its [`Sample`](sample::Sample)s get the caller's time from a [`clock`] and become a
 //! line of sight in an [`estimate`]. A [`protocol`] is any of the devices, chosen at run time;
-//! [`command`] is the way back; `mock` is a simulated viewer in front of any device.
+//! [`command`] sends commands to the device; `mock` is a simulated viewer in front of any device.
 //!
 //! # What holds everywhere
 //!
 //! - No allocation, no `unsafe`, and in decoders no input or output.
 //! - No panic, whatever bytes come in.
 //! - Work in proportion to the bytes handed in, and memory that never grows.
-//! - A report is decoded whole or refused with a reason; what was not sent is `None`.
+//! - A report is decoded whole or refused with a reason; a value that was not sent is `None`.
 //!
 //! # Features
 //!
@@ -68,8 +68,9 @@
 //!
 //! # What it does not do
 //!
-//! It reads no camera pictures and shows no targets: for a [calibration](estimate::Calibration) the
-//! caller does. No device has been at hand: the decoders are tested by mocks.
+//! It reads no camera pictures and shows no targets: the caller shows those of a
+//! [calibration](estimate::Calibration). The decoders were tested with mocks only, never with a
+//! real device.
 #![no_std]
 #![forbid(unsafe_code)]
 

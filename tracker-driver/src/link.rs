@@ -73,7 +73,7 @@ use crate::sample::Sample;
 use crate::time::Micros;
 use crate::valid;
 use fields::{read_sample, write_sample};
-use frame::{Content, Frames, Received, Said};
+use frame::{Content, Frames, LinkMessage, Received};
 pub use frame::{Frame, LONGEST_FRAME, Listener};
 use messages::{read_message, write_eye_event};
 
@@ -291,7 +291,7 @@ impl Decoder for Link {
 /// The decoder of a host's commands, for the device's side.
 pub type Commands = Listener<Command>;
 
-impl Said for Command {
+impl LinkMessage for Command {
     fn read(kind: u8, body: &[u8]) -> Result<Self, DropReason> {
         match (kind, body) {
             (COMMAND, [0]) => Ok(Self::Stop),

@@ -1,8 +1,8 @@
-//! What the decoders of unframed byte streams share: a window over the bytes
-//! that may still become a record, and the account of those that did not.
+//! Shared by the decoders of unframed byte streams: a window over the bytes that
+//! may still become a record, and counts of the bytes that did not.
 //!
-//! The protocol looks at the window after every byte and says what it makes
-//! of its front. Nothing depends on how the stream was cut into pieces.
+//! The protocol looks at the window after every byte and says what the bytes at its
+//! start are. Nothing depends on how the stream was cut into pieces.
 
 use crate::decoder::{Counts, DropReason, Dropped, Event, Message};
 use crate::time::Micros;
@@ -11,36 +11,37 @@ use core::cell::Cell;
 /// Report a dropped run once it reaches this many bytes; shorter ones when a record has come.
 const LONGEST_RUN: u32 = 256;
 
-/// What a protocol makes of the front of the window.
+/// A protocol's verdict on the bytes at the start of the window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 // An event is large, and cannot be boxed.
 #[allow(clippy::large_enum_variant)]
 pub(crate) enum Step {
-    /// The beginning of a record, perhaps.
+    /// Possibly the beginning of a record: more bytes are needed.
     More,
-    /// A whole record, perhaps, which the bytes behind it tell.
+    /// Possibly a whole record: the bytes behind it will tell.
     Wait,
-    /// A record of this many bytes, and what it says first.
+    /// A record of this many bytes: a message to hand over first, if any, and its event.
     Take(usize, Option<Message>, Event),
-    /// A record of this many bytes that cannot be used, thrown away together.
+    /// A record of this many bytes that cannot be used: all are dropped.
     Discard(usize, DropReason),
-    /// No record: the first byte is thrown away.
+    /// No record: the first byte is dropped.
     Skip(DropReason),
 }
 
-/// What a protocol sees of the stream.
+/// The window over a stream that a protocol sees.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Front<'a> {
-    /// The bytes that have not become anything yet; at least one.
+pub(crate) struct Window<'a> {
+    /// Bytes that are neither in a record nor dropped yet; at least one.
     pub(crate) bytes: &'a [u8],
-    /// The byte before the first one ended a record.
+    /// Whether the byte before the first one ended a record.
     pub(crate) in_step: bool,
-    /// When the last byte came in; of a record that waited, its own last byte.
+    /// When the last byte came in; for a record that waited, its own last byte.
     pub(crate) arrival: Micros,
 }
 
-impl Front<'_> {
-    /// A record that cannot be used. Out of step a true one may begin among its bytes.
+impl Window<'_> {
+    /// Returns the step for a record that cannot be used. Out of step a true record may begin
+    /// among its bytes, so only the first byte is dropped.
     pub(crate) fn unusable(self, length: usize, reason: DropReason) -> Step {
         if self.in_step {
             Step::Discard(length, reason)
@@ -49,7 +50,7 @@ impl Front<'_> {
         }
     }
 
-    /// What looks like a record at first, and then does not.
+    /// Returns the step for bytes that begin like a record and go on otherwise.
     pub(crate) fn broken_off(self) -> Step {
         Step::Skip(if self.in_step {
             DropReason::Truncated
@@ -59,19 +60,20 @@ impl Front<'_> {
     }
 }
 
-/// The last bytes of a stream: the protocol's longest record, and what it looks at behind it.
+/// The last N bytes of a stream: room for the protocol's longest record and for the bytes that it
+/// looks at behind one.
 #[derive(Debug, Clone)]
 pub(crate) struct Stream<const N: usize> {
     bytes: [u8; N],
     length: usize,
     in_step: bool,
-    /// The arrival of the last byte of a whole record that waits.
+    /// Arrival of the last byte of a whole record that waits for the bytes behind it.
     whole: Option<Micros>,
     /// Dropped bytes that are not reported yet.
     run: Option<Dropped>,
-    /// The last sample's number, where it is looked at.
+    /// The last sample's number, in protocols that number samples.
     number: Option<u32>,
-    /// The account of all bytes.
+    /// Counts of all bytes.
     pub(crate) counts: Counts,
 }
 
@@ -90,13 +92,13 @@ impl<const N: usize> Default for Stream<N> {
 }
 
 impl<const N: usize> Stream<N> {
-    /// Takes bytes, the last of which came in at `arrival`, and asks `step` about every front.
+    /// Takes bytes, the last of which came in at `arrival`, and asks `step` about each window.
     pub(crate) fn feed(
         &mut self,
         bytes: &[u8],
         arrival: Micros,
         sink: &mut dyn FnMut(Event),
-        mut step: impl FnMut(Front<'_>) -> Step,
+        mut step: impl FnMut(Window<'_>) -> Step,
     ) {
         for &byte in bytes {
             self.counts.bytes = self.counts.bytes.saturating_add(1);
@@ -105,21 +107,21 @@ impl<const N: usize> Stream<N> {
                 self.length += 1;
             }
             let mut start = 0;
-            while let Some(front) = self.bytes.get(start..self.length)
-                && !front.is_empty()
+            while let Some(window) = self.bytes.get(start..self.length)
+                && !window.is_empty()
             {
-                let full = front.len() == N;
-                let front = Front {
-                    bytes: front,
+                let full = window.len() == N;
+                let window = Window {
+                    bytes: window,
                     in_step: self.in_step,
                     arrival: self.whole.unwrap_or(arrival),
                 };
-                let step = step(front);
-                self.whole = matches!(step, Step::Wait).then_some(front.arrival);
+                let step = step(window);
+                self.whole = matches!(step, Step::Wait).then_some(window.arrival);
                 let taken = match step {
                     Step::More | Step::Wait if !full => break,
-                    // A protocol that asks for more than the window holds
-                    // would stand still.
+                    // Avoids a standstill where a protocol asks for more than the
+                    // window holds.
                     Step::More | Step::Wait => self.skip(DropReason::Length, sink),
                     Step::Skip(reason) => self.skip(reason, sink),
                     Step::Take(taken, first, event) => {
@@ -137,8 +139,8 @@ impl<const N: usize> Stream<N> {
                 start += taken.max(1);
             }
             if start > 0 {
-                // Byte by byte: what moves ranges panics where they are wrong, and
-                // compilers do not always see that these are not.
+                // Byte by byte: functions that move ranges have a path to a panic, which
+                // the compiler does not always remove.
                 let bytes = Cell::from_mut(&mut self.bytes[..]).as_slice_of_cells();
                 let left = self.length.saturating_sub(start);
                 for (to, from) in bytes.iter().zip(bytes.iter().skip(start)).take(left) {
@@ -149,19 +151,19 @@ impl<const N: usize> Stream<N> {
         }
     }
 
-    /// Feeds, and counts the samples that are missing by their numbers, which wrap at
-    /// `wraps_at`; after a gap of more than `most` the device began anew.
+    /// Does what `feed` does, and counts samples that are missing by their numbers, which wrap at
+    /// `wraps_at`; after a gap of more than `most` the device has restarted.
     pub(crate) fn feed_numbered(
         &mut self,
         [wraps_at, most]: [u32; 2],
         bytes: &[u8],
         arrival: Micros,
         sink: &mut dyn FnMut(Event),
-        mut step: impl FnMut(Front<'_>) -> Step,
+        mut step: impl FnMut(Window<'_>) -> Step,
     ) {
         let (mut last, mut lost) = (self.number, 0);
-        self.feed(bytes, arrival, sink, |front| {
-            let step = step(front);
+        self.feed(bytes, arrival, sink, |window| {
+            let step = step(window);
             if let Step::Take(_, _, Event::Sample(sample)) = &step
                 && let Some(number) = sample.sequence
             {
@@ -185,14 +187,14 @@ impl<const N: usize> Stream<N> {
         sink(event);
     }
 
-    /// The first byte is none of a record.
+    /// Drops the first byte.
     fn skip(&mut self, reason: DropReason, sink: &mut dyn FnMut(Event)) -> usize {
         self.in_step = false;
         self.throw_away(reason, sink);
         1
     }
 
-    /// One byte more of the run; a cause of its own begins another.
+    /// Adds a byte to the run of dropped ones; any reason but `OutOfStep` begins a new run.
     fn throw_away(&mut self, reason: DropReason, sink: &mut dyn FnMut(Event)) {
         if reason != DropReason::OutOfStep {
             self.tell(sink);
@@ -212,7 +214,7 @@ impl<const N: usize> Stream<N> {
         }
     }
 
-    /// Forgets what has come in; it counts as cut off.
+    /// Forgets the bytes in the window, and counts them as truncated.
     pub(crate) fn reset(&mut self) {
         self.tell(&mut |_| ());
         if self.length > 0 {
@@ -234,13 +236,13 @@ mod tests {
 
     const ARRIVAL: Micros = Micros(5);
 
-    /// Records are a count and as many bytes of 9; 0xFF is a known evil.
-    fn step(front: Front<'_>) -> Step {
+    /// Decodes a toy protocol: a record is a count and that many bytes of 9; 0xFF is never valid.
+    fn step(window: Window<'_>) -> Step {
         let taken = |length, first| {
-            let reply = reply(front.bytes[0].into(), front.in_step.into());
+            let reply = reply(window.bytes[0].into(), window.in_step.into());
             Step::Take(length, first, reply)
         };
-        match *front.bytes {
+        match *window.bytes {
             [0xFF, ..] => Step::Skip(DropReason::Field),
             [count @ 1..=4, ref rest @ ..] => {
                 let count = usize::from(count);
@@ -291,7 +293,7 @@ mod tests {
                     reply(1, 1),
                 ],
             ),
-            // Nothing waits for more than the window holds.
+            // A protocol cannot wait for more than the window holds.
             (
                 &[5, 1, 9, 1, 9, 1, 9],
                 &[thrown(1, Length), reply(1, 0), reply(1, 1), reply(1, 1)],

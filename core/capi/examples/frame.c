@@ -1,18 +1,18 @@
 /* A frame of three walls: portable C99, without a library of its own. */
 #include "frame.h"
 
-/* The display shows a frame so long after the tracker's last byte. */
+/* Time from the tracker's last byte to the display of the frame. */
 #define DISPLAY_DELAY_US 20000
 
 #define TILES (WALLS * SHISEN_TILES(WALL_SIDE, WALL_SIDE, TILE_SIDE))
 
-/* The state, all of it. */
+/* All state of the renderer and the tracker. */
 static uint64_t scene_memory[(SHISEN_SCENE_SIZE + 7) / 8];
 static uint64_t tracker_memory[(SHISEN_TRACKER_SIZE + 7) / 8];
 static uint64_t frame_memory[(SHISEN_FRAME_BYTES(WALLS, TILES) + 7) / 8];
 static shisen_pixel tile_pixels[TILE_SIDE * TILE_SIDE];
 
-/* The pictures, which a display controller would rather send away at once. */
+/* The pictures; a display controller would send each tile away instead. */
 static shisen_pixel walls[WALLS][WALL_SIDE][WALL_SIDE];
 
 static uint64_t number(const uint8_t *bytes, size_t count)
@@ -23,7 +23,7 @@ static uint64_t number(const uint8_t *bytes, size_t count)
     return value;
 }
 
-/* Feeds a recorded stream, piece by piece; says when its last byte came. */
+/* Feeds a recorded stream in pieces; stores the arrival of its last byte. */
 static shisen_status feed(shisen_tracker *tracker, const uint8_t *stream, size_t length,
                           uint64_t *last_us)
 {
@@ -83,7 +83,7 @@ static shisen_status render(shisen_frame *frame, uint64_t slice_budget, shisen_p
         *slices += 1;
         switch (status) {
         case SHISEN_STATUS_BUDGET_SPENT:
-            break; /* Something else has its turn here. */
+            break; /* A firmware can do other work here. */
         case SHISEN_STATUS_TILE:
             emit(&tile, tile_pixels);
             for (uint32_t row = 0; row < tile.rows; row++)

@@ -26,8 +26,8 @@
  * is memory behind a pointer: see "Safety" at each function.
  *
  * Axes are right-handed, in metres: +X right, +Y up, -Z forward. Colours are
- * linear. Times are microseconds on one clock of the caller's, which never goes
- * back.
+ * linear. Times are microseconds by one clock of the caller's, which must never
+ * go back.
  *
  * Made by cbindgen from core/capi/src: do not edit.
  */
@@ -39,19 +39,18 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Sizes of what holds pointers depend on theirs. */
+/* Handles hold pointers, so their sizes depend on the size of a pointer. */
 #if UINTPTR_MAX > 0xFFFFFFFFu
 #define SHISEN_POINTERS_64
 #else
 #define SHISEN_POINTERS_32
 #endif
 
-/* How many tiles of side * side pixels a picture has. */
+/* Number of tiles of side * side pixels in a picture. */
 #define SHISEN_TILES(columns, rows, side) \
     ((((size_t)(columns) + (side)-1) / (side)) * (((size_t)(rows) + (side)-1) / (side)))
 
-/* Bytes of memory for a frame of so many pictures, which have so many tiles
-   together. */
+/* Bytes of memory for a frame of `pictures` pictures with `tiles` tiles in all. */
 #define SHISEN_FRAME_BYTES(pictures, tiles) \
     (SHISEN_FRAME_SIZE + (pictures)*SHISEN_PICTURE_SIZE + (tiles)*SHISEN_TILE_SIZE)
 
@@ -60,7 +59,7 @@
 // its description says otherwise.
 #define SHISEN_FIRST_FAILURE 16
 
-// What the addresses of memory for handles are multiples of: that of uint64_t.
+// Alignment of memory for handles, bytes: that of uint64_t.
 #define SHISEN_ALIGNMENT 8
 
 #if defined(SHISEN_POINTERS_32)
@@ -107,12 +106,12 @@
 #define SHISEN_EFFECT_GRATICULE 16
 
 #if defined(SHISEN_POINTERS_32)
-// Bytes of memory for a tracker's handle, whatever its protocol.
+// Bytes of memory for a tracker's handle, for every protocol.
 #define SHISEN_TRACKER_SIZE 6592
 #endif
 
 #if defined(SHISEN_POINTERS_64)
-// Bytes of memory for a tracker's handle, whatever its protocol.
+// Bytes of memory for a tracker's handle, for every protocol.
 #define SHISEN_TRACKER_SIZE 6896
 #endif
 
@@ -129,10 +128,10 @@
 // Most bytes that shisen_tracker_poll writes at once.
 #define SHISEN_MOST_COMMAND_BYTES 48
 
-// How many reasons there are to drop bytes: see shisen_drop_reason.
+// Number of reasons to drop bytes: see shisen_drop_reason.
 #define SHISEN_DROP_REASONS 9
 
-// An age of what never came.
+// The age of a gaze that never came.
 #define SHISEN_NEVER UINT64_MAX
 
 // Bytes of memory for a spectrum's handle, without its wavelengths.
@@ -320,20 +319,20 @@ typedef uint32_t shisen_protocol;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// Which eye's line of sight is taken.
+// The eye whose line of sight is used.
 enum shisen_eye_choice
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-    // The device's combined eye; where there is none, the mean of both, or the
-    // one that is seen.
+    // The device's combined eye; without one, the mean of both eyes, or the one
+    // that the device sees.
     SHISEN_EYE_CHOICE_COMBINED = 0,
-    // The left one alone.
+    // The left eye alone.
     SHISEN_EYE_CHOICE_LEFT = 1,
-    // The right one alone.
+    // The right eye alone.
     SHISEN_EYE_CHOICE_RIGHT = 2,
-    // None: the head's direction counts.
+    // No eye: the head's direction is used.
     SHISEN_EYE_CHOICE_NONE = 3,
 };
 #ifndef __cplusplus
@@ -344,21 +343,21 @@ typedef uint32_t shisen_eye_choice;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// How much of a gaze can be relied on. Worse is greater.
+// How far a gaze can be relied on; a greater number is worse.
 enum shisen_gaze_state
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-    // Gaze and head are new enough.
+    // Gaze and head are recent.
     SHISEN_GAZE_STATE_FRESH = 0,
     // The last gaze is held: a blink, a reflection, a few lost samples.
     SHISEN_GAZE_STATE_HOLD = 1,
-    // The gaze is where it was, more or less: the field of full detail widens.
+    // The gaze is near where it was: the field of full detail widens.
     SHISEN_GAZE_STATE_WIDENED = 2,
-    // Where the eyes look is not known; the head faces the line of sight.
+    // The eyes' direction is not known; the head's direction is used.
     SHISEN_GAZE_STATE_HEAD_DIRECTION = 3,
-    // Nothing is known: full detail everywhere.
+    // Neither eyes nor head are known: full detail everywhere.
     SHISEN_GAZE_STATE_FULL_QUALITY = 4,
 };
 #ifndef __cplusplus
@@ -375,11 +374,11 @@ enum shisen_drop_reason
   : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-    // Between records: what stands there starts none.
+    // Bytes between records that do not start a record.
     SHISEN_DROP_REASON_OUT_OF_STEP = 0,
     // A record broke off before its end.
     SHISEN_DROP_REASON_TRUNCATED = 1,
-    // The record's length is not one that the protocol has.
+    // The protocol has no record of this length.
     SHISEN_DROP_REASON_LENGTH = 2,
     // The record's checksum does not match.
     SHISEN_DROP_REASON_CHECKSUM = 3,
@@ -389,7 +388,7 @@ enum shisen_drop_reason
     SHISEN_DROP_REASON_OUT_OF_RANGE = 5,
     // A direction or a quaternion has no length.
     SHISEN_DROP_REASON_NOT_UNIT = 6,
-    // A version or a kind of record that is not known here.
+    // An unknown version or kind of record.
     SHISEN_DROP_REASON_UNKNOWN = 7,
     // The record repeats the one before.
     SHISEN_DROP_REASON_DUPLICATE = 8,
@@ -402,7 +401,7 @@ typedef uint32_t shisen_drop_reason;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// What is to be done to set a device up.
+// The caller's next step in setting a device up.
 enum shisen_setup_action
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
@@ -410,12 +409,11 @@ enum shisen_setup_action
  {
     // Send the bytes in the buffer, `length` of them, then poll again at once.
     SHISEN_SETUP_ACTION_SEND = 0,
-    // Change the line to `baud` once what was sent is out, then poll again at
-    // once.
+    // Change the line to `baud` once all bytes are sent, then poll again at once.
     SHISEN_SETUP_ACTION_SPEED = 1,
-    // Poll again at `until_us`, and whenever bytes were fed.
+    // Poll again at `until_us`, and after each call of shisen_tracker_feed.
     SHISEN_SETUP_ACTION_WAIT = 2,
-    // It is set up, or nothing has to be. The memory for setting it up is free.
+    // The device is set up, or needs no set-up. The set-up's memory is free again.
     SHISEN_SETUP_ACTION_DONE = 3,
 };
 #ifndef __cplusplus
@@ -471,20 +469,20 @@ typedef struct shisen_scene_facts {
     uint32_t lights;
 } shisen_scene_facts;
 
-// How a tracker is used: see shisen_tracker_settings_init.
+// Settings of a tracker: see shisen_tracker_settings_init.
 typedef struct shisen_tracker_settings {
-    // What it speaks: a shisen_protocol.
+    // The device's protocol: a shisen_protocol.
     uint32_t protocol;
-    // Which eye counts: a shisen_eye_choice.
+    // The eye that is used: a shisen_eye_choice.
     uint32_t eyes;
-    // Whether it measures the head; where not (0), the head rests at
+    // Whether the device measures the head (1); if not (0), the head rests at
     // `position` and `orientation`.
     uint32_t head_tracked;
-    // Samples per second that it is asked for when it is set up, where its
-    // protocol has words for that; at most 65,535. 0: as the device likes.
+    // Samples per second that set-up asks the device for, if its protocol has a
+    // command for that; at most 65,535. 0: the device's own rate.
     uint32_t hertz;
-    // From a measurement to the arrival of its last byte when nothing is in the
-    // way: microseconds, at most 1,000,000.
+    // Least time from a measurement to the arrival of its last byte:
+    // microseconds, at most 1,000,000.
     uint64_t least_delay_us;
     // The tracker's origin in the room, metres.
     float position[3];
@@ -494,7 +492,7 @@ typedef struct shisen_tracker_settings {
 
 // Where the viewer looks.
 typedef struct shisen_gaze {
-    // Between the eyes: metres, in the room.
+    // The point between the eyes: metres, in the room.
     float position[3];
     // The line of sight: a unit vector, in the room. To begin a frame it may
     // have any length but zero.
@@ -503,43 +501,43 @@ typedef struct shisen_gaze {
     // To begin a frame it may have any length but zero, at any angle but
     // along `forward`.
     float up[3];
-    // By how much the field of full detail has to be wider: radians. From π on
-    // it is everything.
+    // Angle by which the field of full detail is widened: radians. From π on the
+    // field is everything.
     float widen;
-    // How much can be relied on: a shisen_gaze_state.
+    // How far the gaze can be relied on: a shisen_gaze_state.
     uint32_t state;
-    // Whether the eyes are shut, or were when last heard of: 0 or 1.
+    // Whether the eyes were shut in the newest sample that says so: 0 or 1.
     uint32_t blink;
-    // How old the newest gaze is at the time of display: microseconds;
-    // SHISEN_NEVER where none ever came.
+    // Age of the newest gaze at the time of display: microseconds;
+    // SHISEN_NEVER if no gaze ever came.
     uint64_t age_us;
 } shisen_gaze;
 
-// What became of a tracker's bytes. The counts stop at their largest value.
+// Counts of a tracker's bytes and records. A count stops at its largest value.
 typedef struct shisen_tracker_counts {
-    // Bytes taken.
+    // Bytes received.
     uint64_t bytes;
     // Records with a sample.
     uint64_t samples;
-    // Records with something else, such as a fault or an answer.
+    // Records without a sample, such as a fault or an answer.
     uint64_t messages;
     // Records that the device's own count says are missing.
     uint64_t lost;
-    // Bytes thrown away.
+    // Bytes dropped.
     uint64_t dropped_bytes;
-    // Times that bytes were thrown away, by shisen_drop_reason.
+    // Number of times that bytes were dropped, by shisen_drop_reason.
     uint32_t dropped[SHISEN_DROP_REASONS];
 } shisen_tracker_counts;
 
-// What shisen_tracker_poll says.
+// The answer of shisen_tracker_poll.
 typedef struct shisen_setup {
-    // What to do: a shisen_setup_action.
+    // The next step: a shisen_setup_action.
     uint32_t action;
-    // Bits per second.
+    // The line's speed, bits per second, for SPEED.
     uint32_t baud;
-    // Bytes in the buffer.
+    // Number of bytes in the buffer, for SEND.
     size_t length;
-    // On the caller's clock: microseconds.
+    // Time of the next poll by the caller's clock, microseconds, for WAIT.
     uint64_t until_us;
 } shisen_setup;
 
@@ -577,28 +575,26 @@ typedef struct shisen_dome {
     uint32_t size;
 } shisen_dome;
 
-// How good a frame is to be, and what it may cost: see
-// shisen_frame_settings_init.
+// Quality and cost of a frame: see shisen_frame_settings_init.
 typedef struct shisen_frame_settings {
-    // Reflections and refractions after one another, 0 to 16.
+    // Most reflections and refractions in a row, 0 to 16.
     uint32_t depth;
     // Rays a pixel, 1 to 4,096.
     uint32_t samples;
     // Pixels a side of a tile, 1 to 256.
     uint32_t tile_side;
-    // Whether the level of detail follows the gaze (1), or everything is shown
-    // in full (0).
+    // Whether the level of detail follows the gaze (1), or all is rendered in
+    // full detail (0).
     uint32_t follow_gaze;
-    // Steps that the whole frame may take: one a node visited, one a primitive
-    // tested. Tiles from where it is spent on show what a ray sees that meets
-    // nothing.
+    // Steps that the whole frame may take: one for each node visited, one for each
+    // primitive tested. Pixels that the budget does not reach show the background.
     uint64_t budget;
-    // The wavelengths of dispersion. NULL: clear bodies bend all light the same
-    // way.
+    // The wavelengths of dispersion. NULL: glass bends all wavelengths alike.
     const struct shisen_spectrum *spectrum;
 } shisen_frame_settings;
 
-// Linear light and coverage, premultiplied: sRGB's primaries, 1 being white.
+// A pixel: linear light with sRGB's primaries, 1 being white, premultiplied by
+// coverage.
 typedef struct shisen_pixel {
     // Red.
     float red;
@@ -606,14 +602,13 @@ typedef struct shisen_pixel {
     float green;
     // Blue.
     float blue;
-    // 0 where only a transparent background is seen, 1 where it is not.
+    // Coverage: 0 where only a transparent background is seen, 1 where none is.
     float alpha;
 } shisen_pixel;
 
-// A tile whose pixels are there.
+// A finished tile.
 typedef struct shisen_tile {
-    // The number of its picture, as the frame was begun with; 0 of a dome
-    // master.
+    // The index of its screen when the frame was begun; 0 for a dome master.
     uint32_t picture;
     // Its first column.
     uint32_t x;
@@ -623,16 +618,16 @@ typedef struct shisen_tile {
     uint32_t columns;
     // Pixels in a column: the side of tiles, or less at the picture's border.
     uint32_t rows;
-    // Whether the frame's budget lasted (1); if not (0), some or all of its
-    // pixels show what a ray sees that meets nothing.
+    // Whether all its pixels were traced (1); if the budget did not last (0),
+    // some or all of them show the background.
     uint32_t whole;
 } shisen_tile;
 
-// What a frame has taken so far.
+// Counts of what a frame has done so far.
 typedef struct shisen_frame_counts {
     // Rays from the eye.
     uint64_t primary_rays;
-    // Rays off mirrors and off glass.
+    // Rays reflected by mirrors and glass.
     uint64_t reflected_rays;
     // Rays into and out of glass.
     uint64_t refracted_rays;
@@ -640,7 +635,7 @@ typedef struct shisen_frame_counts {
     uint64_t shadow_rays;
     // Nodes visited and primitives tested.
     uint64_t steps;
-    // Steps that are left of the frame's budget.
+    // Steps left of the frame's budget.
     uint64_t budget_left;
     // Tiles handed over all of whose pixels were traced.
     uint32_t tiles_whole;
@@ -660,8 +655,7 @@ const char *shisen_status_name(uint32_t status);
 // is the library's and stays.
 const char *shisen_status_message(uint32_t status);
 
-// What the addresses of memory for handles are multiples of, as
-// SHISEN_ALIGNMENT.
+// Returns SHISEN_ALIGNMENT, the alignment of memory for handles.
 size_t shisen_alignment(void);
 
 // Bytes of memory for a scene's handle, as SHISEN_SCENE_SIZE.
@@ -682,9 +676,10 @@ uint32_t shisen_effects(void);
 // `fault`: what is wrong with a scene that is refused; may be NULL.
 //
 // # Safety
-// Each pointer is NULL, misaligned, or points to as much memory as is said,
-// which nobody else changes meanwhile. The blob stays as it is for as long as
-// the scene or a frame of it is in use.
+// Each pointer is NULL, misaligned, or valid: `memory` for `memory_size` bytes,
+// `blob` for `blob_length`, the others for one value. Nobody else changes that
+// memory during the call. The blob stays unchanged for as long as the scene or a
+// frame of it is in use.
 shisen_status shisen_scene_open(void *memory,
                                 size_t memory_size,
                                 const uint8_t *blob,
@@ -700,29 +695,29 @@ shisen_status shisen_scene_open(void *memory,
 shisen_status shisen_scene_describe(const struct shisen_scene *scene,
                                     struct shisen_scene_facts *facts);
 
-// Bytes of memory for a tracker's handle, as SHISEN_TRACKER_SIZE.
+// Returns SHISEN_TRACKER_SIZE, the bytes of memory for a tracker's handle.
 size_t shisen_tracker_size(void);
 
-// Bytes of memory for setting a device up, as SHISEN_SETUP_SIZE.
+// Returns SHISEN_SETUP_SIZE, the bytes of memory for setting a device up.
 size_t shisen_setup_size(void);
 
-// The settings of a tracker with this protocol (a shisen_protocol) whose origin
-// and axes are the room's, and which measures what devices of the protocol do.
+// Writes the default settings for `protocol`, a shisen_protocol: the tracker's
+// origin and axes are the room's, and it measures all that the protocol can send.
 //
 // # Safety
-// `settings` is NULL, misaligned, or points to memory for them.
+// `settings` is NULL, misaligned, or points to memory for one TrackerSettings.
 shisen_status shisen_tracker_settings_init(struct shisen_tracker_settings *settings,
                                            uint32_t protocol);
 
-// Makes a tracker that has heard nothing yet.
+// Makes a tracker that has received no bytes yet.
 //
 // `memory`, `memory_size`: for the handle, which needs SHISEN_TRACKER_SIZE bytes
-// at a multiple of SHISEN_ALIGNMENT. What is in it may be given up at any time.
-// `tracker`: the handle; NULL after a failure.
+// at a multiple of SHISEN_ALIGNMENT. A tracker may be abandoned at any time.
+// `tracker`: receives the handle; NULL after a failure.
 //
 // # Safety
-// Each pointer is NULL, misaligned, or points to as much memory as is said,
-// which nobody else uses meanwhile.
+// Each pointer is NULL, misaligned, or valid: `memory` for `memory_size` bytes,
+// the others for one value. Nobody else uses that memory during the call.
 shisen_status shisen_tracker_init(void *memory,
                                   size_t memory_size,
                                   const struct shisen_tracker_settings *settings,
@@ -768,20 +763,20 @@ shisen_status shisen_tracker_count(const struct shisen_tracker *tracker,
 shisen_status shisen_tracker_resync(struct shisen_tracker *tracker);
 
 // Begins to set the device up: shisen_tracker_poll then says what to send. A
-// device that sends without being asked needs none of it. Until the device has
-// been told everything, but at most for 800 ms, its samples count for nothing:
-// they may be in other units than it is asked for.
+// device that sends without being asked needs no set-up. Until the device has
+// got all commands, but for at most 800 ms, its samples are ignored: their units
+// may be wrong.
 //
 // `memory`, `memory_size`: SHISEN_SETUP_SIZE bytes at a multiple of SHISEN_ALIGNMENT,
 // which stay the tracker's until polling it says SHISEN_SETUP_ACTION_DONE or
 // fails.
-// `reset`: whether the device is reset first (1), which with some takes ten
+// `reset`: whether the device is reset first (1), which takes some devices ten
 // seconds, or not (0).
 //
 // # Safety
 // `tracker` is NULL or a tracker that was made, nobody else's meanwhile;
-// `memory` is NULL, misaligned, or points to `memory_size` bytes, nobody else's
-// for as long as is said.
+// `memory` is NULL, misaligned, or points to `memory_size` bytes, which nobody
+// else uses until the set-up is done or has failed.
 shisen_status shisen_tracker_set_up(struct shisen_tracker *tracker,
                                     void *memory,
                                     size_t memory_size,
@@ -821,18 +816,19 @@ shisen_status shisen_screen_from_corners(const float lower_left[3],
 // Bytes of memory for the handle of a spectrum of `count` wavelengths.
 size_t shisen_spectrum_size(uint32_t count);
 
-// Works out `count` wavelengths, 1 to 64, between two of nanometres, 360 to 830,
-// and their colours, for shisen_frame_settings. Six from 400 to 700 will do for
-// most. Needs the cargo feature `dispersion`.
+// Computes `count` wavelengths, 1 to 64, from `from_nm` to `to_nm`, which are
+// nanometres from 360 to 830, and their colours, for shisen_frame_settings. Six
+// wavelengths from 400 to 700 suffice for most scenes. Needs the cargo feature
+// `dispersion`.
 //
 // `memory`, `memory_size`: shisen_spectrum_size(count) bytes at a multiple of
-// SHISEN_ALIGNMENT, which stay the spectrum's for as long as a frame that was
-// begun with it.
-// `spectrum`: the handle; NULL after a failure.
+// SHISEN_ALIGNMENT, which the spectrum uses for as long as a frame that was begun
+// with it is in use.
+// `spectrum`: receives the handle; NULL after a failure.
 //
 // # Safety
-// Each pointer is NULL, misaligned, or points to as much memory as is said,
-// which nobody else uses meanwhile.
+// Each pointer is NULL, misaligned, or valid: `memory` for `memory_size` bytes,
+// `spectrum` for one handle. Nobody else uses that memory during the call.
 shisen_status shisen_spectrum_open(void *memory,
                                    size_t memory_size,
                                    uint32_t count,
@@ -848,46 +844,48 @@ shisen_status shisen_spectrum_open(void *memory,
 // misaligned, or points to three numbers.
 shisen_status shisen_dome_init(struct shisen_dome *dome, const float position[3], uint32_t size);
 
-// How many tiles of `side`² pixels a picture of this size has, as SHISEN_TILES.
+// Returns how many tiles of `side`² pixels a picture of `columns` by `rows` pixels
+// has: the function for the macro SHISEN_TILES.
 size_t shisen_tiles(uint32_t columns, uint32_t rows, uint32_t side);
 
-// Bytes of memory for the handle of a frame of so many pictures, which have so
-// many tiles together, as SHISEN_FRAME_BYTES.
+// Returns the bytes of memory for the handle of a frame with `pictures` pictures
+// and `tiles` tiles in all: the function for the macro SHISEN_FRAME_BYTES.
 size_t shisen_frame_size(size_t pictures, size_t tiles);
 
-// The usual settings: three bounces, one ray a pixel, tiles of 16 pixels, a
+// Writes the default settings: three bounces, one ray a pixel, tiles of 16 pixels, a
 // level of detail that follows the gaze, no limit.
 //
 // # Safety
-// `settings` is NULL, misaligned, or points to memory for them.
+// `settings` is NULL, misaligned, or points to memory for one FrameSettings.
 shisen_status shisen_frame_settings_init(struct shisen_frame_settings *settings);
 
-// Whether a screen can be seen from an eye: metres, in the room. A frame is not
-// begun with one that cannot.
+// Checks that a screen can be seen from `eye`: metres, in the room. A frame
+// cannot begin with a screen that fails this.
 //
 // # Safety
-// `screen` is NULL, misaligned, or points to one; `eye` is NULL, misaligned, or
-// points to three numbers.
+// `screen` is NULL, misaligned, or points to a screen; `eye` is NULL, misaligned,
+// or points to three numbers.
 shisen_status shisen_screen_check(const struct shisen_screen *screen, const float eye[3]);
 
 // Begins a frame of one eye's view of some screens. Its tiles go from the line
-// of sight outwards, whichever screen they are on; without a gaze by screen, row
-// and column. They are put in order here, in a time that grows with their
-// number and does not count against any budget.
+// of sight outwards, on all screens together; without a gaze by screen, row and
+// column. This call sorts them, which takes time in proportion to their number
+// and counts against no budget.
 //
 // `memory`, `memory_size`: for the handle, which needs SHISEN_FRAME_BYTES bytes
-// at a multiple of SHISEN_ALIGNMENT. It is the frame's until the next is
-// begun in it, and may be given up at any time.
+// at a multiple of SHISEN_ALIGNMENT. The frame uses it until another is
+// begun in it; a frame may be abandoned at any time.
 // `screens`, `screen_count`: 1 to 65,535 of them; they are copied.
 // `eye`: metres, in the room.
-// `gaze`: of that eye, whose position is not looked at. NULL where it is not
-// known: everything is shown in full.
-// `frame`: the handle; NULL after a failure.
+// `gaze`: that eye's gaze, of which the position is ignored. NULL if it is not
+// known: all is rendered in full detail.
+// `frame`: receives the handle; NULL after a failure.
 //
 // # Safety
-// Each pointer is NULL, misaligned, or points to as much memory as is said,
-// which nobody else uses meanwhile. The scene's and the spectrum's memory, and
-// the frame's, stay where and as they are for as long as the frame is in use.
+// Each pointer is NULL, misaligned, or valid: `memory` for `memory_size` bytes,
+// `screens` for `screen_count` screens, `eye` for three numbers, the others for one
+// value. Nobody else uses that memory during the call. The scene's, the spectrum's
+// and the frame's memory neither moves nor changes while the frame is in use.
 shisen_status shisen_frame_begin(void *memory,
                                  size_t memory_size,
                                  const struct shisen_scene *scene,
@@ -898,11 +896,11 @@ shisen_status shisen_frame_begin(void *memory,
                                  const struct shisen_gaze *gaze,
                                  struct shisen_frame **frame);
 
-// Begins a frame that is one dome master, shown in full. The rest is as with
-// shisen_frame_begin: tiles go by row and column.
+// Begins a frame that is one dome master, in full detail. Tiles go by row and
+// column. Parameters are those of shisen_frame_begin.
 //
 // # Safety
-// As shisen_frame_begin.
+// The same as for shisen_frame_begin.
 shisen_status shisen_frame_begin_dome(void *memory,
                                       size_t memory_size,
                                       const struct shisen_scene *scene,
@@ -910,34 +908,34 @@ shisen_status shisen_frame_begin_dome(void *memory,
                                       const struct shisen_dome *dome,
                                       struct shisen_frame **frame);
 
-// Renders until a tile is finished (SHISEN_STATUS_TILE, which `tile` describes),
-// the frame is (SHISEN_STATUS_FINISHED), or this call's budget is spent
+// Renders until a tile is finished (SHISEN_STATUS_TILE: `tile` describes it), the
+// frame is finished (SHISEN_STATUS_FINISHED), or this call's budget is spent
 // (SHISEN_STATUS_BUDGET_SPENT: call again to go on). Tiles that the frame's
-// budget did not finish are handed over all the same. A call takes at most its
-// budget and what one sample takes more. What is in a tile does not depend on
-// how the frame was cut into calls.
+// budget did not finish are handed over, too. A call takes at most its budget
+// and the steps of one sample. The pixels do not depend on how the frame was cut
+// into calls.
 //
 // `slice_budget`: steps that this call may take; 0 traces nothing.
-// `pixels`, `pixel_count`: room for a tile, its side squared, of which a tile at
-// a picture's border uses the first. They are the frame's until the tile is
-// finished: its rows, from the top, without gaps. What is in them before does
-// not matter.
+// `pixels`, `pixel_count`: room for a tile of `tile_side` squared pixels; a smaller
+// tile at a picture's border uses the first of them. The frame uses them until the
+// tile is finished, when they hold its rows, from the top, without gaps. They need
+// not be initialised.
 //
 // # Safety
-// `frame` is NULL or a frame that was begun, nobody else's meanwhile; `pixels`
-// is NULL, misaligned, or points to as many; `tile` is NULL, misaligned, or
-// points to memory for one.
+// `frame` is NULL or a frame that was begun, used by nobody else during the call; `pixels`
+// is NULL, misaligned, or points to `pixel_count` pixels; `tile` is NULL,
+// misaligned, or points to memory for a tile.
 shisen_status shisen_frame_render(struct shisen_frame *frame,
                                   uint64_t slice_budget,
                                   struct shisen_pixel *pixels,
                                   size_t pixel_count,
                                   struct shisen_tile *tile);
 
-// Says what a frame has taken so far.
+// Writes the counts of what a frame has done so far.
 //
 // # Safety
 // `frame` is NULL or a frame that was begun; `counts` is NULL, misaligned, or
-// points to memory for them.
+// points to memory for one FrameCounts.
 shisen_status shisen_frame_count(const struct shisen_frame *frame,
                                  struct shisen_frame_counts *counts);
 

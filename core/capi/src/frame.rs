@@ -58,7 +58,7 @@ pub struct Frame {
 /// The pictures of a frame, all of one eye.
 struct Shown {
     renderer: Renderer<'static, WIDTH>,
-    /// In the memory behind the frame.
+    /// The views, which lie in the memory behind the frame.
     views: &'static [View],
 }
 
@@ -76,30 +76,28 @@ impl Pictures<'static, WIDTH> for Shown {
     }
 }
 
-/// How good a frame is to be, and what it may cost: see
-/// shisen_frame_settings_init.
+/// Quality and cost of a frame: see shisen_frame_settings_init.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct FrameSettings {
-    /// Reflections and refractions after one another, 0 to 16.
+    /// Most reflections and refractions in a row, 0 to 16.
     pub depth: u32,
     /// Rays a pixel, 1 to 4,096.
     pub samples: u32,
     /// Pixels a side of a tile, 1 to 256.
     pub tile_side: u32,
-    /// Whether the level of detail follows the gaze (1), or everything is shown
-    /// in full (0).
+    /// Whether the level of detail follows the gaze (1), or all is rendered in
+    /// full detail (0).
     pub follow_gaze: u32,
-    /// Steps that the whole frame may take: one a node visited, one a primitive
-    /// tested. Tiles from where it is spent on show what a ray sees that meets
-    /// nothing.
+    /// Steps that the whole frame may take: one for each node visited, one for each
+    /// primitive tested. Pixels that the budget does not reach show the background.
     pub budget: u64,
-    /// The wavelengths of dispersion. NULL: clear bodies bend all light the same
-    /// way.
+    /// The wavelengths of dispersion. NULL: glass bends all wavelengths alike.
     pub spectrum: *const Spectrum,
 }
 
-/// Linear light and coverage, premultiplied: sRGB's primaries, 1 being white.
+/// A pixel: linear light with sRGB's primaries, 1 being white, premultiplied by
+/// coverage.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct Pixel {
@@ -109,16 +107,15 @@ pub struct Pixel {
     pub green: f32,
     /// Blue.
     pub blue: f32,
-    /// 0 where only a transparent background is seen, 1 where it is not.
+    /// Coverage: 0 where only a transparent background is seen, 1 where none is.
     pub alpha: f32,
 }
 
-/// A tile whose pixels are there.
+/// A finished tile.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C)]
 pub struct Tile {
-    /// The number of its picture, as the frame was begun with; 0 of a dome
-    /// master.
+    /// The index of its screen when the frame was begun; 0 for a dome master.
     pub picture: u32,
     /// Its first column.
     pub x: u32,
@@ -128,18 +125,18 @@ pub struct Tile {
     pub columns: u32,
     /// Pixels in a column: the side of tiles, or less at the picture's border.
     pub rows: u32,
-    /// Whether the frame's budget lasted (1); if not (0), some or all of its
-    /// pixels show what a ray sees that meets nothing.
+    /// Whether all its pixels were traced (1); if the budget did not last (0),
+    /// some or all of them show the background.
     pub whole: u32,
 }
 
-/// What a frame has taken so far.
+/// Counts of what a frame has done so far.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct FrameCounts {
     /// Rays from the eye.
     pub primary_rays: u64,
-    /// Rays off mirrors and off glass.
+    /// Rays reflected by mirrors and glass.
     pub reflected_rays: u64,
     /// Rays into and out of glass.
     pub refracted_rays: u64,
@@ -147,7 +144,7 @@ pub struct FrameCounts {
     pub shadow_rays: u64,
     /// Nodes visited and primitives tested.
     pub steps: u64,
-    /// Steps that are left of the frame's budget.
+    /// Steps left of the frame's budget.
     pub budget_left: u64,
     /// Tiles handed over all of whose pixels were traced.
     pub tiles_whole: u32,
@@ -155,14 +152,15 @@ pub struct FrameCounts {
     pub tiles_given_up: u32,
 }
 
-/// How many tiles of `side`² pixels a picture of this size has, as SHISEN_TILES.
+/// Returns how many tiles of `side`² pixels a picture of `columns` by `rows` pixels
+/// has: the function for the macro SHISEN_TILES.
 #[unsafe(no_mangle)]
 pub extern "C" fn shisen_tiles(columns: u32, rows: u32, side: u32) -> usize {
     FrameJob::tiles_of(core::iter::once([columns, rows]), side)
 }
 
-/// Bytes of memory for the handle of a frame of so many pictures, which have so
-/// many tiles together, as SHISEN_FRAME_BYTES.
+/// Returns the bytes of memory for the handle of a frame with `pictures` pictures
+/// and `tiles` tiles in all: the function for the macro SHISEN_FRAME_BYTES.
 #[unsafe(no_mangle)]
 pub extern "C" fn shisen_frame_size(pictures: usize, tiles: usize) -> usize {
     let pictures = pictures.saturating_mul(SHISEN_PICTURE_SIZE);
@@ -172,11 +170,11 @@ pub extern "C" fn shisen_frame_size(pictures: usize, tiles: usize) -> usize {
         .saturating_add(tiles)
 }
 
-/// The usual settings: three bounces, one ray a pixel, tiles of 16 pixels, a
+/// Writes the default settings: three bounces, one ray a pixel, tiles of 16 pixels, a
 /// level of detail that follows the gaze, no limit.
 ///
 /// # Safety
-/// `settings` is NULL, misaligned, or points to memory for them.
+/// `settings` is NULL, misaligned, or points to memory for one FrameSettings.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_frame_settings_init(settings: *mut FrameSettings) -> Status {
     settled(|| {
@@ -194,13 +192,13 @@ pub unsafe extern "C" fn shisen_frame_settings_init(settings: *mut FrameSettings
     })
 }
 
-/// Whether a screen can be seen from an eye: metres, in the room. A frame is not
-/// begun with one that cannot.
+/// Checks that a screen can be seen from `eye`: metres, in the room. A frame
+/// cannot begin with a screen that fails this.
 /// cbindgen:ptrs-as-arrays=[[eye;3]]
 ///
 /// # Safety
-/// `screen` is NULL, misaligned, or points to one; `eye` is NULL, misaligned, or
-/// points to three numbers.
+/// `screen` is NULL, misaligned, or points to a screen; `eye` is NULL, misaligned,
+/// or points to three numbers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_screen_check(screen: *const Screen, eye: *const f32) -> Status {
     settled(|| {
@@ -212,24 +210,25 @@ pub unsafe extern "C" fn shisen_screen_check(screen: *const Screen, eye: *const 
 }
 
 /// Begins a frame of one eye's view of some screens. Its tiles go from the line
-/// of sight outwards, whichever screen they are on; without a gaze by screen, row
-/// and column. They are put in order here, in a time that grows with their
-/// number and does not count against any budget.
+/// of sight outwards, on all screens together; without a gaze by screen, row and
+/// column. This call sorts them, which takes time in proportion to their number
+/// and counts against no budget.
 ///
 /// `memory`, `memory_size`: for the handle, which needs SHISEN_FRAME_BYTES bytes
-/// at a multiple of SHISEN_ALIGNMENT. It is the frame's until the next is
-/// begun in it, and may be given up at any time.
+/// at a multiple of SHISEN_ALIGNMENT. The frame uses it until another is
+/// begun in it; a frame may be abandoned at any time.
 /// `screens`, `screen_count`: 1 to 65,535 of them; they are copied.
 /// `eye`: metres, in the room.
-/// `gaze`: of that eye, whose position is not looked at. NULL where it is not
-/// known: everything is shown in full.
-/// `frame`: the handle; NULL after a failure.
+/// `gaze`: that eye's gaze, of which the position is ignored. NULL if it is not
+/// known: all is rendered in full detail.
+/// `frame`: receives the handle; NULL after a failure.
 /// cbindgen:ptrs-as-arrays=[[eye;3]]
 ///
 /// # Safety
-/// Each pointer is NULL, misaligned, or points to as much memory as is said,
-/// which nobody else uses meanwhile. The scene's and the spectrum's memory, and
-/// the frame's, stay where and as they are for as long as the frame is in use.
+/// Each pointer is NULL, misaligned, or valid: `memory` for `memory_size` bytes,
+/// `screens` for `screen_count` screens, `eye` for three numbers, the others for one
+/// value. Nobody else uses that memory during the call. The scene's, the spectrum's
+/// and the frame's memory neither moves nor changes while the frame is in use.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_frame_begin(
     memory: *mut c_void,
@@ -278,11 +277,11 @@ pub unsafe extern "C" fn shisen_frame_begin(
     })
 }
 
-/// Begins a frame that is one dome master, shown in full. The rest is as with
-/// shisen_frame_begin: tiles go by row and column.
+/// Begins a frame that is one dome master, in full detail. Tiles go by row and
+/// column. Parameters are those of shisen_frame_begin.
 ///
 /// # Safety
-/// As shisen_frame_begin.
+/// The same as for shisen_frame_begin.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_frame_begin_dome(
     memory: *mut c_void,
@@ -309,7 +308,7 @@ pub unsafe extern "C" fn shisen_frame_begin_dome(
 }
 
 /// # Safety
-/// `place` is null, misaligned, or points to three numbers.
+/// `place` is NULL, misaligned, or points to three numbers.
 unsafe fn place(place: *const f32) -> Result<Vec3, Status> {
     // SAFETY: as promised above.
     let place = unsafe { shared(place.cast::<[f32; 3]>()) }?;
@@ -343,7 +342,7 @@ unsafe fn renderer(
 /// Lays a frame out: the handle, its pictures, then the order of its tiles.
 ///
 /// # Safety
-/// The memory is null, misaligned, or there, and the frame's from now on.
+/// `memory` is NULL, misaligned, or valid for `memory_size` bytes, and the frame's from now on.
 unsafe fn begin(
     (memory, memory_size): (*mut c_void, usize),
     renderer: &Renderer<'static, WIDTH>,
@@ -392,23 +391,23 @@ unsafe fn begin(
     Ok(handle)
 }
 
-/// Renders until a tile is finished (SHISEN_STATUS_TILE, which `tile` describes),
-/// the frame is (SHISEN_STATUS_FINISHED), or this call's budget is spent
+/// Renders until a tile is finished (SHISEN_STATUS_TILE: `tile` describes it), the
+/// frame is finished (SHISEN_STATUS_FINISHED), or this call's budget is spent
 /// (SHISEN_STATUS_BUDGET_SPENT: call again to go on). Tiles that the frame's
-/// budget did not finish are handed over all the same. A call takes at most its
-/// budget and what one sample takes more. What is in a tile does not depend on
-/// how the frame was cut into calls.
+/// budget did not finish are handed over, too. A call takes at most its budget
+/// and the steps of one sample. The pixels do not depend on how the frame was cut
+/// into calls.
 ///
 /// `slice_budget`: steps that this call may take; 0 traces nothing.
-/// `pixels`, `pixel_count`: room for a tile, its side squared, of which a tile at
-/// a picture's border uses the first. They are the frame's until the tile is
-/// finished: its rows, from the top, without gaps. What is in them before does
-/// not matter.
+/// `pixels`, `pixel_count`: room for a tile of `tile_side` squared pixels; a smaller
+/// tile at a picture's border uses the first of them. The frame uses them until the
+/// tile is finished, when they hold its rows, from the top, without gaps. They need
+/// not be initialised.
 ///
 /// # Safety
-/// `frame` is NULL or a frame that was begun, nobody else's meanwhile; `pixels`
-/// is NULL, misaligned, or points to as many; `tile` is NULL, misaligned, or
-/// points to memory for one.
+/// `frame` is NULL or a frame that was begun, used by nobody else during the call; `pixels`
+/// is NULL, misaligned, or points to `pixel_count` pixels; `tile` is NULL,
+/// misaligned, or points to memory for a tile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_frame_render(
     frame: *mut Frame,
@@ -454,11 +453,11 @@ pub unsafe extern "C" fn shisen_frame_render(
     })
 }
 
-/// Says what a frame has taken so far.
+/// Writes the counts of what a frame has done so far.
 ///
 /// # Safety
 /// `frame` is NULL or a frame that was begun; `counts` is NULL, misaligned, or
-/// points to memory for them.
+/// points to memory for one FrameCounts.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_frame_count(
     frame: *const Frame,

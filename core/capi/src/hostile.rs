@@ -1,7 +1,7 @@
-//! Every function that takes numbers under hostile ones: a status that says what
-//! is wrong, or results whose every number is finite. Each test has the name of its function.
-//! Functions without a test only write numbers, take handles whose numbers were checked, take
-//! bytes, which the fuzz programs damage, or check by the same lines as `shisen_screen_check`.
+//! Calls every function that takes numbers with hostile ones: it must return an error status or
+//! finite results. Each test has the name of its function. Functions without a test only write
+//! numbers, take handles whose numbers were checked, take bytes, which the fuzz programs damage,
+//! or share the checks of `shisen_screen_check`.
 
 use crate::dome::{self, Dome};
 use crate::frame;
@@ -15,7 +15,7 @@ use crate::tracker::{self, SHISEN_TRACKER_SIZE, TrackerSettings};
 use core::mem::MaybeUninit;
 use core::ptr::null_mut;
 
-/// What breaks arithmetic.
+/// Numbers that break arithmetic.
 const HOSTILE: [f32; 8] = [
     f32::NAN,
     f32::INFINITY,
@@ -27,9 +27,9 @@ const HOSTILE: [f32; 8] = [
     f32::MAX,
 ];
 
-/// Hands out the sane numbers with a hostile one in each place alone, in each two,
-/// and in all; first as they are.
-fn tormented<const N: usize>(sane: [f32; N], check: impl Fn([f32; N], bool)) {
+/// Calls `check` with the sane numbers, then with each hostile number in each place, in each two
+/// places, and in all.
+fn with_hostile_numbers<const N: usize>(sane: [f32; N], check: impl Fn([f32; N], bool)) {
     check(sane, true);
     for number in HOSTILE.into_iter().flat_map(|number| [number, -number]) {
         check([number; N], false);
@@ -62,7 +62,7 @@ const CORNERS: [f32; 9] = [-1.0, 0.0, -1.5, 1.0, 0.0, -1.5, -1.0, 2.0, -1.5];
 /// Corners are not judged before somebody looks at them.
 #[test]
 fn shisen_screen_from_corners() {
-    tormented(CORNERS, |numbers, _| {
+    with_hostile_numbers(CORNERS, |numbers, _| {
         let (status, made) = screen_of(&numbers);
         assert_eq!(status, Status::Ok, "{numbers:?}");
         assert_eq!((made.columns, made.rows), (16, 8));
@@ -79,7 +79,7 @@ fn shisen_screen_from_corners() {
 fn shisen_screen_check() {
     let mut sane = [0.1; 12];
     sane[..9].copy_from_slice(&CORNERS);
-    tormented(sane, |numbers, is_sane| {
+    with_hostile_numbers(sane, |numbers, is_sane| {
         let mut corners = [0.0; 9];
         corners.copy_from_slice(&numbers[..9]);
         let (_, made) = screen_of(&corners);
@@ -93,14 +93,14 @@ fn shisen_screen_check() {
 
 #[test]
 fn shisen_dome_init() {
-    tormented([0.1, 1.5, 0.2], |position, is_sane| {
+    with_hostile_numbers([0.1, 1.5, 0.2], |position, is_sane| {
         let mut made = MaybeUninit::<Dome>::zeroed();
         // SAFETY: room for a dome, and three numbers.
         let status = unsafe { dome::shisen_dome_init(made.as_mut_ptr(), position.as_ptr(), 64) };
         assert_eq!(status, Status::Ok);
         // SAFETY: it is made of numbers.
         let made = unsafe { made.assume_init() };
-        // A place that is none is refused when it is looked from.
+        // A bad place is refused when a view is made from it.
         let is_seen = made.view().is_ok();
         assert!(is_seen || !is_sane);
         assert!(!is_seen || all_finite(&position), "{position:?}");
@@ -109,11 +109,11 @@ fn shisen_dome_init() {
 
 #[test]
 fn shisen_spectrum_open() {
-    tormented([400.0, 700.0], |[from, to], _| {
+    with_hostile_numbers([400.0, 700.0], |[from, to], _| {
         let mut memory = [0u64; 1 << 11];
         let mut handle = null_mut();
         let (room, bytes) = (memory.as_mut_ptr().cast(), size_of_val(&memory));
-        // SAFETY: as much memory as is said, and room for a handle.
+        // SAFETY: `bytes` bytes of memory, and room for a handle.
         let status =
             unsafe { spectrum::shisen_spectrum_open(room, bytes, 6, from, to, &raw mut handle) };
         let is_open = status == Status::Ok;
@@ -129,7 +129,7 @@ fn shisen_spectrum_open() {
 #[test]
 fn shisen_tracker_init() {
     let sane = [0.0, 1.5, 0.0, 0.0, 0.0, 0.0, 1.0];
-    tormented(sane, |numbers, is_sane| {
+    with_hostile_numbers(sane, |numbers, is_sane| {
         let mut settings = MaybeUninit::<TrackerSettings>::zeroed();
         let made = settings.as_mut_ptr();
         // SAFETY: room for settings.
@@ -142,7 +142,7 @@ fn shisen_tracker_init() {
         let mut memory = [0u64; SHISEN_TRACKER_SIZE / 8];
         let mut handle = null_mut();
         let (room, bytes) = (memory.as_mut_ptr().cast(), size_of_val(&memory));
-        // SAFETY: as much memory as is said, and room for a handle.
+        // SAFETY: `bytes` bytes of memory, and room for a handle.
         let status = unsafe {
             tracker::shisen_tracker_init(room, bytes, &raw const settings, &raw mut handle)
         };

@@ -1,42 +1,40 @@
-//! The border to C: pointers that are looked at before they are used.
+//! The border to C: pointers are checked before they are used.
 //!
-//! What can be checked of a pointer is: whether there is one, whether it is
-//! aligned, and whether the length makes sense. That there is memory behind it,
-//! of this length, nobody else's meanwhile, is the caller's promise, which every
-//! function here passes on.
+//! A pointer must not be NULL, must be aligned, and its length must be possible: these
+//! are checked. The caller promises that memory of this length is behind it and that
+//! nobody else uses that memory meanwhile: this cannot be checked.
 
 use crate::status::Status;
 use core::ffi::c_void;
 
-/// What the addresses of memory for handles are multiples of: that of uint64_t.
+/// Alignment of memory for handles, bytes: that of uint64_t.
 pub const SHISEN_ALIGNMENT: usize = 8;
 
-/// What the addresses of memory for handles are multiples of, as
-/// SHISEN_ALIGNMENT.
+/// Returns SHISEN_ALIGNMENT, the alignment of memory for handles.
 #[unsafe(no_mangle)]
 pub extern "C" fn shisen_alignment() -> usize {
     SHISEN_ALIGNMENT
 }
 
-/// Bytes of memory for a `T`, wherever in it the `T` comes to lie.
+/// Returns the bytes of memory that a `T` needs, with room to align it.
 pub(crate) const fn needed<T>() -> usize {
     size_of::<T>() + align_of::<T>().saturating_sub(SHISEN_ALIGNMENT)
 }
 
-/// The place of a `T` that `trailing` bytes follow, in memory of `size` bytes.
+/// Returns the place of a `T`, followed by `trailing` bytes, in memory of `size` bytes.
 pub(crate) fn room<T>(memory: *mut c_void, size: usize, trailing: usize) -> Result<*mut T, Status> {
     check(memory.cast::<u64>())?;
     match needed::<T>().checked_add(trailing) {
         Some(needed) if needed <= size => {}
         _ => return Err(Status::MemoryTooSmall),
     }
-    // A few types want more than C's arrays have.
+    // A few types need a larger alignment than C's arrays have.
     let past = memory.addr().wrapping_neg() % align_of::<T>();
     Ok(memory.wrapping_byte_add(past).cast())
 }
 
 /// # Safety
-/// `pointer` is null, misaligned, or points to a `T` that nobody changes for as
+/// `pointer` is NULL, misaligned, or points to a `T` that nobody changes for as
 /// long as the reference lives.
 pub(crate) unsafe fn shared<'a, T>(pointer: *const T) -> Result<&'a T, Status> {
     check(pointer)?;
@@ -45,7 +43,7 @@ pub(crate) unsafe fn shared<'a, T>(pointer: *const T) -> Result<&'a T, Status> {
 }
 
 /// # Safety
-/// `pointer` is null, misaligned, or points to a `T` that nobody else uses for as
+/// `pointer` is NULL, misaligned, or points to a `T` that nobody else uses for as
 /// long as the reference lives.
 pub(crate) unsafe fn exclusive<'a, T>(pointer: *mut T) -> Result<&'a mut T, Status> {
     check(pointer)?;
@@ -54,7 +52,7 @@ pub(crate) unsafe fn exclusive<'a, T>(pointer: *mut T) -> Result<&'a mut T, Stat
 }
 
 /// # Safety
-/// `pointer` is null, misaligned, or points to memory for a `T`, which need not
+/// `pointer` is NULL, misaligned, or points to memory for a `T`, which need not
 /// hold one yet.
 pub(crate) unsafe fn write<T>(pointer: *mut T, value: T) -> Result<Status, Status> {
     check(pointer)?;
@@ -64,7 +62,7 @@ pub(crate) unsafe fn write<T>(pointer: *mut T, value: T) -> Result<Status, Statu
 }
 
 /// # Safety
-/// As [`shared`], for `length` of `T`. A `length` of 0 needs no pointer.
+/// The same as for [`shared`], for `length` values. A `length` of 0 needs no pointer.
 pub(crate) unsafe fn slice<'a, T>(pointer: *const T, length: usize) -> Result<&'a [T], Status> {
     if length == 0 {
         return Ok(&[]);
@@ -76,7 +74,7 @@ pub(crate) unsafe fn slice<'a, T>(pointer: *const T, length: usize) -> Result<&'
 }
 
 /// # Safety
-/// As [`exclusive`], for `length` of `T`. A `length` of 0 needs no pointer.
+/// The same as for [`exclusive`], for `length` values. A `length` of 0 needs no pointer.
 pub(crate) unsafe fn slice_mut<'a, T>(
     pointer: *mut T,
     length: usize,

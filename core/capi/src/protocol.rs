@@ -76,10 +76,11 @@ impl Protocol {
     }
 }
 
-/// A device and what reads it: the feature of each protocol, its decoder, and what makes the device
-/// send, so many samples a second where it has words for a rate, after a reset if asked for.
+/// Defines `Device` from the feature, the decoder and the start script of each protocol. A script
+/// asks for `$hertz` samples a second if the protocol has a command for that, and begins with a
+/// reset if `$reset`.
 ///
-/// Not by a table of methods: calls through pointers cannot be bounded as closely.
+/// No trait object: the stack of calls through pointers cannot be bounded as closely.
 macro_rules! devices {
     ($(
         $feature:literal $name:ident($decoder:ty) = $new:expr,

@@ -128,9 +128,10 @@ pub extern "C" fn shisen_effects() -> u32 {
 /// `fault`: what is wrong with a scene that is refused; may be NULL.
 ///
 /// # Safety
-/// Each pointer is NULL, misaligned, or points to as much memory as is said,
-/// which nobody else changes meanwhile. The blob stays as it is for as long as
-/// the scene or a frame of it is in use.
+/// Each pointer is NULL, misaligned, or valid: `memory` for `memory_size` bytes,
+/// `blob` for `blob_length`, the others for one value. Nobody else changes that
+/// memory during the call. The blob stays unchanged for as long as the scene or a
+/// frame of it is in use.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_scene_open(
     memory: *mut c_void,
@@ -145,7 +146,7 @@ pub unsafe extern "C" fn shisen_scene_open(
         unsafe { write(scene, core::ptr::null_mut()) }?;
         let handle = room::<Scene>(memory, memory_size, 0)?;
         let blob_given = !blob.is_null();
-        // SAFETY: as promised above; a scene of no bytes is none, wherever.
+        // SAFETY: as promised above; without bytes the pointer is not read.
         let bytes = unsafe { slice::<u8>(blob, blob_length) }?;
         if !blob_given {
             return Err(Status::NullPointer);

@@ -63,18 +63,19 @@ pub extern "C" fn shisen_spectrum_size(count: u32) -> usize {
         .saturating_add(SHISEN_SPECTRUM_SIZE)
 }
 
-/// Works out `count` wavelengths, 1 to 64, between two of nanometres, 360 to 830,
-/// and their colours, for shisen_frame_settings. Six from 400 to 700 will do for
-/// most. Needs the cargo feature `dispersion`.
+/// Computes `count` wavelengths, 1 to 64, from `from_nm` to `to_nm`, which are
+/// nanometres from 360 to 830, and their colours, for shisen_frame_settings. Six
+/// wavelengths from 400 to 700 suffice for most scenes. Needs the cargo feature
+/// `dispersion`.
 ///
 /// `memory`, `memory_size`: shisen_spectrum_size(count) bytes at a multiple of
-/// SHISEN_ALIGNMENT, which stay the spectrum's for as long as a frame that was
-/// begun with it.
-/// `spectrum`: the handle; NULL after a failure.
+/// SHISEN_ALIGNMENT, which the spectrum uses for as long as a frame that was begun
+/// with it is in use.
+/// `spectrum`: receives the handle; NULL after a failure.
 ///
 /// # Safety
-/// Each pointer is NULL, misaligned, or points to as much memory as is said,
-/// which nobody else uses meanwhile.
+/// Each pointer is NULL, misaligned, or valid: `memory` for `memory_size` bytes,
+/// `spectrum` for one handle. Nobody else uses that memory during the call.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_spectrum_open(
     memory: *mut c_void,
@@ -99,7 +100,7 @@ pub unsafe extern "C" fn shisen_spectrum_open(
 }
 
 /// # Safety
-/// There is memory for the handle and as many samples as the wavelengths take.
+/// `handle` has memory for the handle and for the samples of the wavelengths.
 #[cfg(feature = "dispersion")]
 unsafe fn open(handle: *mut Spectrum, wavelengths: Wavelengths) -> Result<(), Status> {
     let samples = handle

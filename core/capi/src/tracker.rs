@@ -13,10 +13,10 @@ use shisen_tracker::decoder::{Decoder, DropReason, Event};
 use shisen_tracker::estimate::{EstimatorConfig, Eyes, GazeEstimator, RoomFromTracker, State};
 use shisen_tracker::time::Micros;
 
-/// Bytes of memory for a tracker's handle, whatever its protocol.
+/// Bytes of memory for a tracker's handle, for every protocol.
 #[cfg(target_pointer_width = "32")]
 pub const SHISEN_TRACKER_SIZE: usize = 6592;
-/// Bytes of memory for a tracker's handle, whatever its protocol.
+/// Bytes of memory for a tracker's handle, for every protocol.
 #[cfg(target_pointer_width = "64")]
 pub const SHISEN_TRACKER_SIZE: usize = 6896;
 
@@ -30,10 +30,10 @@ pub const SHISEN_SETUP_SIZE: usize = 1400;
 /// Most bytes that shisen_tracker_poll writes at once.
 pub const SHISEN_MOST_COMMAND_BYTES: usize = 48;
 
-/// How many reasons there are to drop bytes: see shisen_drop_reason.
+/// Number of reasons to drop bytes: see shisen_drop_reason.
 pub const SHISEN_DROP_REASONS: usize = 9;
 
-/// An age of what never came.
+/// The age of a gaze that never came.
 pub const SHISEN_NEVER: u64 = u64::MAX;
 
 const _: () = assert!(needed::<Tracker>() <= SHISEN_TRACKER_SIZE);
@@ -47,43 +47,43 @@ pub struct Tracker {
     clock: ClockEstimator,
     gaze: GazeEstimator,
     hertz: Option<u16>,
-    /// In the caller's memory, while the device is set up.
+    /// The set-up under way, in the caller's memory.
     setup: Option<&'static mut Session>,
-    /// Begins with the first poll; a reset gets no longer time.
+    /// The time of the set-up, which begins with the first poll; a reset does not extend it.
     setting_up: SettingUp,
 }
 
-/// Which eye's line of sight is taken.
+/// The eye whose line of sight is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum EyeChoice {
-    /// The device's combined eye; where there is none, the mean of both, or the
-    /// one that is seen.
+    /// The device's combined eye; without one, the mean of both eyes, or the one
+    /// that the device sees.
     Combined = 0,
-    /// The left one alone.
+    /// The left eye alone.
     Left = 1,
-    /// The right one alone.
+    /// The right eye alone.
     Right = 2,
-    /// None: the head's direction counts.
+    /// No eye: the head's direction is used.
     None = 3,
 }
 
-/// How a tracker is used: see shisen_tracker_settings_init.
+/// Settings of a tracker: see shisen_tracker_settings_init.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct TrackerSettings {
-    /// What it speaks: a shisen_protocol.
+    /// The device's protocol: a shisen_protocol.
     pub protocol: u32,
-    /// Which eye counts: a shisen_eye_choice.
+    /// The eye that is used: a shisen_eye_choice.
     pub eyes: u32,
-    /// Whether it measures the head; where not (0), the head rests at
+    /// Whether the device measures the head (1); if not (0), the head rests at
     /// `position` and `orientation`.
     pub head_tracked: u32,
-    /// Samples per second that it is asked for when it is set up, where its
-    /// protocol has words for that; at most 65,535. 0: as the device likes.
+    /// Samples per second that set-up asks the device for, if its protocol has a
+    /// command for that; at most 65,535. 0: the device's own rate.
     pub hertz: u32,
-    /// From a measurement to the arrival of its last byte when nothing is in the
-    /// way: microseconds, at most 1,000,000.
+    /// Least time from a measurement to the arrival of its last byte:
+    /// microseconds, at most 1,000,000.
     pub least_delay_us: u64,
     /// The tracker's origin in the room, metres.
     pub position: [f32; 3],
@@ -91,19 +91,19 @@ pub struct TrackerSettings {
     pub orientation: [f32; 4],
 }
 
-/// How much of a gaze can be relied on. Worse is greater.
+/// How far a gaze can be relied on; a greater number is worse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum GazeState {
-    /// Gaze and head are new enough.
+    /// Gaze and head are recent.
     Fresh = 0,
     /// The last gaze is held: a blink, a reflection, a few lost samples.
     Hold = 1,
-    /// The gaze is where it was, more or less: the field of full detail widens.
+    /// The gaze is near where it was: the field of full detail widens.
     Widened = 2,
-    /// Where the eyes look is not known; the head faces the line of sight.
+    /// The eyes' direction is not known; the head's direction is used.
     HeadDirection = 3,
-    /// Nothing is known: full detail everywhere.
+    /// Neither eyes nor head are known: full detail everywhere.
     FullQuality = 4,
 }
 
@@ -111,7 +111,7 @@ pub enum GazeState {
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct Gaze {
-    /// Between the eyes: metres, in the room.
+    /// The point between the eyes: metres, in the room.
     pub position: [f32; 3],
     /// The line of sight: a unit vector, in the room. To begin a frame it may
     /// have any length but zero.
@@ -120,15 +120,15 @@ pub struct Gaze {
     /// To begin a frame it may have any length but zero, at any angle but
     /// along `forward`.
     pub up: [f32; 3],
-    /// By how much the field of full detail has to be wider: radians. From π on
-    /// it is everything.
+    /// Angle by which the field of full detail is widened: radians. From π on the
+    /// field is everything.
     pub widen: f32,
-    /// How much can be relied on: a shisen_gaze_state.
+    /// How far the gaze can be relied on: a shisen_gaze_state.
     pub state: u32,
-    /// Whether the eyes are shut, or were when last heard of: 0 or 1.
+    /// Whether the eyes were shut in the newest sample that says so: 0 or 1.
     pub blink: u32,
-    /// How old the newest gaze is at the time of display: microseconds;
-    /// SHISEN_NEVER where none ever came.
+    /// Age of the newest gaze at the time of display: microseconds;
+    /// SHISEN_NEVER if no gaze ever came.
     pub age_us: u64,
 }
 
@@ -136,11 +136,11 @@ pub struct Gaze {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum DropReasonNumber {
-    /// Between records: what stands there starts none.
+    /// Bytes between records that do not start a record.
     OutOfStep = 0,
     /// A record broke off before its end.
     Truncated = 1,
-    /// The record's length is not one that the protocol has.
+    /// The protocol has no record of this length.
     Length = 2,
     /// The record's checksum does not match.
     Checksum = 3,
@@ -150,76 +150,75 @@ pub enum DropReasonNumber {
     OutOfRange = 5,
     /// A direction or a quaternion has no length.
     NotUnit = 6,
-    /// A version or a kind of record that is not known here.
+    /// An unknown version or kind of record.
     Unknown = 7,
     /// The record repeats the one before.
     Duplicate = 8,
 }
 
-/// What became of a tracker's bytes. The counts stop at their largest value.
+/// Counts of a tracker's bytes and records. A count stops at its largest value.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct TrackerCounts {
-    /// Bytes taken.
+    /// Bytes received.
     pub bytes: u64,
     /// Records with a sample.
     pub samples: u64,
-    /// Records with something else, such as a fault or an answer.
+    /// Records without a sample, such as a fault or an answer.
     pub messages: u64,
     /// Records that the device's own count says are missing.
     pub lost: u64,
-    /// Bytes thrown away.
+    /// Bytes dropped.
     pub dropped_bytes: u64,
-    /// Times that bytes were thrown away, by shisen_drop_reason.
+    /// Number of times that bytes were dropped, by shisen_drop_reason.
     pub dropped: [u32; SHISEN_DROP_REASONS],
 }
 
-/// What is to be done to set a device up.
+/// The caller's next step in setting a device up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum SetupAction {
     /// Send the bytes in the buffer, `length` of them, then poll again at once.
     Send = 0,
-    /// Change the line to `baud` once what was sent is out, then poll again at
-    /// once.
+    /// Change the line to `baud` once all bytes are sent, then poll again at once.
     Speed = 1,
-    /// Poll again at `until_us`, and whenever bytes were fed.
+    /// Poll again at `until_us`, and after each call of shisen_tracker_feed.
     Wait = 2,
-    /// It is set up, or nothing has to be. The memory for setting it up is free.
+    /// The device is set up, or needs no set-up. The set-up's memory is free again.
     Done = 3,
 }
 
-/// What shisen_tracker_poll says.
+/// The answer of shisen_tracker_poll.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C)]
 pub struct Setup {
-    /// What to do: a shisen_setup_action.
+    /// The next step: a shisen_setup_action.
     pub action: u32,
-    /// Bits per second.
+    /// The line's speed, bits per second, for SPEED.
     pub baud: u32,
-    /// Bytes in the buffer.
+    /// Number of bytes in the buffer, for SEND.
     pub length: usize,
-    /// On the caller's clock: microseconds.
+    /// Time of the next poll by the caller's clock, microseconds, for WAIT.
     pub until_us: u64,
 }
 
-/// Bytes of memory for a tracker's handle, as SHISEN_TRACKER_SIZE.
+/// Returns SHISEN_TRACKER_SIZE, the bytes of memory for a tracker's handle.
 #[unsafe(no_mangle)]
 pub extern "C" fn shisen_tracker_size() -> usize {
     SHISEN_TRACKER_SIZE
 }
 
-/// Bytes of memory for setting a device up, as SHISEN_SETUP_SIZE.
+/// Returns SHISEN_SETUP_SIZE, the bytes of memory for setting a device up.
 #[unsafe(no_mangle)]
 pub extern "C" fn shisen_setup_size() -> usize {
     SHISEN_SETUP_SIZE
 }
 
-/// The settings of a tracker with this protocol (a shisen_protocol) whose origin
-/// and axes are the room's, and which measures what devices of the protocol do.
+/// Writes the default settings for `protocol`, a shisen_protocol: the tracker's
+/// origin and axes are the room's, and it measures all that the protocol can send.
 ///
 /// # Safety
-/// `settings` is NULL, misaligned, or points to memory for them.
+/// `settings` is NULL, misaligned, or points to memory for one TrackerSettings.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_tracker_settings_init(
     settings: *mut TrackerSettings,
@@ -246,15 +245,15 @@ pub unsafe extern "C" fn shisen_tracker_settings_init(
     })
 }
 
-/// Makes a tracker that has heard nothing yet.
+/// Makes a tracker that has received no bytes yet.
 ///
 /// `memory`, `memory_size`: for the handle, which needs SHISEN_TRACKER_SIZE bytes
-/// at a multiple of SHISEN_ALIGNMENT. What is in it may be given up at any time.
-/// `tracker`: the handle; NULL after a failure.
+/// at a multiple of SHISEN_ALIGNMENT. A tracker may be abandoned at any time.
+/// `tracker`: receives the handle; NULL after a failure.
 ///
 /// # Safety
-/// Each pointer is NULL, misaligned, or points to as much memory as is said,
-/// which nobody else uses meanwhile.
+/// Each pointer is NULL, misaligned, or valid: `memory` for `memory_size` bytes,
+/// the others for one value. Nobody else uses that memory during the call.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_tracker_init(
     memory: *mut c_void,
@@ -269,7 +268,7 @@ pub unsafe extern "C" fn shisen_tracker_init(
         // SAFETY: as promised above.
         let settings = unsafe { shared(settings) }?;
         let protocol = Protocol::of_number(settings.protocol)?;
-        // One after another, in place: the stack would have to hold them all.
+        // Each is written in place in turn, so that the stack never holds all of them.
         // SAFETY: there is room.
         unsafe {
             place(&raw mut (*handle).hertz, || hertz(settings))?;
@@ -284,11 +283,11 @@ pub unsafe extern "C" fn shisen_tracker_init(
     })
 }
 
-/// Makes something where it is to be.
+/// Writes what `make` returns to `room`.
 ///
 /// # Safety
-/// There is room for it.
-// Not a part of its caller, who would keep the room of each of them.
+/// `room` is memory for a `T`.
+// Not inlined: keeps its stack frame out of the caller's.
 #[inline(never)]
 unsafe fn place<T>(room: *mut T, make: impl FnOnce() -> Result<T, Status>) -> Result<(), Status> {
     let made = make()?;
@@ -478,20 +477,20 @@ pub unsafe extern "C" fn shisen_tracker_resync(tracker: *mut Tracker) -> Status 
 }
 
 /// Begins to set the device up: shisen_tracker_poll then says what to send. A
-/// device that sends without being asked needs none of it. Until the device has
-/// been told everything, but at most for 800 ms, its samples count for nothing:
-/// they may be in other units than it is asked for.
+/// device that sends without being asked needs no set-up. Until the device has
+/// got all commands, but for at most 800 ms, its samples are ignored: their units
+/// may be wrong.
 ///
 /// `memory`, `memory_size`: SHISEN_SETUP_SIZE bytes at a multiple of SHISEN_ALIGNMENT,
 /// which stay the tracker's until polling it says SHISEN_SETUP_ACTION_DONE or
 /// fails.
-/// `reset`: whether the device is reset first (1), which with some takes ten
+/// `reset`: whether the device is reset first (1), which takes some devices ten
 /// seconds, or not (0).
 ///
 /// # Safety
 /// `tracker` is NULL or a tracker that was made, nobody else's meanwhile;
-/// `memory` is NULL, misaligned, or points to `memory_size` bytes, nobody else's
-/// for as long as is said.
+/// `memory` is NULL, misaligned, or points to `memory_size` bytes, which nobody
+/// else uses until the set-up is done or has failed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_tracker_set_up(
     tracker: *mut Tracker,

@@ -1,9 +1,9 @@
-//! The header is what cbindgen makes of the crate.
+//! Checks that the header is what cbindgen makes from the crate.
 
 use std::fs;
 use std::path::Path;
 
-/// In the order in which the header has them.
+/// Source files in the order of their items in the header.
 const SOURCES: [&str; 9] = [
     "status.rs",
     "memory.rs",

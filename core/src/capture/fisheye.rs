@@ -68,11 +68,11 @@ fn doubled(u: f32, v: f32, scale: f32) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hostile::{is_unit, torment};
+    use crate::hostile::{is_unit, with_hostile_numbers};
 
     #[test]
     fn any_numbers_give_unit_vectors_or_none() {
-        torment(|n| {
+        with_hostile_numbers(|n| {
             let (u, v, angle) = (n.next(0.3), n.next(-0.4), n.next(3.0));
             let (in_disc, is_lens) = (radius(u, v, TAU), angle > 0.0 && angle <= TAU);
             for (found, is_any) in [

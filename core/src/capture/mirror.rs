@@ -248,7 +248,7 @@ fn section(a: f32, slope: f32) -> (f32, f32) {
 mod tests {
     use super::*;
     use crate::capture::Mapping;
-    use crate::hostile::{finite, finite_or_error, is_unit, torment};
+    use crate::hostile::{finite, finite_or_error, is_unit, with_hostile_numbers};
     use core::f32::consts::FRAC_PI_2;
 
     #[test]
@@ -274,7 +274,7 @@ mod tests {
 
     #[test]
     fn mirrors_of_any_numbers_are_finite_and_reflect_finite_rays() {
-        torment(|n| {
+        with_hostile_numbers(|n| {
             let (a, p, beta) = (n.next(0.7), n.next(5.0), n.next(0.5));
             let (u, v) = (n.next(0.3), n.next(-0.4));
             let mirrors = [

@@ -3,7 +3,7 @@
 use super::tile::Target;
 use crate::trace::{Balance, Budget, Pixel, Workspace};
 
-/// What rendering a block or a square works on.
+/// The state that rendering a block or a square changes.
 pub(super) struct Work<'w> {
     pub(super) begun: &'w mut Begun,
     pub(super) budget: &'w mut Budget,
@@ -11,7 +11,7 @@ pub(super) struct Work<'w> {
     pub(super) target: Target<'w>,
 }
 
-/// How far the current block or square of a tile has got.
+/// The progress within the current block or square of a tile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Begun {
     /// Finished pixels of a block, row by row.
@@ -19,7 +19,7 @@ pub(super) struct Begun {
     /// Rendered samples of the unfinished pixel after them.
     pub(super) samples: u16,
     sum: Sum,
-    /// The cell at which a square with samples apart goes on.
+    /// The cell at which a square with a stride above 1 goes on.
     pub(super) cell: Cell,
 }
 
@@ -31,12 +31,12 @@ impl Begun {
         cell: Cell::NONE,
     };
 
-    /// Whether no sample of the block has been rendered.
+    /// Returns whether no sample of the block has been rendered.
     pub(super) const fn is_nothing(&self) -> bool {
         self.pixels == 0 && self.samples == 0
     }
 
-    /// Whether the budget ends between two samples of a pixel.
+    /// Returns whether the budget ends between two samples of a pixel.
     pub(super) const fn is_interrupted(&self, budget: &Budget) -> bool {
         self.samples > 0 && budget.is_spent()
     }
@@ -53,12 +53,12 @@ impl Begun {
         pixel
     }
 
-    /// Keeps the number of finished pixels, and no samples of another.
+    /// Stores the number of finished pixels, with no samples of the next.
     pub(super) const fn finish(&mut self, pixels: u32) {
         self.keep(pixels, 0, &Sum::NONE);
     }
 
-    /// Keeps the sum of the first `samples` of the pixel after `pixels` finished ones.
+    /// Stores the sum of the first `samples` of the pixel after `pixels` finished ones.
     pub(super) const fn keep(&mut self, pixels: u32, samples: u16, sum: &Sum) {
         self.pixels = pixels;
         self.samples = samples;
@@ -93,7 +93,7 @@ impl Sum {
     }
 }
 
-/// What a sample of a square sees.
+/// The result of a sample of a square.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Node {
     pub(super) pixel: Pixel,
@@ -101,10 +101,10 @@ pub(super) struct Node {
     pub(super) class: u32,
 }
 
-/// Past all objects: every pixel knows what it sees there.
+/// Instance of a sample that meets no object: each pixel computes its own background.
 pub(super) const MISSED: u32 = u32::MAX;
 
-/// Outside the visual field, or a dome master's rim.
+/// Instance of a sample outside the visual field, or outside a dome master's rim.
 pub(super) const SKIPPED: u32 = u32::MAX - 1;
 
 impl Node {
@@ -119,9 +119,9 @@ impl Node {
 pub(super) struct Cell {
     pub(super) column: u8,
     pub(super) row: u8,
-    /// Steps a side, a power of two; 0 where no square is interrupted.
+    /// Steps a side, a power of two; 0 if no square is interrupted.
     pub(super) step: u8,
-    /// A bit for each corner that is there.
+    /// A bit for each corner whose sample is traced.
     pub(super) known: u8,
     pub(super) corners: [Node; 4],
 }

@@ -1,4 +1,4 @@
-//! A block of pixels that go through the scene together.
+//! A block of pixels whose rays are traced together.
 
 use super::begun::{Sum, Work};
 use super::detail::BlockDetail;
@@ -12,7 +12,7 @@ use crate::trace::{NOT_TRACED, Pixel, RayDetail, Sample, TileRays};
 use core::num::NonZeroU32;
 use glam::Vec3;
 
-/// A block of a view, and what renders it.
+/// A block of a view, and the renderer for it.
 pub(super) struct Rendering<'r, 'a, const W: usize> {
     pub(super) renderer: &'r Renderer<'a, W>,
     pub(super) view: &'r View,
@@ -23,7 +23,7 @@ impl<const W: usize> Rendering<'_, '_, W>
 where
     Simd: Runs<W>,
 {
-    /// Renders the samples that are not begun, row by row, until the budget is spent.
+    /// Renders the remaining samples, row by row, until the budget is spent.
     pub(super) fn render(&self, work: &mut Work<'_>) {
         let (block, fresh) = (&self.block, work.begun.is_nothing());
         match (self.view.kind(), self.renderer.together) {
@@ -32,8 +32,8 @@ where
             }
             // An interrupted block is finished ray by ray.
             (Kind::Screen(screen), Some(together)) if fresh => (together.block)(self, screen, work),
-            // A dome seen from one point goes as a screen does. Targets without vectors have
-            // no code for it, which saves stack.
+            // A dome seen from one point is rendered like a screen. Targets without vectors
+            // have no code for this, which saves stack.
             (
                 Kind::Dome(dome),
                 Some(Together {
@@ -74,7 +74,7 @@ where
         }
     }
 
-    /// Whether any sample of any pixel is traced and may hit anything: one test for all.
+    /// Returns whether any sample of any pixel is traced and may hit anything: one test for all.
     fn any_sample_reaches(&self, screen: &Screen, work: &mut Work<'_>) -> bool {
         let around = spread(self.renderer.settings.samples);
         let (block, tile) = (&self.block, self.block.tile);
@@ -83,7 +83,7 @@ where
         self.reaches(screen.eye, || screen.corners_between(first, last), work)
     }
 
-    /// Renders all of its pixels, given that none sees an object.
+    /// Renders all of its pixels when none sees an object.
     fn show_background_only(&self, work: &mut Work<'_>) {
         for (column, row) in self.block.places_from(0) {
             let pixel = self.pixel(None, work);
@@ -98,7 +98,7 @@ where
         self.renderer.block_detail(patch, self.view, tile.x, tile.y)
     }
 
-    /// Detail of its pixels, by its own columns and rows.
+    /// Returns the detail of its pixels, by its own columns and rows.
     pub(super) fn detail(&self) -> BlockDetail {
         let (tile, detail) = (self.block.tile, self.grid_detail());
         detail.part((tile.x % BLOCK, tile.y % BLOCK), (tile.width, tile.height))
@@ -116,7 +116,7 @@ where
         count
     }
 
-    /// Renders the rest of the next pixel's samples; `None` where the budget ends before the last.
+    /// Renders the rest of the next pixel's samples; `None` if the budget ends before the last.
     fn pixel(&self, detail: Option<RayDetail>, work: &mut Work<'_>) -> Option<Pixel> {
         let (tracer, samples) = (&self.renderer.tracer, self.renderer.settings.samples);
         let (column, row) = self.block.place(work.begun.pixels);
@@ -125,7 +125,7 @@ where
             let (x, y) = self.block.at(column, row, offset(sample, samples));
             let seen = match (detail, self.view.ray(x, y), self.view.kind()) {
                 (Some(detail), Some(ray), _) => {
-                    // Here, as samples that are not traced take no steps.
+                    // Checked here, since samples that are not traced take no steps.
                     if work.begun.is_interrupted(work.budget) {
                         return None;
                     }
@@ -147,7 +147,7 @@ where
         Some(work.begun.take_pixel(samples))
     }
 
-    /// Renders all of its pixels with rays that go through the scene together.
+    /// Renders all of its pixels with rays that are traced together.
     pub(super) fn render_together<S: OnePoint>(&self, sight: &S, work: &mut Work<'_>) {
         let (simd, samples) = (self.renderer.tracer.simd(), self.renderer.settings.samples);
         let offset = offset(0, samples);
@@ -166,7 +166,7 @@ where
         self.render_samples(sight, reaches, work);
     }
 
-    /// Whether a traced sample may hit anything in directions between four corners.
+    /// Returns whether a traced sample may hit anything in directions between four corners.
     fn reaches(&self, eye: Vec3, corners: impl FnOnce() -> [Vec3; 4], work: &mut Work<'_>) -> bool {
         let tracer = &self.renderer.tracer;
         self.block.patch != Region::Outside
@@ -249,7 +249,7 @@ where
         work.begun.finish(tile.area());
     }
 
-    /// What its pixels show that see past all objects.
+    /// Returns what pixels that see past all objects show.
     pub(super) fn past<'s, S>(&'s self, sight: &'s S, offset: (f32, f32)) -> SeePast<'s, S> {
         SeePast {
             tile: self.block.tile,
@@ -259,7 +259,7 @@ where
         }
     }
 
-    /// All 64 rays; those past a cut-off block's borders are not traced.
+    /// Returns all 64 rays; those past the borders of a cut-off block are not traced.
     fn rays<S: OnePoint>(&self, sight: &S, offset: (f32, f32), detail: &BlockDetail) -> TileRays {
         let simd = self.renderer.tracer.simd();
         let rays = <Simd as Runs<8>>::run(simd, RaysOf(self.block.tile, sight, offset));
@@ -272,7 +272,7 @@ where
 }
 
 impl Block {
-    /// Whether all of its pixels lie outside a dome's rim; clears them if so.
+    /// Returns whether all of its pixels lie outside a dome's rim; clears them if so.
     // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
     fn is_outside(&self, dome: &Dome, target: &mut Target<'_>) -> bool {
@@ -285,18 +285,18 @@ impl Block {
         is_outside
     }
 
-    /// Column and row of a pixel's number, row by row.
+    /// Returns the column and row of a pixel's number, row by row.
     fn place(&self, number: u32) -> (u32, u32) {
         let columns = NonZeroU32::new(self.tile.width).unwrap_or(NonZeroU32::MIN);
         (number % columns, number / columns)
     }
 
-    /// Columns and rows of its pixels from number `first` on, row by row.
+    /// Returns columns and rows of its pixels from number `first` on, row by row.
     pub(super) fn places_from(&self, first: u32) -> impl Iterator<Item = (u32, u32)> {
         (first..self.tile.area()).map(|number| self.place(number))
     }
 
-    /// A point of a pixel of this block, in pixels of the view.
+    /// Returns a point of a pixel of this block, in pixels of the view.
     pub(super) fn at(&self, column: u32, row: u32, (dx, dy): (f32, f32)) -> (f32, f32) {
         let Tile { x, y, .. } = self.tile;
         ((x + column) as f32 + dx, (y + row) as f32 + dy)
@@ -307,7 +307,7 @@ impl Block {
         Sample::new(self.tile.x + column, self.tile.y + row, index, count)
     }
 
-    /// Directions between which its pixels lie, at an offset from their centres.
+    /// Returns the directions between which its pixels lie, at an offset from their centres.
     fn corners(&self, simd: Simd, sight: &impl OnePoint, offset: (f32, f32)) -> [Vec3; 4] {
         let (first, tile) = ((self.tile.x, self.tile.y), self.tile);
         let last = (tile.x + tile.width - 1, tile.y + tile.height - 1);

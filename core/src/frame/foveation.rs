@@ -1,13 +1,13 @@
 //! Fewer rays where the eye resolves less.
 //!
-//! The acuity at a square of the view's own grid says how many pixels apart its
-//! samples are; what lies between them is put together by
-//! [`lattice`](super::lattice). It depends on the view and the gaze only: not on
-//! tiles, the budget or the frame before.
+//! The acuity at a square of the view's grid determines its stride, the distance
+//! of its samples in pixels; [`lattice`](super::lattice) fills the pixels between
+//! them. The stride depends on the view and the gaze only: not on tiles, the budget
+//! or the frame before.
 
 use super::begun::Work;
 use super::block::Rendering;
-use super::lattice::Seeing;
+use super::lattice::SquareRenderer;
 use super::past::CopyPast;
 use super::tile::{BLOCK, Piece, Target};
 use super::view::{Kind, View};
@@ -21,14 +21,14 @@ use glam::Vec3;
 /// Most pixels between two samples next to each other.
 pub const LARGEST_STRIDE: u32 = 16;
 
-/// Pixels a side of the squares that choose the distance of their samples.
+/// Pixels a side of the squares, each of which has a stride of its own.
 const SQUARE: u32 = 32;
 const QUARTER: u32 = SQUARE / 2;
 
-/// The least stride at which a square is not quartered.
+/// Least stride at which a square is not divided into quarters.
 const WHOLE_SQUARE: u32 = 4;
 
-/// How the periphery is sampled: pointers, so that other programs have no code for it.
+/// Functions for foveation: pointers, so that programs without foveation have no code for it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Foveation<const W: usize> {
     acuity: Acuity,
@@ -45,7 +45,7 @@ impl<const W: usize> Rendering<'_, '_, W>
 where
     Simd: Runs<W>,
 {
-    /// Gives its pixels from number `first` on what a ray sees that meets nothing.
+    /// Gives its pixels from number `first` on the background.
     fn show_background(&self, first: u32, target: &mut Target<'_>) {
         if let (Kind::Screen(screen), 0) = (self.view.kind(), first) {
             let past = self.past(screen, (0.0, 0.0));
@@ -65,14 +65,14 @@ impl<const W: usize> Renderer<'_, W>
 where
     Simd: Runs<W>,
 {
-    /// The same renderer with a [level of detail](Self::with_level_of_detail), and with samples no
-    /// farther apart than what an acuity makes out: in the periphery not every pixel has a ray.
+    /// Returns the same renderer with a [level of detail](Self::with_level_of_detail), and with
+    /// samples as far apart as `acuity` resolves: in the periphery not every pixel has a ray.
     ///
     /// Samples are 1, 2, 4, 8 or at most [`LARGEST_STRIDE`] pixels apart, on the view's own grid,
     /// by squares of 32 pixels a side or their quarters. Where neighbouring samples show different
     /// things or light, two more halvings of their distance follow. Pixels between samples of one
-    /// instance are interpolated; others have what the nearest sample sees. Where samples are a
-    /// pixel apart, around the line of sight, every pixel is what it would be without.
+    /// instance are interpolated; others take the nearest sample's. Where samples are a pixel
+    /// apart, around the line of sight, every pixel is the same as without foveation.
     #[must_use]
     pub fn with_foveation(self, lod: LevelOfDetail, acuity: Acuity) -> Self
     where
@@ -94,8 +94,8 @@ where
         }
     }
 
-    /// How many pixels the samples around pixel (x, y) of a view are apart, before they are
-    /// refined: a power of two, 1 where every pixel has its own or the view has no such pixel.
+    /// Returns the stride around pixel (x, y) of a view, before refinement: a power of two; 1 if
+    /// every pixel has a sample, or the view has no such pixel.
     pub fn stride(&self, view: &View, x: u32, y: u32) -> u32 {
         let (width, height) = (1, 1);
         let tile = Tile {
@@ -178,7 +178,7 @@ where
                 self.rendering(view, tile, patch).render(&mut work);
                 work.begun.pixels == tile.area()
             } else {
-                Seeing::render(piece, self, view, &mut work)
+                SquareRenderer::render(piece, self, view, &mut work)
             };
             if is_finished {
                 job.end_part(before);
@@ -211,9 +211,9 @@ where
         });
     }
 
-    /// Gives the pixels of a square what a ray sees that meets nothing.
+    /// Gives the pixels of a square the background.
     pub(super) fn show_background(&self, view: &View, square: Tile, target: &mut Target<'_>) {
-        // Done in blocks as high as the square.
+        // In blocks as high as the square.
         for column in (0..square.width).step_by(BLOCK as usize) {
             let part = Tile {
                 x: square.x + column,
@@ -231,7 +231,7 @@ where
     }
 }
 
-/// The largest stride that the acuity does not make out; 1 at a dome master's rim.
+/// Returns the largest stride that the acuity does not resolve; 1 at a dome master's rim.
 fn stride(acuity: &Acuity, gaze: &Gaze, view: &View, (x, y): (u32, u32), side: u32) -> u32 {
     let towards = |right: u32, below: u32| {
         let place = |first: u32, by: u32| (first + by) as f32 - 0.5;
@@ -253,7 +253,7 @@ fn stride(acuity: &Acuity, gaze: &Gaze, view: &View, (x, y): (u32, u32), side: u
         .map(|corner| angle(middle, *corner))
         .fold(0.0, max);
     let eccentricity = angle(middle, gaze.line_of_sight().forward()) - reach;
-    // Sides of a few degrees: an angle's chord is as long to a few thousandths.
+    // Sides span a few degrees: a chord equals its angle to a few thousandths.
     let sides = corners.into_iter().zip([right, last, below, first]);
     let longest = sides
         .map(|(from, to)| (to - from).dot(to - from))
@@ -267,7 +267,7 @@ fn stride(acuity: &Acuity, gaze: &Gaze, view: &View, (x, y): (u32, u32), side: u
     stride
 }
 
-/// Angle between two unit vectors, radians.
+/// Returns the angle between two unit vectors, radians.
 fn angle(a: Vec3, b: Vec3) -> f32 {
     let across = a.cross(b);
     libm::atan2f(sqrt(across.dot(across)), a.dot(b))

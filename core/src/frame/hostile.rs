@@ -4,7 +4,7 @@ use super::*;
 use crate::capture::{Mapping, SpheroidMirror};
 use crate::gaze::Acuity;
 use crate::gaze::hostile::gazes;
-use crate::hostile::{Numbers, a_ray, finite, finite_or_error, torment};
+use crate::hostile::{Numbers, a_ray, finite, finite_or_error, with_hostile_numbers};
 use crate::shape::Ray;
 use glam::{Mat3, Vec3};
 use std::vec::Vec;
@@ -57,7 +57,7 @@ fn views(n: &mut Numbers) -> Vec<View> {
 
 #[test]
 fn views_of_any_numbers_have_finite_rays() {
-    torment(|n| {
+    with_hostile_numbers(|n| {
         let (x, y) = (n.next(3.0), n.next(4.0));
         let is_near = n.within(64.0);
         for view in views(n) {
@@ -76,7 +76,7 @@ fn views_of_any_numbers_have_finite_rays() {
 fn pixels_of_any_views_and_gazes_are_finite() {
     let bytes = crate::ball::scene();
     let scene = Scene::<4>::from_bytes(bytes.as_bytes()).unwrap();
-    torment(|n| {
+    with_hostile_numbers(|n| {
         let (level, acuity) = (n.next(0.5), Acuity::new(n.next(0.02), n.next(0.001)));
         let (views, gazes) = (views(n), gazes(n));
         let mut workspace = Workspace::new();

@@ -1,4 +1,4 @@
-//! Samples of a square of pixels, and what lies between them.
+//! Samples of a square of pixels, and the pixels between them.
 
 mod batch;
 mod cell;
@@ -33,15 +33,15 @@ struct Lattice {
     nodes: [[Node; STEPS + 1]; STEPS + 1],
 }
 
-/// Which pixels of a square are traced.
+/// The traced pixels of a square.
 enum Field {
     All,
     /// A bit for each traced pixel of its blocks of 8×8, by row, then column.
     Some([[u64; 4]; 4]),
 }
 
-/// How a square is rendered.
-pub(super) struct Seeing<'r, 'a, const W: usize> {
+/// Renders the pieces of a square of pixels.
+pub(super) struct SquareRenderer<'r, 'a, const W: usize> {
     renderer: &'r Renderer<'a, W>,
     view: &'r View,
     lod: &'r LevelOfDetail,
@@ -56,7 +56,7 @@ impl Lattice {
         &self.nodes[row % (STEPS + 1)][column % (STEPS + 1)]
     }
 
-    /// The corner samples of a block of `step` steps a side.
+    /// Returns the corner samples of a block of `step` steps a side.
     fn corners(&self, (column, row): (usize, usize), step: usize) -> [&Node; 4] {
         let (right, below) = (column + step, row + step);
         [
@@ -76,7 +76,7 @@ impl Lattice {
     }
 }
 
-/// Whether the corners of a block see different things, or very different light.
+/// Returns whether the corners of a block see different objects, or very different light.
 fn differs(corners: &[&Node; 4]) -> bool {
     let mut traced = corners.iter().filter(|node| node.class != SKIPPED);
     let Some(first) = traced.next() else {
@@ -100,7 +100,7 @@ fn differs(corners: &[&Node; 4]) -> bool {
             .any(|(least, most)| most - least > CONTRAST * (most + least) + UNSEEN)
 }
 
-/// Fills the piece's part of a block with what its corners see.
+/// Fills the piece's part of a block from the samples at its corners.
 fn fill(
     grid: &Grid,
     corners: &[&Node; 4],
@@ -154,7 +154,7 @@ fn between(none: Pixel, all: Pixel, share: f32) -> Pixel {
     none.zip(all, |none, all| none + (all - none) * share)
 }
 
-/// What is seen between four corners: `None` past all objects.
+/// Returns the pixel between four corners; `None` if they see no object there.
 fn seen_between(corners: &[&Node; 4], right: f32, down: f32) -> Option<Pixel> {
     let (left, up) = (1.0 - right, 1.0 - down);
     let shares = [left * up, right * up, left * down, right * down];
@@ -175,7 +175,7 @@ fn seen_between(corners: &[&Node; 4], right: f32, down: f32) -> Option<Pixel> {
             all += share;
         }
     }
-    // On an edge, where the only corner of this class has no share.
+    // On an edge where the only corner of this class has no share.
     if !(all > 0.0) {
         let seen = corners.iter().find(|node| node.class == class);
         return seen.map(|node| node.pixel);
@@ -185,13 +185,13 @@ fn seen_between(corners: &[&Node; 4], right: f32, down: f32) -> Option<Pixel> {
 }
 
 impl Piece {
-    /// The pixels at the corners of its square's samples.
+    /// Returns the pixels at the corners of its square's samples.
     fn corners(&self) -> [(u32, u32); 4] {
         let ((x, y), side) = (self.corner, self.side);
         [(x, y), (x + side, y), (x, y + side), (x + side, y + side)]
     }
 
-    /// Where the samples of its square lie in the field.
+    /// Returns where the samples of its square lie in the field.
     fn region(&self, lod: &LevelOfDetail, view: &View) -> Region {
         let Kind::Screen(screen) = view.kind() else {
             return Region::Mixed;
@@ -201,7 +201,7 @@ impl Piece {
         lod.gaze.region_between(&corners)
     }
 
-    /// Whether nine points of its square are in the field: cheaper than all levels.
+    /// Returns whether nine points of its square are in the field: cheaper than all levels.
     fn is_inside(&self, lod: &LevelOfDetail, view: &View) -> bool {
         let ((x, y), half) = (self.corner, self.side / 2);
         (0..9u32).all(|number| {
@@ -213,11 +213,12 @@ impl Piece {
     }
 }
 
-impl<'r, 'a, const W: usize> Seeing<'r, 'a, W>
+impl<'r, 'a, const W: usize> SquareRenderer<'r, 'a, W>
 where
     Simd: Runs<W>,
 {
-    /// Renders a piece whose samples are apart; false where the budget ends before the last.
+    /// Renders a piece with a stride above 1; returns false if the budget ends before the last
+    /// sample.
     // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
     pub(super) fn render(
@@ -300,7 +301,7 @@ where
         }
     }
 
-    /// Whether any sample of a square may hit anything.
+    /// Returns whether any sample of a square may hit anything.
     fn may_hit(&self, piece: &Piece, screen: &Screen, work: &mut Work<'_>) -> bool {
         let around = spread(self.renderer.settings.samples);
         let ((x, y), side) = (piece.corner, piece.side);
@@ -311,7 +312,7 @@ where
         tracer.may_hit(screen.eye, &corners, work.budget, work.workspace)
     }
 
-    /// Traces the requested samples. False where the budget ends before.
+    /// Traces the requested samples; returns false if the budget ends before the last.
     fn trace_lattice(&self, lattice: &mut Lattice, work: &mut Work<'_>) -> bool {
         let mut batch = Batch::NONE;
         let mut from = 0;
@@ -335,13 +336,13 @@ where
         }
     }
 
-    /// Whether the budget ends here. One sample a pixel is finished once it is begun.
+    /// Returns whether the budget ends here. With one sample a pixel, a begun pixel is finished.
     fn ends(&self, work: &Work<'_>) -> bool {
         let budget = &*work.budget;
         budget.is_exhausted() || self.renderer.settings.samples > 1 && budget.is_spent()
     }
 
-    /// Detail of the pixel at a place, which may be past the view's borders.
+    /// Returns the detail of a pixel, which may be past the view's borders.
     fn detail(&self, (x, y): (u32, u32)) -> Option<RayDetail> {
         let most = self.renderer.most;
         match self.region {
@@ -357,7 +358,7 @@ where
         }
     }
 
-    /// Number of rays that the requested samples take.
+    /// Returns the number of rays that the requested samples take.
     fn rays(&self, grid: &mut Grid) -> u64 {
         let (mut rays, mut from) = (0, 0);
         while let Some((column, row)) = grid.next(&mut from) {
@@ -367,7 +368,7 @@ where
         rays * u64::from(self.renderer.settings.samples)
     }
 
-    /// Which pixels of a square are traced.
+    /// Returns the traced pixels of a square.
     fn field(&self, piece: &Piece) -> Field {
         if self.is_inside {
             return Field::All;
@@ -388,7 +389,7 @@ where
 }
 
 impl Field {
-    /// Whether it has a pixel of the view.
+    /// Returns whether a pixel of the view is in the piece.
     fn has(&self, piece: &Piece, (x, y): (u32, u32)) -> bool {
         match self {
             Self::All => true,

@@ -94,7 +94,7 @@ impl<S: OnePoint> Kernel<8> for SeePast<'_, S> {
     }
 }
 
-/// As [`SeePast`], written straight to the target; `None` where a row cannot be computed.
+/// Writes [`SeePast`]'s pixels straight to the target; `None` if a row cannot be computed.
 pub(super) struct CopyPast<'r, 't, 'p, S> {
     pub(super) past: SeePast<'r, S>,
     pub(super) target: &'t mut Target<'p>,

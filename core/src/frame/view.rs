@@ -58,7 +58,7 @@ impl View {
         Dome::new(projection, pose, size).map(|dome| Self(Kind::Dome(dome)))
     }
 
-    /// As [`dome`](Self::dome), with the rim in the pixels next to its outside.
+    /// Returns the view of [`dome`](Self::dome), with the rim shown in the pixels next to its outside.
     pub(super) fn surroundings(
         projection: DomeProjection,
         pose: DomePose,

@@ -138,7 +138,7 @@ impl Acuity {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hostile::{finite, finite_or_error, torment};
+    use crate::hostile::{finite, finite_or_error, with_hostile_numbers};
 
     #[test]
     fn what_is_no_acuity_is_refused() {
@@ -158,7 +158,7 @@ mod tests {
 
     #[test]
     fn acuities_of_any_numbers_grow_outwards() {
-        torment(|n| {
+        with_hostile_numbers(|n| {
             let factor = n.next(2.0);
             let steeper = Acuity::GUENTER.steeper(factor);
             assert!((Acuity::GUENTER.slope()..=Acuity::STEEPEST).contains(&steeper.slope()));

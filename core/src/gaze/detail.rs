@@ -1,67 +1,66 @@
-/// What a level buys: the depth, the polygons and the wavelengths of a ray tree.
+/// The detail of a ray tree by its level: bounces, polygons and wavelengths.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct Detail(f32);
 
 impl Detail {
-    /// Everything: level 1.
+    /// Full detail: level 1.
     pub const FULL: Self = Self(1.0);
 
-    /// Nothing: level 0.
+    /// No detail: level 0.
     pub const NONE: Self = Self(0.0);
 
-    /// The detail of a level from 0 to 1; `None` for others and NaN.
+    /// Returns the detail of a level from 0 to 1; `None` for other levels and NaN.
     pub fn of_level(level: f32) -> Option<Self> {
         (0.0..=1.0).contains(&level).then_some(Self(level))
     }
 
-    /// The level, 0 to 1.
+    /// Returns the level, 0 to 1.
     pub const fn level(self) -> f32 {
         self.0
     }
 
-    /// Whether there is a ray at all: the level is above 0.
+    /// Returns whether a ray is traced: the level is above 0.
     pub fn is_traced(self) -> bool {
         self.0 > 0.0
     }
 
-    /// Reflections and refractions along a path, of `most`: equation 9,
-    /// rounded down, since step 6 of the paper ends a path where their number
-    /// "exceeds" it. All of them only at level 1.
+    /// Returns the reflections and refractions along a path, at most `most`:
+    /// equation 9, rounded down, since step 6 of the paper ends a path when their
+    /// number "exceeds" it. Only level 1 has `most`.
     pub fn bounces(self, most: u8) -> u8 {
         (self.0 * f32::from(most)) as u8
     }
 
-    /// Faces of a mesh: equation 10 in steps of two faces, which is what a
-    /// closed mesh loses at a time. From `range`'s least to its most, which
+    /// Returns the faces of a mesh: equation 10 in steps of two faces, since a
+    /// closed mesh loses two at a time. From `range`'s least to its most, which
     /// level 1 always gets.
     pub fn faces(self, range: FaceRange) -> u32 {
-        // 32 bits after the point: exact down to level 2⁻⁸, and far below any
-        // face beyond.
+        // 32 fractional bits: exact down to level 2⁻⁸; below that the error is far
+        // less than a face.
         let level = (self.0 * 4_294_967_296.0) as u64;
         // No overflow: the difference is below 2³².
         let removed = u64::from(range.max - range.min) * level;
         let pairs = removed.saturating_add(1 << 32) >> 33;
-        // The last pair of an odd number is a single face.
+        // An odd number ends with a single face.
         (u64::from(range.min) + 2 * pairs).min(u64::from(range.max)) as u32
     }
 
-    /// Wavelengths among which a pixel's samples are split, of `most`: `most`
-    /// at level 1, 1 towards the field's rim, 0 where nothing is traced.
+    /// Returns the number of wavelengths of a pixel's samples: `most` at level 1, 1
+    /// towards the field's rim, 0 where nothing is traced.
     pub fn wavelengths(self, most: u8) -> u8 {
         let more = f32::from(most.saturating_sub(1)) * self.0;
         u8::from(self.is_traced()).min(most) + more as u8
     }
 }
 
-/// The least and the most faces that a mesh is shown with: `N_min` and `N_max`
-/// of equation 10.
+/// The least and the most faces of a mesh: `N_min` and `N_max` of equation 10.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FaceRange {
     min: u32,
     max: u32,
 }
 
-/// Why two numbers make no range of faces.
+/// Why two numbers are not a range of faces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -76,7 +75,7 @@ pub enum FaceRangeError {
 }
 
 impl FaceRange {
-    /// From `min` to `max` faces.
+    /// Returns the range from `min` to `max` faces.
     ///
     /// # Errors
     /// A `min` that is 0 or above `max`.
@@ -90,12 +89,12 @@ impl FaceRange {
         }
     }
 
-    /// Faces at level 0.
+    /// Returns the faces at level 0.
     pub const fn min(self) -> u32 {
         self.min
     }
 
-    /// Faces at level 1.
+    /// Returns the faces at level 1.
     pub const fn max(self) -> u32 {
         self.max
     }

@@ -1,7 +1,7 @@
 //! Gazes of any numbers, for tests.
 
 use super::{Boundary, Gaze, LineOfSight, VisualField, VisualFieldLimits};
-use crate::hostile::{Numbers, finite, finite_or_error, is_unit, torment};
+use crate::hostile::{Numbers, finite, finite_or_error, is_unit, with_hostile_numbers};
 use crate::simd::{Kernel, Lanes, Runs, Simd};
 use glam::Vec3;
 use std::vec::Vec;
@@ -55,7 +55,7 @@ impl Kernel<8> for Levels<'_> {
 
 #[test]
 fn gazes_of_any_numbers_have_levels_from_0_to_1() {
-    torment(|n| {
+    with_hostile_numbers(|n| {
         let direction = n.vector([0.1, 0.2, -1.0]);
         let [x, y, z] = [0.1, 0.2, -1.0].map(|usual| [(); 8].map(|()| n.next(usual)));
         for gaze in gazes(n) {

@@ -132,7 +132,7 @@ fn clamped_reciprocal(d: Vec3, least: f32) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hostile::{a_ray, finite, torment};
+    use crate::hostile::{a_ray, finite, with_hostile_numbers};
 
     #[test]
     fn axis_parallel_rays_on_a_face_are_inside() {
@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn intervals_of_any_rays_and_boxes_are_numbers() {
-        torment(|n| {
+        with_hostile_numbers(|n| {
             let Some(ray) = a_ray(n) else {
                 return;
             };

@@ -127,7 +127,7 @@ impl Spheroid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hostile::{a_ray, finite, is_unit, torment};
+    use crate::hostile::{a_ray, finite, is_unit, with_hostile_numbers};
 
     #[test]
     fn radii_have_a_range() {
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn spheroids_of_any_numbers_give_finite_hits_and_normals() {
-        torment(|n| {
+        with_hostile_numbers(|n| {
             let (ray, point) = (a_ray(n), n.vector([0.3, 0.1, -0.2]));
             let Some(spheroid) = Spheroid::new(n.next(0.5), n.next(2.0)) else {
                 return;

@@ -233,11 +233,11 @@ fn greater(a: Vec3, b: Vec3) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hostile::{a_ray, finite, torment};
+    use crate::hostile::{a_ray, finite, with_hostile_numbers};
 
     #[test]
     fn hits_of_any_rays_and_triangles_are_finite() {
-        torment(|n| {
+        with_hostile_numbers(|n| {
             let ray = a_ray(n);
             let corners = [[-1.0, -1.0, -3.0], [1.0, -1.0, -3.0], [0.0, 1.0, -3.0]];
             let triangle = Triangle(corners.map(|corner| n.vector(corner)));

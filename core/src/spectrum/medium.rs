@@ -281,14 +281,14 @@ fn index_error(square: f32, squared: f32) -> MediumError {
     MediumError::Index { nm, squared }
 }
 
-/// λ² in square micrometres of λ in nanometres.
+/// Returns λ² in square micrometres, from λ in nanometres.
 #[inline]
 fn square_micrometres(nm: f32) -> f32 {
     let micrometres = nm / 1.0e3;
     micrometres * micrometres
 }
 
-/// B·λ²/(λ² − C); none of a term that there is not.
+/// Returns a term of the sum, B·λ²/(λ² − C); 0 for an unused term, whose B is 0.
 #[inline]
 fn contribution((b, c): (f32, f32), square: f32) -> f32 {
     if b == 0.0 {
@@ -301,7 +301,7 @@ fn contribution((b, c): (f32, f32), square: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hostile::{finite, finite_or_error, torment};
+    use crate::hostile::{finite, finite_or_error, with_hostile_numbers};
     use std::string::ToString;
 
     #[test]
@@ -369,7 +369,7 @@ mod tests {
 
     #[test]
     fn media_of_any_numbers_have_an_index_all_over_their_range() {
-        torment(|n| {
+        with_hostile_numbers(|n| {
             let nm = n.next(550.0);
             for (_, medium) in Medium::NAMED {
                 assert!(medium.index(nm) >= 1.0);

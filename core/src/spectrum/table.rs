@@ -228,7 +228,7 @@ fn settle(samples: &mut [SpectralSample]) {
 mod tests {
     use super::super::MatchingTable;
     use super::*;
-    use crate::hostile::{finite, finite_or_error, torment};
+    use crate::hostile::{finite, finite_or_error, with_hostile_numbers};
     use std::string::ToString;
 
     /// Without Z.
@@ -297,7 +297,7 @@ mod tests {
 
     #[test]
     fn tables_of_any_numbers_are_finite() {
-        torment(|n| {
+        with_hostile_numbers(|n| {
             let range = [n.next(400.0), n.next(700.0)];
             let offset = n.next(0.5);
             let Some(wavelengths) = finite_or_error(Wavelengths::new(5, range)) else {

@@ -1,28 +1,29 @@
-//! Wavelengths: taken only where a ray first enters a dispersive medium.
+//! Wavelengths: chosen when a ray first enters a dispersive medium.
 
 use super::sample::Sample;
 use crate::spectrum::{Medium, SpectralSample, SpectralTable};
 use core::num::NonZeroU32;
 use glam::Vec3;
 
-/// Which wavelengths rays have: red, green and blue together until a ray first enters a medium
-/// whose index depends on the wavelength; from there one ray for each wavelength that the sample
-/// takes. Where the gaze leaves a pixel less detail, neighbouring wavelengths go as one.
+/// The wavelengths of rays: a ray carries all colours until it first enters a medium whose index
+/// depends on the wavelength; from there one ray follows for each wavelength of the sample. In
+/// pixels of less detail, neighbouring wavelengths share a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Spectrum<'a> {
     /// No dispersion: media have the index of the d line, 587.5618 nm, for all colours.
     #[default]
     Rgb,
-    /// The samples of a pixel take turns, so that all together have each wavelength equally;
-    /// which come first, and the phase, differ from pixel to pixel.
+    /// The samples of a pixel take wavelengths in turn, so that together they have each equally
+    /// often; the first wavelength and the phase differ from pixel to pixel.
     Comb {
         /// The wavelengths.
         table: SpectralTable<'a>,
-        /// How many each sample takes, evenly spread; more where samples are too few. With all
-        /// (255 will do) every sample is white.
+        /// Wavelengths for each sample, evenly spread; more if a pixel has too few samples. With
+        /// all wavelengths (255 always suffices) every sample is white.
         each: u8,
     },
-    /// All rays have this wavelength, nanometres, from the eye on: a picture of Kishioka's method.
+    /// All rays have this wavelength, nanometres, from the eye on: one picture of Kishioka's
+    /// method.
     Single(f32),
 }
 
@@ -35,16 +36,16 @@ pub enum Spectrum<'a> {
     .wavelengths[0], .wavelengths[1], .known[0], .known[1]
 )]
 pub struct SpectrumError {
-    /// The number of the medium that is not known at some of its wavelengths.
+    /// Number of the medium whose index is not known at some wavelength of the spectrum.
     pub medium: usize,
-    /// The range in which it is known: nanometres.
+    /// Range in which the medium's index is known: nanometres.
     pub known: [f32; 2],
-    /// The spectrum's: nanometres.
+    /// Range of the spectrum: nanometres.
     pub wavelengths: [f32; 2],
 }
 
 impl<'a> Spectrum<'a> {
-    /// Number of wavelengths that a dispersive medium may distinguish.
+    /// Returns the number of wavelengths that a dispersive medium may distinguish.
     pub(crate) fn count(&self) -> u8 {
         match self {
             Self::Rgb | Self::Single(_) => 1,
@@ -73,7 +74,7 @@ impl<'a> Spectrum<'a> {
         Ok(())
     }
 
-    /// The wavelength that all rays have; 0 where they are of all.
+    /// Returns the wavelength of all rays; 0 if rays carry all colours.
     pub(super) const fn single(&self) -> f32 {
         match self {
             Self::Single(nm) => *nm,
@@ -81,7 +82,7 @@ impl<'a> Spectrum<'a> {
         }
     }
 
-    /// The part of `groups` wavelengths that a sample takes; `None` for one group.
+    /// Returns a sample's part of `groups` groups of wavelengths; `None` for one group.
     pub(super) fn part(&self, sample: Sample, groups: u8) -> Option<Part<'a>> {
         let groups = u32::from(groups).min(u32::from(self.count()));
         let groups = NonZeroU32::new(groups).filter(|groups| groups.get() > 1)?;
@@ -90,10 +91,10 @@ impl<'a> Spectrum<'a> {
         match self {
             Self::Rgb | Self::Single(_) => None,
             Self::Comb { table, each } => {
-                // Whole rounds, each in a phase of its own; samples that are
-                // left over share the last one's.
+                // Each whole round has a phase of its own; the samples left over share
+                // the last round's.
                 let round_length = groups.get().div_ceil(u32::from(*each).max(1)).min(count);
-                // It is not 0; the compiler is to see it.
+                // Never 0: `max` shows it to the compiler.
                 let round_length = round_length.max(1);
                 let rounds = count / round_length;
                 let round = (index / round_length).min(rounds - 1);
@@ -115,10 +116,10 @@ impl<'a> Spectrum<'a> {
     }
 }
 
-/// Step from one turn to the next: a prime above all lengths of rounds.
+/// Step from one turn to the next: a prime above every round's length.
 const STRIDE: u32 = 67;
 
-/// By how many turns a round starts late, so that a wavelength goes over the whole pixel.
+/// Returns the turns by which a round is shifted, so that a wavelength visits the whole pixel.
 const fn rotation(round: u32, round_length: u32) -> u32 {
     if round_length.is_multiple_of(2) && round_length > 0 {
         round + round / round_length
@@ -127,25 +128,25 @@ const fn rotation(round: u32, round_length: u32) -> u32 {
     }
 }
 
-/// Wavelengths that one sample of a pixel takes.
+/// The wavelengths of one sample of a pixel.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Part<'a> {
-    /// Samples of the phase, by wavelength.
+    /// Spectral samples of the phase, by wavelength.
     samples: &'a [SpectralSample],
-    /// Samples that stand for the whole phase.
+    /// Spectral samples that stand for the whole phase.
     pub(super) broad: &'a [SpectralSample],
-    /// Parts of the phase that are told apart.
+    /// Number of groups in the phase.
     groups: NonZeroU32,
-    /// The next that it takes.
+    /// The next group to take.
     next: u32,
-    /// To the one after it.
+    /// Step to the group after it.
     step: u32,
-    /// What each counts for, so that the mean of the pixel's samples is white.
+    /// Weight of each, so that the mean of the pixel's samples is white.
     factor: f32,
 }
 
 impl Part<'_> {
-    /// How many it still has.
+    /// Returns the number of wavelengths left.
     pub(super) fn count(&self) -> u32 {
         self.groups
             .get()
@@ -153,7 +154,7 @@ impl Part<'_> {
             .div_ceil(self.step.max(1))
     }
 
-    /// The next, and its colour.
+    /// Returns the next wavelength and its colour.
     pub(super) fn next(&mut self) -> Option<SpectralSample> {
         if self.next >= self.groups.get() {
             return None;
@@ -166,17 +167,17 @@ impl Part<'_> {
         })
     }
 
-    /// All that it still has.
+    /// Returns all wavelengths left.
     pub(super) fn rest(mut self) -> impl Iterator<Item = SpectralSample> {
         core::iter::from_fn(move || self.next())
     }
 
-    /// Whether it takes all.
+    /// Returns whether it takes all groups.
     pub(super) const fn is_whole(&self) -> bool {
         self.step == 1
     }
 
-    /// One of the groups, at its middle wavelength with the colours of all.
+    /// Returns a group's middle wavelength with the sum of its colours.
     fn group(&self, group: u32) -> SpectralSample {
         let count = self.samples.len() as u32;
         let first = (group * count / self.groups) as usize;
@@ -193,14 +194,14 @@ impl Part<'_> {
     }
 }
 
-/// What the samples of a pixel lack to be white together, and the light that makes it up.
+/// White less the colours of a pixel's samples, and the light that fills this difference.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Balance {
-    /// Sum over samples of what their wavelengths lack to be white.
+    /// Sum over samples of white less their wavelengths' colours.
     missing: Vec3,
     /// Sum over samples of the mean light of their wavelengths.
     light: Vec3,
-    /// How many have wavelengths.
+    /// Number of samples with wavelengths.
     samples: u16,
 }
 
@@ -219,7 +220,7 @@ impl Balance {
         }
     }
 
-    /// Adds that of a sample, which is then none.
+    /// Adds a sample's balance and resets it.
     #[inline(always)]
     pub(crate) fn take(&mut self, from: &mut Self) {
         if from.samples != 0 {
@@ -230,7 +231,7 @@ impl Balance {
         }
     }
 
-    /// What the sum of the pixel's samples lacks.
+    /// Returns the light that the sum of the pixel's samples lacks.
     pub(crate) fn light(&self) -> Vec3 {
         if self.samples == 0 {
             return Vec3::ZERO;

@@ -1,4 +1,4 @@
-/// Where a ray meets a mesh.
+/// A ray's hit on a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshHit {
     /// Distance in units of the ray's direction, 0 or more.
@@ -20,7 +20,7 @@ impl MeshHit {
         lane: 0,
     };
 
-    /// Takes `other` where it is nearer, or as near with a lower number.
+    /// Takes `other` if it is nearer, or equally near with a lower number.
     #[inline(always)]
     pub(crate) fn take_nearer(&mut self, other: Self) {
         if other.t < self.t || (other.t == self.t && other.triangle < self.triangle) {
@@ -29,14 +29,14 @@ impl MeshHit {
     }
 }
 
-/// Where a ray meets the scene: the nearest point; among equally near points that of the
-/// lowest instance, then of the lowest triangle.
+/// A ray's nearest hit in the scene. Among equally near hits, the one of the lowest instance
+/// counts, then of the lowest triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// Number of the instance.
     pub instance: u32,
-    /// Distance, and the triangle; for other shapes than meshes 0 on the way
-    /// in and 1 on the way out.
+    /// Distance and triangle; shapes other than meshes have triangle 0 where the
+    /// ray enters and 1 where it leaves.
     pub on: MeshHit,
 }
 
@@ -47,9 +47,9 @@ impl Hit {
     };
 }
 
-/// What a search looks for.
+/// The goal of a search.
 pub(super) trait Goal: Copy {
-    /// Whether any hit ends the search, not only the nearest.
+    /// Returns whether any hit ends the search, not only the nearest.
     fn is_any(self) -> bool;
 }
 
@@ -75,7 +75,7 @@ impl Goal for Any {
     }
 }
 
-/// Whether it is any hit, at run time: one compiled walk for both goals.
+/// A goal chosen at run time, any hit if true: one compiled walk serves both goals.
 impl Goal for bool {
     #[inline(always)]
     fn is_any(self) -> bool {

@@ -1,20 +1,20 @@
-//! What each effect of a picture cost.
+//! The cost of each effect of a picture.
 
 use crate::scene::EffectSet;
 
-/// What one effect did.
+/// Counts of one effect.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Entry {
-    /// Pixels in whose ray trees it was carried out.
+    /// Pixels whose ray trees had the effect.
     pub pixels: u64,
-    /// Rays that were traced for it and nothing else.
+    /// Rays traced for this effect alone.
     pub rays: u64,
-    /// What those took: nodes visited and primitives tested. Each ray counts
+    /// Steps of those rays: nodes visited and primitives tested. Each ray counts
     /// once, for the effect that sent it.
     pub steps: u64,
 }
 
-/// What each effect did in the pixels that were rendered with this ledger.
+/// Counts of each effect in the pixels that were rendered with this ledger.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Ledger {
     /// One entry per effect, by the number of its bit.
@@ -24,7 +24,7 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// A ledger without pixels.
+    /// Returns a ledger without pixels.
     pub const EMPTY: Self = Self {
         entries: [Entry {
             pixels: 0,
@@ -69,12 +69,12 @@ impl Entry {
     }
 }
 
-/// Receives what shading does.
+/// Receives the effects and rays of shading.
 pub(super) trait Record {
-    /// Effects of some bits are carried out.
+    /// Takes note that the effects with these bits are shaded.
     fn touch(&mut self, effects: u32);
 
-    /// A ray was traced for the effect of a bit's number.
+    /// Takes note of a ray traced for the effect with bit number `cause`.
     fn ray(&mut self, cause: u8, steps: u64);
 }
 

@@ -348,9 +348,8 @@ where
         self.simd.run_along(ray, search)
     }
 
-    /// The nearest triangles along many rays, one after the other, handed to `take` in the rays'
-    /// order, and the number of steps of all; faster than a call of [`nearest`](Self::nearest) for
-    /// each.
+    /// Calls `take` for each ray, in order, with its nearest triangle, and returns the number of
+    /// steps of all; faster than a call of [`nearest`](Self::nearest) for each.
     #[inline]
     pub fn nearest_of_each(
         &self,
@@ -361,8 +360,8 @@ where
         self.each(Nearest, rays, stack, take)
     }
 
-    /// As [`nearest_of_each`](Self::nearest_of_each), with any triangle along a ray for the
-    /// nearest: see [`any`](Self::any).
+    /// Calls `take` for each ray, in order, with whether it meets any triangle, and returns the
+    /// number of steps of all: see [`any`](Self::any).
     #[inline]
     pub fn any_of_each(
         &self,

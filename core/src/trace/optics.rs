@@ -104,7 +104,7 @@ fn critical(m: f32, n: f32, cos: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hostile::{finite, is_unit, torment};
+    use crate::hostile::{finite, is_unit, with_hostile_numbers};
     use crate::numeric::normalize;
     use proptest::prelude::*;
 
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn directions_of_any_unit_vectors_and_indices_are_unit_vectors() {
-        torment(|n| {
+        with_hostile_numbers(|n| {
             let (direction, normal) = (n.vector([0.6, -0.8, 0.0]), n.vector([0.0, 1.0, 0.0]));
             let units = normalize(direction).zip(normalize(normal));
             let (from, to) = (n.next(1.0), n.next(1.5));

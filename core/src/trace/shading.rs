@@ -1,6 +1,6 @@
 //! Whitted's ray tree (1980), on an explicit stack.
 //!
-//! Compiled for a set of effects: what is not in it has no code here.
+//! Compiled for a set of effects; effects outside the set have no code.
 
 mod fan;
 mod light;
@@ -24,8 +24,8 @@ use fan::Fan;
 use glam::Vec3;
 use light::Incidence;
 
-/// Rays that add less than this to every channel of a pixel are not traced: a quarter of a step of
-/// an eight-bit picture. At a clear body's border the other ray has their share.
+/// Least weight of a ray in some channel of a pixel: a quarter of a step of an eight-bit picture.
+/// Lighter rays are not traced; at a clear body's border the other ray gets their share.
 pub const LEAST_WEIGHT: f32 = 1.0 / 1024.0;
 
 /// A primary ray that hits something.
@@ -44,7 +44,7 @@ pub(super) type Shade<const W: usize> = for<'r, 's> fn(
     &'r mut Workspace,
 ) -> Pixel;
 
-/// As [`Tracer::radiance_from`](super::Tracer::radiance_from), compiled for some effects.
+/// Does what [`Tracer::radiance_from`](super::Tracer::radiance_from) does; compiled for `EFFECTS`.
 pub(super) fn shade_tree<const W: usize, const EFFECTS: u32>(
     searcher: &Searcher<'_, W>,
     primary: &PrimaryRay<'_>,
@@ -57,7 +57,7 @@ where
     shade_and_record::<W, EFFECTS, ()>(searcher, primary, budget, workspace, &mut ())
 }
 
-/// As [`shade_tree`], and records what each effect does.
+/// Does what [`shade_tree`] does, and records what each effect does.
 #[inline(always)]
 pub(super) fn shade_and_record<const W: usize, const EFFECTS: u32, R: Record>(
     searcher: &Searcher<'_, W>,
@@ -101,26 +101,26 @@ where
     tree.trace(first, primary.hit)
 }
 
-/// Effects that are counted whenever a ray meets a surface that has them.
+/// Effects that are recorded whenever a ray meets a surface that has them.
 const OF_SURFACES: u32 = effect::GRATICULE | effect::EMISSION | TEXTURES;
 
-/// The number of an effect's bit.
+/// Returns the number of an effect's bit.
 const fn place(bit: u32) -> u8 {
     bit.trailing_zeros() as u8
 }
 
-/// How a ray tree is shaded, for the effects of some bits.
+/// What a ray tree is shaded with; compiled for the effects in `EFFECTS`.
 #[derive(Clone, Copy)]
 struct Shading<'t, 'a, const W: usize, const EFFECTS: u32> {
     searcher: &'t Searcher<'a, W>,
     detail: RayDetail,
     sample: Sample,
-    /// The tracer's effects, as far as this code is compiled for them.
+    /// Those of the tracer's effects that this code is compiled for.
     effects: u32,
 }
 
 impl<const W: usize, const EFFECTS: u32> Shading<'_, '_, W, EFFECTS> {
-    /// Chooses the rays that leave a border; one that is not traced gives its share to the other.
+    /// Chooses the rays that leave a border; a ray too light to trace gives its share to the other.
     fn sides(&self, at: &Arrival<'_>, through: Vec3, back: Vec3) -> Sides {
         let counts = |share: Vec3| (at.weight * share).max_element() >= LEAST_WEIGHT;
         // A ray reflected into the body at the last bounce would end inside it.
@@ -137,7 +137,7 @@ impl<const W: usize, const EFFECTS: u32> Shading<'_, '_, W, EFFECTS> {
         Sides { through, back }
     }
 
-    /// The refraction from or to air at one wavelength (`nm`), or for all (0).
+    /// Returns the refraction from or to air at one wavelength, `nm`, or at all (0).
     fn refraction(&self, at: &Arrival<'_>, nm: f32) -> Refraction {
         let material = at.surface.material;
         let own = if EFFECTS & effect::DISPERSION != 0
@@ -154,7 +154,7 @@ impl<const W: usize, const EFFECTS: u32> Shading<'_, '_, W, EFFECTS> {
     }
 }
 
-/// A ray where it meets the border of a clear body, or a mirror.
+/// A ray's arrival at the border of a clear body, or at a mirror.
 struct Arrival<'a> {
     surface: Surface<'a>,
     /// Direction of the ray, unit length.
@@ -162,7 +162,7 @@ struct Arrival<'a> {
     /// Shading normal on the ray's side, unit length.
     normal: Vec3,
     inside: bool,
-    /// What the ray's light counts for in the pixel on arrival.
+    /// Weight of the ray's light in the pixel, on arrival.
     weight: Vec3,
     uncovered: f32,
     /// Number of bounces of its child rays.
@@ -191,12 +191,12 @@ impl Arrival<'_> {
         self.next(reflected, weight, uncovered, cause)
     }
 
-    /// The share of light that the border lets through.
+    /// Returns the share of light that the border lets through.
     fn let_through(&self, refraction: &Refraction) -> Vec3 {
         Vec3::from_array(self.surface.material.transmission) * refraction.transmittance
     }
 
-    /// The refracted ray, with a share of the light; `None` on total reflection.
+    /// Returns the refracted ray, with a share of the light; `None` on total reflection.
     fn refracted(&self, refraction: &Refraction, share: Vec3, cause: u32) -> Option<Pending> {
         let uncovered = self.uncovered * share.max_element();
         self.next(refraction.direction?, self.weight * share, uncovered, cause)
@@ -209,7 +209,7 @@ struct Sides {
     back: Option<Vec3>,
 }
 
-/// A ray tree that is traced: what it is traced with, and what its rays have gathered.
+/// A ray tree under way: what it is traced with, and the light that its rays have gathered.
 struct RayTree<'t, 'a, const W: usize, const EFFECTS: u32, R> {
     shading: Shading<'t, 'a, W, EFFECTS>,
     budget: &'t mut Budget,
@@ -229,7 +229,7 @@ struct RayTree<'t, 'a, const W: usize, const EFFECTS: u32, R> {
     reflected: Vec3,
     /// Mean light over the sample's wavelengths, each counted without its colour.
     through: Vec3,
-    /// What the sample's wavelengths lack to sum to white; `None` without a fan.
+    /// White less the sum of the sample's wavelengths; `None` without a fan.
     missing: Option<Vec3>,
 }
 
@@ -237,12 +237,12 @@ impl<'a, const W: usize, const EFFECTS: u32, R: Record> RayTree<'_, 'a, W, EFFEC
 where
     Simd: Runs<W>,
 {
-    /// Whether this is compiled for an effect.
+    /// Returns whether this is compiled for an effect.
     const fn has(bits: u32) -> bool {
         EFFECTS & bits != 0
     }
 
-    /// Traces a primary ray, whose hit is known, and all that follow from it.
+    /// Traces a primary ray, whose hit is known, and all its descendants.
     #[inline(always)]
     fn trace(&mut self, mut next: Pending, hit: Hit) -> Pixel {
         let (searcher, rung) = (self.shading.searcher, self.shading.detail.rung);
@@ -400,7 +400,8 @@ where
         }
     }
 
-    /// The effect that a ray is counted for: dispersion from a fan's second wavelength on.
+    /// Returns the effect that a ray is recorded for: `own`, or dispersion from a fan's second
+    /// wavelength on.
     #[inline(always)]
     fn cause(&self, own: u32) -> u32 {
         if Self::has(effect::DISPERSION) && self.share > 0.0 && !self.is_first {

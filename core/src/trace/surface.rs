@@ -1,4 +1,4 @@
-//! The surface at a hit: where exactly, which way it faces, what it is.
+//! The surface at a hit: exact point, normals, material.
 
 use super::graticule;
 use super::hit::Hit;
@@ -22,12 +22,13 @@ pub(super) struct Surface<'a> {
     pub(super) material: &'a Material,
     /// Coordinates on the material's texture; 0 without a texture or its effect.
     pub(super) coordinate: [f32; 2],
-    /// How far from the surface `point` may be after the instance's maps: metres.
+    /// Error bound of `point`, its distance from the surface after the instance's maps: metres.
     error: f32,
 }
 
 impl<'a> Surface<'a> {
-    /// The surface, by effects of some bits; `None` only if the scene's bytes are inconsistent.
+    /// Returns the surface at a hit; `effects` are bits of the effects to consider. `None` only if
+    /// the scene's bytes are inconsistent.
     // Longer than 80 lines: each step needs what those before it found.
     pub(super) fn new<const W: usize, const EFFECTS: u32>(
         scene: &Scene<'a, W>,
@@ -80,7 +81,7 @@ impl<'a> Surface<'a> {
             if graticule::is_between::<EFFECTS>(effects, material, point) {
                 return Some(Self::between_lines(to_world(point)));
             }
-            // A point near the origin is no more exact than others.
+            // A point near the origin has the same absolute error as others.
             let reach = map3([a, b, c], |corner| largest_magnitude(to_world(corner)));
             let reach = max(reach[0], max(reach[1], reach[2]));
             let coordinate = if is_textured(material) && mesh.coordinate_count > 0 {
@@ -111,8 +112,8 @@ impl<'a> Surface<'a> {
                 largest_magnitude(to_world(point)),
             )
         };
-        // A triangle without area is met where it closes a seam of its mesh: either facing
-        // shows light, not the background.
+        // A triangle without area is hit only where it closes a seam of its mesh: whichever way
+        // it faces, it shows light and not the background.
         let geometric_normal =
             world_normal(instance, normal).or_else(|| normalize(-ray.direction()))?;
         let point = to_world(point);
@@ -132,7 +133,7 @@ impl<'a> Surface<'a> {
         })
     }
 
-    /// A black and opaque surface, which nothing leaves.
+    /// Returns a black, opaque surface, which no ray leaves.
     fn between_lines(point: Vec3) -> Self {
         Self {
             point,
@@ -144,10 +145,10 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Unit roundoffs: the weighted corners, both maps, and the triangle test.
+    /// Error bound in unit roundoffs, for the weighted corners, both maps and the triangle test.
     const SLACK: f32 = 32.0;
 
-    /// Where a ray towards `direction` starts, clear of this surface.
+    /// Returns where a ray towards `direction` starts, clear of this surface.
     #[inline]
     pub(super) fn start(&self, direction: Vec3) -> Vec3 {
         let side = if direction.dot(self.geometric_normal) >= 0.0 {
@@ -159,7 +160,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// Texture coordinates of a point of a triangle, from the corners' weights.
+/// Returns the texture coordinates of a point of a triangle, from the corners' weights.
 #[inline(always)]
 fn coordinate<const W: usize>(
     scene: &Scene<'_, W>,
@@ -182,7 +183,7 @@ fn coordinate<const W: usize>(
 fn world_normal(instance: &Instance, normal: Vec3) -> Option<Vec3> {
     let [x, y, z, _] = instance.object_from_world;
     let [x, y, z] = map3([x, y, z], Vec3::from_array);
-    // Unit first: the products of tiny triangles' edges underflow.
+    // Normalised first, since products of tiny triangles' edges underflow.
     let normal = normalize(normal)?;
     normalize(Vec3::new(x.dot(normal), y.dot(normal), z.dot(normal)))
 }

@@ -1,13 +1,13 @@
-//! Blocks of 64 rays from one eye, through the scene together.
+//! Blocks of 64 rays from one eye, traced together.
 //!
-//! One interval test a node discards the children that no ray of the block can
-//! enter; those left are tested by eight rays at a time. Every ray's own test
-//! is the one that it would take alone, so its hit is the same, bit for bit;
-//! only culling is coarser, and conservatively so.
+//! One interval test for each node discards the children that no ray of the block
+//! can enter; eight rays at a time test the others. A ray takes the same tests as
+//! when traced alone, so its hit is the same, bit for bit; only culling is
+//! coarser, and never discards a child that a ray enters.
 //!
 //! Rays go together only if their directions have the same signs and, in the frame of a mesh,
-//! the same main axis. Other instances, and shapes that are not meshes, are put on a list and
-//! traced ray by ray afterwards; the nearest hit does not depend on the order.
+//! the same main axis. Other instances, and shapes that are not meshes, go on a list and
+//! are traced ray by ray afterwards; the nearest hit does not depend on the order.
 
 mod may_hit;
 mod search;
@@ -22,19 +22,19 @@ use heapless::Vec;
 pub(super) use may_hit::{MOST_NODES, MayHit};
 pub(super) use search::{ALL_INSTANCES, TileInMeshSearch, TileSearch};
 
-/// Groups of a tile, and rays of a group.
+/// Number of groups in a tile, and of rays in a group.
 const EIGHT: usize = 8;
 
-/// One number for each ray: by group, then lane.
+/// A number for each ray, by group, then lane.
 type PerRay = [[f32; EIGHT]; EIGHT];
 
-/// The three numbers of one ray.
+/// Returns the three numbers of one ray.
 #[inline(always)]
 fn of_ray([x, y, z]: &[PerRay; 3], group: usize, lane: usize) -> [f32; 3] {
     map3([x, y, z], |numbers| numbers[group % EIGHT][lane % EIGHT])
 }
 
-/// The three numbers of each ray of a group.
+/// Returns the three numbers of each ray of a group.
 #[inline(always)]
 fn of_group([x, y, z]: &[PerRay; 3], group: usize) -> [&[f32; EIGHT]; 3] {
     map3([x, y, z], |numbers| &numbers[group % EIGHT])
@@ -57,25 +57,25 @@ enum Rungs {
     Own(u8, u8, [[u8; EIGHT]; EIGHT]),
 }
 
-/// Rung of a ray that is not to be traced.
+/// Rung of a ray that is not traced.
 pub(crate) const NOT_TRACED: u8 = u8::MAX;
 
-/// Group and lane of a place: a group is four columns wide and two rows high.
+/// Returns the group and lane of a place: a group is four columns wide and two rows high.
 #[inline(always)]
 const fn place(column: usize, row: usize) -> (usize, usize) {
     ((row & 6) | (column >> 2 & 1), (row & 1) << 2 | (column & 3))
 }
 
 impl TileRays {
-    /// Rays next to each other, which go together most closely.
+    /// Number of groups, each of eight neighbouring rays.
     pub(crate) const GROUPS: usize = EIGHT;
 
-    /// Columns and rows of a group's rays.
+    /// Returns the columns and rows of a group's rays.
     pub(crate) fn places_of_group(group: usize) -> impl Iterator<Item = (usize, usize)> {
         (0..EIGHT).map(move |lane| ((group & 1) << 2 | (lane & 3), (group & 6) | lane >> 2))
     }
 
-    /// Rays from `origin` along `direction(column, row)`, each from 0 to 7,
+    /// Returns rays from `origin` along `direction(column, row)`, each from 0 to 7,
     /// through the finest meshes.
     #[inline(always)]
     pub fn new(origin: Vec3, mut direction: impl FnMut(usize, usize) -> Vec3) -> Self {
@@ -93,7 +93,7 @@ impl TileRays {
         rays
     }
 
-    /// Rays from `origin` whose rows are still to be set.
+    /// Returns rays from `origin` whose rows are still to be set.
     #[inline(always)]
     pub(crate) const fn without_directions(origin: Vec3) -> Self {
         Self {
@@ -118,14 +118,14 @@ impl TileRays {
         }
     }
 
-    /// The same rays through the meshes of a rung.
+    /// Returns the same rays through the meshes of a rung.
     #[must_use]
     pub const fn on_rung(mut self, rung: u8) -> Self {
         self.rungs = Rungs::Equal(rung);
         self
     }
 
-    /// The same rays, each on its own rung, by row, then column, or `NOT_TRACED`.
+    /// Returns the same rays, each on its own rung, by row, then column, or `NOT_TRACED`.
     pub(crate) fn on_rungs(mut self, rungs: &[[u8; EIGHT]; EIGHT]) -> Self {
         let mut own = [[NOT_TRACED; EIGHT]; EIGHT];
         for (row, rungs) in rungs.iter().enumerate() {
@@ -152,7 +152,7 @@ impl TileRays {
         self
     }
 
-    /// The rung that a ray sees; `None` for one that is not to be traced.
+    /// Returns the rung that a ray sees; `None` for a ray that is not traced.
     #[inline(always)]
     pub(super) fn rung(&self, group: usize, lane: usize) -> Option<u8> {
         match &self.rungs {
@@ -163,7 +163,7 @@ impl TileRays {
         }
     }
 
-    /// The groups with a ray for which `test` holds.
+    /// Returns the groups with a ray for which `test` holds.
     #[inline(always)]
     fn groups_with(own: &[[u8; EIGHT]; EIGHT], test: impl Fn(u8) -> bool) -> u8 {
         let mut groups = 0;
@@ -177,7 +177,7 @@ impl TileRays {
         groups
     }
 
-    /// The groups with a ray that is to be traced.
+    /// Returns the groups with a ray that is traced.
     #[inline(always)]
     fn groups(&self) -> u8 {
         match &self.rungs {
@@ -186,7 +186,7 @@ impl TileRays {
         }
     }
 
-    /// The ray at a place, columns and rows from 0 to 7, or `None` where it cannot be
+    /// Returns the ray at a place, columns and rows from 0 to 7; `None` if it cannot be
     /// traced.
     #[inline(always)]
     pub fn at(&self, column: usize, row: usize) -> Option<Ray> {
@@ -204,7 +204,7 @@ impl TileRays {
     }
 }
 
-/// Instances to be traced ray by ray: number, and a bit for each group that reaches it.
+/// Instances to trace ray by ray: number, and a bit for each group that reaches it.
 type Deferred = Vec<(u32, u8), 16>;
 
 /// The hits of the rays of a tile.
@@ -215,7 +215,7 @@ pub struct TileHits {
     leaf: [[u32; EIGHT]; EIGHT],
     lane: [[u8; EIGHT]; EIGHT],
     instance: [[u32; EIGHT]; EIGHT],
-    /// The farthest hit of each group.
+    /// Distance of the farthest hit of each group.
     limit: [f32; EIGHT],
     pub(super) deferred: Deferred,
 }
@@ -231,7 +231,7 @@ impl TileHits {
         deferred: Vec::new(),
     };
 
-    /// The hits before any search; rays that are not traced have an unbeatable one.
+    /// Returns the hits before any search; a ray that is not traced has a hit that none replaces.
     pub(super) fn none_of(rays: &TileRays) -> Self {
         let mut hits = Self::NONE;
         if let Rungs::Own(_, _, own) = &rays.rungs {
@@ -241,13 +241,13 @@ impl TileHits {
         hits
     }
 
-    /// Excludes rays of some groups from the search, by group and lane.
+    /// Excludes those rays of some groups from the search for which `rays(group, lane)` holds.
     #[inline(always)]
     fn exclude(&mut self, groups: u8, rays: impl Fn(usize, usize) -> bool) {
         self.restore(&[[-1.0; EIGHT]; EIGHT], groups, rays);
     }
 
-    /// Includes these rays again, with their hits as before.
+    /// Includes these rays again, with their hits before the exclusion.
     #[inline(always)]
     fn restore(&mut self, t: &PerRay, groups: u8, rays: impl Fn(usize, usize) -> bool) {
         for group in 0..EIGHT {
@@ -263,7 +263,7 @@ impl TileHits {
         }
     }
 
-    /// The nearest hit of the ray at a place, columns and rows from 0 to 7.
+    /// Returns the nearest hit of the ray at a place, columns and rows from 0 to 7.
     #[inline(always)]
     pub fn at(&self, column: usize, row: usize) -> Option<Hit> {
         if column >= EIGHT || row >= EIGHT {

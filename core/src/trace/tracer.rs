@@ -1,4 +1,4 @@
-//! Rays through a scene: what they meet and what comes back along them.
+//! Rays through a scene: their nearest hits, and the light that comes back along them.
 
 use super::background;
 use super::budget::Budget;
@@ -28,7 +28,7 @@ impl<'a, const W: usize> Tracer<'a, W>
 where
     Simd: Runs<W>,
 {
-    /// A tracer that follows at most `depth` reflections and refractions after one another,
+    /// Returns a tracer that follows at most `depth` reflections and refractions in a row,
     /// never more than [`MAX_DEPTH`], through the finest meshes, with every effect.
     pub fn new(scene: Scene<'a, W>, simd: Simd, depth: u8) -> Self
     where
@@ -37,9 +37,9 @@ where
         <Simd as crate::Runs<W>>::tracer(scene, simd, depth)
     }
 
-    /// As [`new`](Self::new), with the shading compiled for the effects of some
-    /// [bits](EffectSet::bits): the same picture, bit for bit, where the scene asks for no others.
-    /// Others are left out as their constants in [`EffectSet`] say.
+    /// Returns a tracer like [`new`](Self::new)'s, with the shading compiled for the effects in
+    /// [bits](EffectSet::bits): the same picture, bit for bit, if the scene asks for no others. For
+    /// a scene without an effect, see the effect's constant in [`EffectSet`].
     pub fn for_effects<const EFFECTS: u32>(scene: Scene<'a, W>, simd: Simd, depth: u8) -> Self {
         Self {
             searcher: Searcher {
@@ -57,15 +57,15 @@ where
         }
     }
 
-    /// The same tracer without some effects.
+    /// Returns the same tracer without some effects.
     #[must_use]
     pub const fn without(mut self, effects: EffectSet) -> Self {
         self.searcher.effects = self.searcher.effects.difference(effects);
         self
     }
 
-    /// The same tracer with wavelengths, where the scene asks for dispersion and
-    /// the tracer carries it out. Without, all rays are [`Spectrum::Rgb`].
+    /// Returns the same tracer with a spectrum, if the scene asks for dispersion and
+    /// the tracer has code for it; otherwise all rays are [`Spectrum::Rgb`].
     ///
     /// # Errors
     /// A wavelength outside the range of a medium of the scene.
@@ -80,35 +80,35 @@ where
         Ok(self)
     }
 
-    /// The effects that it carries out if the scene asks for them.
+    /// Returns the effects that it carries out if the scene asks for them.
     pub const fn effects(&self) -> EffectSet {
         self.searcher.effects
     }
 
-    /// The same tracer for rays through the meshes of a rung.
+    /// Returns the same tracer for rays through the meshes of a rung.
     #[must_use]
     pub const fn at_rung(mut self, rung: u8) -> Self {
         self.searcher.detail.rung = rung;
         self
     }
 
-    /// The instruction set it uses.
+    /// Returns the instruction set it uses.
     pub const fn simd(&self) -> Simd {
         self.searcher.simd
     }
 
-    /// The detail of its own rays.
+    /// Returns the detail of its own rays.
     pub const fn detail(&self) -> RayDetail {
         self.searcher.detail
     }
 
-    /// The scene.
+    /// Returns the scene.
     pub const fn scene(&self) -> &Scene<'a, W> {
         &self.searcher.scene
     }
 
     /// Finds the nearest hit. A search that [exhausts](Budget::is_exhausted) the budget
-    /// returns the nearest of the hits that it came to.
+    /// returns the nearest of the hits found so far.
     pub fn nearest(&self, ray: &Ray, budget: &mut Budget, workspace: &mut Workspace) -> Option<Hit>
     where
         Simd: crate::Runs<W>,
@@ -116,9 +116,9 @@ where
         <Simd as crate::Runs<W>>::nearest(self, ray, budget, workspace)
     }
 
-    /// Whether any ray from `origin` may meet anything, if its direction is, component by
-    /// component, between four `corners`. False only where none does on any rung; true, too, where
-    /// corners differ in sign or are no numbers, or the budget ends. At most 16 steps.
+    /// Returns whether a ray from `origin` may meet anything, if its direction is, component by
+    /// component, between four `corners`. False only if none does on any rung; true, too, if
+    /// corners differ in sign or are NaN, or the budget ends. Takes at most 16 steps.
     #[inline(always)]
     pub fn may_hit(
         &self,
@@ -130,8 +130,8 @@ where
         self.searcher.may_hit(origin, corners, budget, workspace)
     }
 
-    /// The nearest hits of the rays of a tile, through the meshes of their own
-    /// rungs: those that [`nearest`](Self::nearest) finds, and faster.
+    /// Finds the nearest hits of the rays of a tile, through the meshes of their own
+    /// rungs: the same as by [`nearest`](Self::nearest), but faster.
     #[inline(always)]
     pub fn nearest_of_tile(
         &self,
@@ -142,7 +142,7 @@ where
         self.searcher.nearest_of_tile(rays, budget, workspace)
     }
 
-    /// Whether anything blocks light between the ray's start and `limit`, in
+    /// Returns whether anything blocks light between the ray's start and `limit`, in
     /// units of its direction.
     pub fn is_occluded(
         &self,
@@ -157,16 +157,16 @@ where
         <Simd as crate::Runs<W>>::is_occluded(self, ray, limit, budget, workspace)
     }
 
-    /// The light that comes back along a ray from the eye.
+    /// Returns the light that comes back along a ray from the eye.
     pub fn radiance(&self, ray: &Ray, budget: &mut Budget, workspace: &mut Workspace) -> Pixel {
         let detail = self.searcher.detail;
         let pixel = self.radiance_with(ray, detail, Sample::ALONE, budget, workspace);
-        // A ray alone is white: no pixel takes this balance.
+        // A single ray has all wavelengths: its balance goes to no pixel.
         workspace.balance = Balance::NONE;
         pixel
     }
 
-    /// As [`radiance`](Self::radiance), with a detail of its own, as a pixel's sample.
+    /// Returns the light along a ray that is a pixel's `sample`, with a detail of its own.
     pub(crate) fn radiance_with(
         &self,
         ray: &Ray,
@@ -180,7 +180,7 @@ where
         self.radiance_from(ray, hit, detail, sample, budget, workspace)
     }
 
-    /// As [`radiance_with`](Self::radiance_with), for a primary ray whose hit is known.
+    /// Does what [`radiance_with`](Self::radiance_with) does, for a primary ray whose hit is known.
     pub(crate) fn radiance_from(
         &self,
         ray: &Ray,
@@ -205,7 +205,7 @@ where
         }
     }
 
-    /// As [`radiance_with`](Self::radiance_with), recording what each effect does. Slower.
+    /// Does what [`radiance_with`](Self::radiance_with) does, and records each effect. Slower.
     pub(crate) fn radiance_and_record(
         &self,
         ray: &Ray,
@@ -230,11 +230,11 @@ where
         shade_and_record::<W, ALL, Ledger>(searcher, &primary, budget, workspace, ledger)
     }
 
-    /// The background along a direction from the eye.
+    /// Returns the background along a direction from the eye.
     pub(crate) fn missed(&self, direction: Vec3) -> Pixel {
         let background = self.searcher.scene.background();
         let light = background::colour(background, direction) * background.alpha;
-        // Same rounding as the alpha of a ray tree.
+        // Rounds alpha as a ray tree does.
         Pixel::new(light, 1.0 - (1.0 - background.alpha))
     }
 }

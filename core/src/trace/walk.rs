@@ -1,7 +1,7 @@
 //! The walk down one tree, closest children first.
 //!
-//! Machines without vector registers test all children at once too: most children of a node
-//! that is reached are entered, so leaving at the first axis does not pay.
+//! Machines without vector registers also test every axis of all children: a ray enters most
+//! children of a node, so leaving a test at the first axis does not pay.
 
 use super::stack::{TraversalStack, Work};
 use crate::numeric::map3;
@@ -9,12 +9,12 @@ use crate::scene::format::{INDEX, LEAF, Node};
 use crate::shape::Slabs;
 use crate::simd::Lanes;
 
-/// What to do at the leaves of a tree.
+/// Visits the leaves of a tree.
 pub(super) trait Visitor<const W: usize> {
-    /// The farthest distance that still counts. It only shrinks.
+    /// Returns the farthest distance that still counts. It only shrinks.
     fn limit(&self) -> f32;
 
-    /// Looks into a leaf that the ray enters at `near`. True ends the walk.
+    /// Tests a leaf that the ray enters at `near`. True ends the walk.
     fn leaf<L: Lanes<W>>(&mut self, lanes: L, child: u32, near: f32, path: &mut Path<'_>) -> bool;
 }
 
@@ -102,7 +102,7 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
         );
         let hit = lanes.le(near, far);
         let hits = lanes.bits(hit);
-        // An only child that is a node needs no order either.
+        // A single child that is a node needs no order either.
         if hits.is_power_of_two() {
             let child = node.child[hits.trailing_zeros() as usize & (W - 1)];
             if child & LEAF == 0 {
@@ -112,7 +112,7 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
         }
         // The walk goes on with the nearest child without pushing it.
         let mut nearest = None;
-        // No hits need no sorting.
+        // Without children hit there is nothing to sort.
         if hits != 0 {
             // The stack of a checked scene is never full.
             let free = path
@@ -175,7 +175,7 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
     }
 }
 
-/// Where a ray crosses one of the six planes of each child.
+/// Returns where a ray crosses one of the six planes of each child.
 #[inline(always)]
 fn distance<const W: usize, L: Lanes<W>>(
     lanes: L,
@@ -184,12 +184,13 @@ fn distance<const W: usize, L: Lanes<W>>(
     reciprocal: L::F,
     offset: L::F,
 ) -> L::F {
-    // At most 5; the remainder tells the compiler without a branch.
+    // At most 5: the remainder shows that to the compiler without a branch.
     let planes = lanes.load(&node.planes[plane.min(5)]);
     lanes.sub(lanes.mul(planes, reciprocal), offset)
 }
 
-/// A ray's numbers for one axis, in every lane. Not a closure, which may not be inlined.
+/// Returns a ray's numbers for one axis, in every lane. Not a closure: the compiler might not
+/// inline one.
 #[inline(always)]
 fn coefficients<const W: usize, L: Lanes<W>>(
     lanes: L,
@@ -200,7 +201,7 @@ fn coefficients<const W: usize, L: Lanes<W>>(
     (lanes.splat(reciprocal), lanes.splat(near), lanes.splat(far))
 }
 
-/// The record that a leaf reference names.
+/// Returns the index of the record that a leaf reference names.
 #[inline(always)]
 pub(super) const fn leaf_index(child: u32) -> u32 {
     child & INDEX

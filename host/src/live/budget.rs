@@ -23,7 +23,7 @@ pub enum FrameBudget {
     PaperScaled,
 }
 
-/// Text that is no budget: what is wrong, and what to give.
+/// The error for a text that is not a budget: what is wrong, and what to give.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{0}")]
 pub struct BudgetError(String);

@@ -1,8 +1,9 @@
 //! Renders a frame on all cores within a budget of steps, without allocating.
 //!
-//! The budget is dealt to tiles before they are rendered, from the line of sight outwards, by the
-//! steps that each took in the frame before; what tiles leave over goes to others in further
-//! rounds. All depends on steps alone: a frame is the same on any number of threads.
+//! Before tiles are rendered, each gets an allotment of the budget, from the line of sight
+//! outwards, by the steps that it took in the frame before. Further rounds allot what is left over
+//! to unfinished tiles. Allotments depend on steps alone: a frame is the same on any number of
+//! threads.
 
 mod capture;
 mod deal;
@@ -28,20 +29,24 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use threads::{Plan, Shared, pairs};
 
-/// The most rounds in which a budget is dealt to the same tiles.
+/// Most rounds in which a frame's budget is allotted to its tiles.
 const MOST_ROUNDS: u32 = 8;
 
-/// Below the cosine of any angle: sorts after all tiles of screens.
+/// Sort key of a dome master's tiles: below any cosine, so that they come after the screens' tiles.
 const LAST_IN_ORDER: f32 = -3.0;
 
+/// Steps that a finished tile is expected to take in the next frame beyond those of this one.
 const LEAST_EXPECTED: u64 = 8;
 
-/// One part in so many of the fovea's expected steps is kept back for it.
+/// One part in this many of the fovea's expected steps is reserved for it.
 const RESERVE: u64 = 4;
 
+/// The tiles that a round allots steps to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Allotment {
+    /// The fovea's unfinished tiles.
     Fovea,
+    /// All unfinished tiles.
     All,
     /// All unfinished tiles, less a reserve for the fovea.
     AllButReserve,
@@ -49,8 +54,8 @@ enum Allotment {
 
 /// Renders frames of one scene for one set of screens.
 pub trait Engine {
-    /// Renders what these eyes see in at most `steps`, never one more; but with `whole_fovea` it
-    /// always finishes the [`FOVEA`](super::FOVEA) of eyes whose line of sight is known.
+    /// Renders what these eyes see in at most `steps` steps. With `whole_fovea` it always finishes
+    /// the [`FOVEA`](super::FOVEA) of eyes whose line of sight is known, and may take more.
     ///
     /// # Errors
     /// Other eyes than the engine was made for; an eye that does not see a screen.
@@ -62,10 +67,10 @@ pub trait Engine {
         whole_fovea: bool,
     ) -> Result<Rendered, RenderError>;
 
-    /// As [`render_frame`](Self::render_frame), without `whole_fovea`.
+    /// Does what [`render_frame`](Self::render_frame) does without `whole_fovea`.
     ///
     /// # Errors
-    /// As [`render_frame`](Self::render_frame).
+    /// Those of [`render_frame`](Self::render_frame).
     fn render(
         &mut self,
         eyes: &[Observer],
@@ -94,7 +99,7 @@ pub trait Engine {
     }
 
     /// Puts the newest frame's tiles into `tiles`, each with the number of its picture, in the
-    /// order in which they were dealt steps.
+    /// order in which they got their allotments.
     fn tiles(&self, tiles: &mut Vec<(usize, Tile)>);
 }
 
@@ -116,7 +121,7 @@ struct TileEngine<'e, 's, const W: usize> {
 pub struct Rendered {
     /// Steps taken.
     pub steps: u64,
-    /// Steps that all tiles would have taken, as far as is known.
+    /// Estimate of the steps that all tiles need.
     pub need: u64,
     /// Number of tiles.
     pub tiles: usize,
@@ -404,7 +409,7 @@ where
         self.shared.end.wait();
     }
 
-    /// Fills what the gaze skipped from the capture, once it is complete.
+    /// Fills the pixels that the gaze skipped from the capture, once that is complete.
     fn fill(&mut self) {
         let mut plan = self.shared.write();
         plan.fills = plan.capture.as_ref().is_some_and(LiveCapture::is_whole);

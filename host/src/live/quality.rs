@@ -1,4 +1,4 @@
-//! The qualities of frames: what each leaves out to be in time.
+//! The qualities of frames: the detail that each leaves out to be in time.
 
 use crate::render::Observer;
 use schemars::JsonSchema;
@@ -97,7 +97,7 @@ impl Quality {
             left: less(limits.left),
             right: less(limits.right),
         };
-        // Where rounding makes the limits equal to the centre's, the field stays.
+        // If rounding makes the limits equal to the centre's, the field stays.
         let field = VisualField::new(limits, field.boundary()).unwrap_or(field);
         let gaze = shisen_core::gaze::Gaze::new(lod.gaze.line_of_sight(), field);
         LevelOfDetail { gaze, ..lod }
@@ -151,7 +151,7 @@ mod tests {
                 let coarser = acuity.least_angle(e) > Acuity::GUENTER.least_angle(e);
                 assert_eq!(coarser, e > 0.0 && sampling >= LAST_RESORT);
             }
-            // The centre is whole all around: by the printed equation it is no circle.
+            // The centre must be whole all around: by the printed equation it is not a circle.
             let level = |degrees: f32, around: f32| {
                 let (sin, cos) = degrees.to_radians().sin_cos();
                 let direction = Vec3::new(sin * around.cos(), sin * around.sin(), -cos);

@@ -214,11 +214,11 @@ pub struct Waits {
     pub spread: Histogram<u64>,
 }
 
-/// One machine alone.
+/// A machine that shows all walls by itself.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Alone;
+pub struct SingleMachine;
 
-impl SwapLock for Alone {}
+impl SwapLock for SingleMachine {}
 
 #[cfg(test)]
 mod tests;

@@ -271,18 +271,19 @@ fn listen(mut feed: Feed, shared: &Shared, mut report: impl FnMut(TrackerEvent))
     }
 }
 
-/// The least number of samples a second that are used of more; at most twice as many are.
+/// Samples used per second of a tracker that sends more: at least this many, less than twice it.
 const USED: u64 = 1_000;
 
-/// The time over which the rate is measured; samples from a buffer, all at once, are no flood.
+/// Window over which the rate is measured: long enough that a buffer's samples, which come all at
+/// once, do not count as a flood.
 const OVER: Micros = Micros::from_millis(250);
 
-/// Chooses which samples are used of a sensor that sends more than an estimator is made for.
+/// Chooses the samples to use from a sensor that sends more than the estimator is made for.
 #[derive(Clone, Copy)]
 struct Thinning {
     since: Option<Micros>,
     counted: u64,
-    /// One sample in this many is used, by the recent rate.
+    /// One sample in this many is used.
     one_of: u64,
 }
 
@@ -293,7 +294,7 @@ impl Thinning {
         one_of: 1,
     };
 
-    /// Whether a sample is used that came at a time.
+    /// Returns whether to use a sample that came at `arrival`.
     fn uses(&mut self, arrival: Micros) -> bool {
         let passed = arrival.since(*self.since.get_or_insert(arrival));
         if passed >= OVER {

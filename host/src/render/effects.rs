@@ -1,4 +1,4 @@
-//! Which effects to carry out, and the shading that has them.
+//! The choice of effects, and the shading compiled for them.
 //!
 //! On a command line they are a list: `auto`, the effects that the scene asks for; `all`, every
 //! effect that is built; `-NAME` and `+NAME`, without and with one. An effect that the scene does
@@ -11,7 +11,7 @@ use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
 
-/// Which effects to carry out.
+/// A choice of effects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Effects {
     /// Every effect that is built, not only those that the scene asks for.
@@ -26,15 +26,15 @@ pub struct Effects {
 pub struct EffectsError(String);
 
 impl Effects {
-    /// What the scene asks for.
+    /// The effects that the scene asks for.
     pub const AUTO: Self = Self {
         everything: false,
         with: EffectSet::NONE,
         without: EffectSet::NONE,
     };
 
-    /// Everything that is built, whether the scene asks for it or not: the
-    /// same picture, at what it costs to ask everywhere.
+    /// Every effect that is built, even if the scene does not ask for it: the same
+    /// picture, at the cost of checking for each effect.
     pub const ALL: Self = Self {
         everything: true,
         ..Self::AUTO
@@ -56,7 +56,7 @@ impl Effects {
         self
     }
 
-    /// The effects carried out in a scene that asks for `asked`.
+    /// Returns the effects carried out in a scene that asks for `asked`.
     pub const fn of(&self, asked: EffectSet) -> EffectSet {
         let all = if self.everything {
             EffectSet::ALL
@@ -108,7 +108,7 @@ fn named(name: &str) -> Result<EffectSet, EffectsError> {
     })
 }
 
-/// The smallest set that shading with some effects is compiled for.
+/// Returns the smallest compiled set of effects that has those wanted.
 pub fn compiled_for(wanted: EffectSet) -> EffectSet {
     let mut sets = COMPILED.iter().copied();
     sets.find(|set| set.contains(wanted))

@@ -20,11 +20,11 @@ pub struct Account {
     pub pixels: u64,
 }
 
-/// Goes through what each eye sees on each wall and dome, and enters what each
-/// effect does. Slower than [`cave`](super::cave), whose rays it traces.
+/// Traces the rays of [`cave`](super::cave), and counts what each effect does. Slower
+/// than `cave`.
 ///
 /// # Errors
-/// As [`cave`](super::cave).
+/// Those of [`cave`](super::cave).
 pub fn account(
     scene: AnyScene<'_>,
     cave: &Cave,

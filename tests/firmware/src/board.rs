@@ -1,5 +1,5 @@
-//! The board: its serial ports, its clock and its memory. On another board this
-//! file and `memory.x` are what changes.
+//! The board: its serial ports, its clock and its memory. For another board, change
+//! this file and `memory.x`.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::scb::SystemHandler;
@@ -8,22 +8,23 @@ use cortex_m::peripheral::{NVIC, SCB, SYST};
 use cortex_m_rt::exception;
 use shisen_tracker::time::Micros;
 
-/// Where a scene is: the emulator puts it there, a real board has it in flash.
+/// Address of the scene: the emulator loads it there, a real board has it in flash.
 const SCENE: usize = 0x6000_0000;
-/// How much there is behind it.
+/// Bytes of memory from that address on.
 const SCENE_REGION: usize = 16 << 20;
 
-/// Bytes under the top of the stack in which its depth is looked for.
+/// Bytes below the top of the stack that are painted to measure its depth.
 const PAINTED: usize = 16 << 10;
 const PAINT: u32 = 0x5aa5_c33c;
 
-/// The clock counts at 25 MHz, and the emulator makes an instruction take 1 ns.
+/// Instructions for each tick: the clock counts at 25 MHz, and the emulator makes an instruction
+/// take 1 ns.
 pub const INSTRUCTIONS_PER_TICK: u32 = 40;
 const TICKS_PER_MICROSECOND: u64 = 25;
 /// The counter's range.
 const RELOAD: u32 = 0x00FF_FFFF;
 
-/// All bytes from where the scene is to the end of that memory.
+/// Returns all bytes from the scene's address to the end of that memory.
 pub fn scene_region() -> &'static [u8] {
     // SAFETY: the board has this memory, and nothing writes to it.
     unsafe { core::slice::from_raw_parts(SCENE as *const u8, SCENE_REGION) }
@@ -33,11 +34,11 @@ pub fn scene_region() -> &'static [u8] {
 #[derive(Clone, Copy)]
 pub struct Uart(usize);
 
-/// From the tracker.
+/// The tracker's port.
 pub const TRACKER: Uart = Uart(0x4000_4000);
-/// Reports and pixels out, orders in.
+/// The display's port: reports and pixels out, orders in.
 pub const DISPLAY: Uart = Uart(0x4000_5000);
-/// The log.
+/// The log's port.
 pub const LOG: Uart = Uart(0x4000_6000);
 
 impl Uart {
@@ -52,9 +53,9 @@ impl Uart {
     const RECEIVER_OVERRUN: u32 = 1 << 3;
     const RECEIVER_INTERRUPT: u32 = 1 << 1;
 
-    /// How often a full transmitter is looked at before what is to be sent is given up:
-    /// about a second. The emulator's goes on when its reader does, whom other programs
-    /// can keep waiting; a port with DMA needs none.
+    /// Number of looks at a full transmitter before the rest is dropped: about a second. The
+    /// emulator's transmitter waits for its reader, which other programs may hold up; a port
+    /// with DMA needs no such limit.
     const PATIENCE: u32 = 100_000_000;
 
     fn read(self, register: usize) -> u32 {
@@ -67,13 +68,13 @@ impl Uart {
         unsafe { ((self.0 + register) as *mut u32).write_volatile(value) }
     }
 
-    /// On, with an interrupt for each byte that comes in where that is wanted.
+    /// Turns the port on, with an interrupt for each received byte if `receives`.
     pub fn enable(self, receives: bool) {
         self.write(Self::DIVIDER, 16);
         self.write(Self::CONTROL, if receives { 0b1011 } else { 0b0001 });
     }
 
-    /// The byte that has come in, and whether others were lost before it.
+    /// Returns the byte that has come in, and whether others were lost before it.
     pub fn receive(self) -> Option<(u8, bool)> {
         self.write(Self::INTERRUPT, Self::RECEIVER_INTERRUPT);
         let state = self.read(Self::STATE);
@@ -87,8 +88,8 @@ impl Uart {
         Some((self.read(Self::DATA) as u8, lost))
     }
 
-    /// Sends bytes one after another. If nobody takes one, the rest is given up, so that
-    /// nothing waits for ever.
+    /// Sends bytes one after another. If the transmitter stays full, the rest is dropped, so that
+    /// the board never waits for ever.
     pub fn send(self, bytes: &[u8]) {
         for &byte in bytes {
             let mut left = Self::PATIENCE;
@@ -103,7 +104,7 @@ impl Uart {
     }
 }
 
-/// How often the counter has wrapped.
+/// Number of times that the counter has wrapped.
 static WRAPS: AtomicU32 = AtomicU32::new(0);
 
 #[exception]
@@ -115,7 +116,7 @@ fn SysTick() {
 pub struct Board(());
 
 impl Board {
-    /// Once: `None` afterwards.
+    /// Returns the board once, and `None` afterwards.
     pub fn take() -> Option<Self> {
         let mut peripherals = cortex_m::Peripherals::take()?;
         paint();
@@ -123,7 +124,7 @@ impl Board {
         clock.set_clock_source(SystClkSource::Core);
         clock.set_reload(RELOAD);
         clock.clear_current();
-        // SAFETY: before anything is interrupted. The count of wraps goes first.
+        // SAFETY: interrupts are still off. The count of wraps has the highest priority.
         unsafe { peripherals.SCB.set_priority(SystemHandler::SysTick, 0) };
         clock.enable_interrupt();
         clock.enable_counter();
@@ -133,35 +134,35 @@ impl Board {
         Some(Self(()))
     }
 
-    /// From now on bytes interrupt.
+    /// Turns on the interrupts for received bytes.
     pub fn listen(&self) {
         for line in [crate::line::TRACKER_RECEIVES, crate::line::DISPLAY_RECEIVES] {
-            // SAFETY: what the interrupts use is there from the start.
+            // SAFETY: the interrupts use statics only.
             unsafe { NVIC::unmask(line) };
         }
     }
 }
 
-/// Ticks since the start.
+/// Returns the ticks since the start.
 pub fn ticks() -> u64 {
     loop {
         let wraps = WRAPS.load(Ordering::Relaxed);
         let count = SYST::get_current();
         let pending = SCB::is_pendst_pending();
         if wraps == WRAPS.load(Ordering::Relaxed) {
-            // Within another interrupt a wrap may not have been counted yet.
+            // During another interrupt, a wrap may not be counted yet.
             let wraps = wraps + u32::from(pending && count > RELOAD / 2);
             return (u64::from(wraps) << 24) + u64::from(RELOAD - (count & RELOAD));
         }
     }
 }
 
-/// The time of [`ticks`].
+/// Returns the time at a number of [`ticks`].
 pub fn micros(ticks: u64) -> Micros {
     Micros(ticks / TICKS_PER_MICROSECOND)
 }
 
-/// Instructions between two times.
+/// Returns the instructions between two times.
 pub fn instructions(from: u64, to: u64) -> u64 {
     to.saturating_sub(from) * u64::from(INSTRUCTIONS_PER_TICK)
 }
@@ -175,16 +176,16 @@ unsafe extern "C" {
     static __vector_table: u32;
 }
 
-/// Bytes of flash and of static memory.
+/// Returns the bytes of flash and of static memory.
 pub fn sizes() -> (u32, u32) {
-    // Addresses that the linker gives; nothing is read.
+    // The linker gives these addresses; no memory is read.
     let at = |symbol: *const u32| symbol as u32;
     let (data, end) = (at(&raw const __sdata), at(&raw const __edata));
     let flash = at(&raw const __sidata) + (end - data) - at(&raw const __vector_table);
     (flash, at(&raw const __ebss) - data)
 }
 
-/// The part of the stack that is painted.
+/// Returns the part of the stack that is painted.
 fn stack() -> (*mut u32, *mut u32) {
     let top = &raw const _stack_start as *mut u32;
     (top.wrapping_byte_sub(PAINTED), top)
@@ -192,16 +193,16 @@ fn stack() -> (*mut u32, *mut u32) {
 
 fn paint() {
     let (mut at, _) = stack();
-    // Well below the frames of those who call.
+    // Well below the callers' stack frames.
     let end = cortex_m::register::msp::read() as usize - 256;
     while (at as usize) < end {
-        // SAFETY: memory under the stack pointer, that nobody uses.
+        // SAFETY: memory below the stack pointer, which is not in use.
         unsafe { at.write_volatile(PAINT) };
         at = at.wrapping_add(1);
     }
 }
 
-/// Bytes of the stack that have been used.
+/// Returns the bytes of the stack that have been used.
 pub fn stack_used() -> u32 {
     let (mut at, top) = stack();
     // SAFETY: memory of the stack.

@@ -1,4 +1,4 @@
-//! What is shown: the screens, the eyes before them, and how they are rendered.
+//! The display: its screens, the eyes in front of them, and the settings of rendering.
 
 use crate::say;
 use glam::Vec3;
@@ -7,31 +7,31 @@ use shisen_core::frame::{FlatScreen, LevelOfDetail, Part, Pictures, Renderer, Vi
 use shisen_core::gaze::{Gaze, HeadPose, LineOfSight, VisualField};
 use shisen_tracker::link::display::{Order, Rendering};
 
-/// Screens at most.
+/// Most screens.
 pub const MOST_SCREENS: usize = 6;
 /// Pixels a side of a tile.
 pub const TILE: u32 = 16;
 
-/// Pixels a side of the screens that nobody has told of.
+/// Pixels a side of the default screens.
 const SIDE: u32 = 64;
 
-/// Radians that the gaze may move in a frame unless told otherwise: 5°, beyond which the
-/// centre of the retina sees what was rendered for its surroundings.
+/// Default angle that the gaze may move in a frame, radians: 5°. Beyond it the centre of the
+/// retina sees pixels that were rendered for its surroundings.
 const RESTART_ANGLE: f32 = 0.087_266_46;
 
-/// What is shown, and how.
+/// The display's screens and settings.
 pub struct Display {
     screens: Vec<FlatScreen, MOST_SCREENS>,
-    /// How to render.
+    /// Settings of rendering.
     pub rendering: Rendering,
-    /// Orders obeyed; wraps.
+    /// Number of orders obeyed; wraps.
     pub orders: u8,
-    /// The dome master that was asked for.
+    /// The requested dome master, if any.
     pub capture: Option<(u16, Vec3)>,
 }
 
 impl Display {
-    /// Front, right and floor of a 3 m cube, in full, as the paper's method would.
+    /// Returns front, right and floor of a 3 m cube, rendered by the paper's method without a limit.
     pub fn new() -> Self {
         // Lower left, lower right and upper left, in half sides of the cube.
         const CORNERS: [[[f32; 3]; 3]; 3] = [
@@ -61,7 +61,7 @@ impl Display {
         }
     }
 
-    /// Obeys an order; one that makes no sense changes nothing.
+    /// Obeys an order; an invalid one changes nothing.
     pub fn obey(&mut self, order: &Order) {
         self.orders = self.orders.wrapping_add(1);
         match *order {
@@ -73,7 +73,7 @@ impl Display {
                 {}
             }
             Order::Screen { index, screen } => {
-                // One that can be seen from somewhere.
+                // A valid screen: some eye can see it.
                 let normal = screen
                     .row_step
                     .cross(screen.column_step)
@@ -89,7 +89,7 @@ impl Display {
                     say!(warn, "no steps for a frame: only the background is shown");
                 }
                 self.rendering = Rendering {
-                    // With none it would never come to an end.
+                    // With 0 steps a frame would never end.
                     slice: rendering.slice.max(1),
                     ..rendering
                 };
@@ -98,12 +98,12 @@ impl Display {
         }
     }
 
-    /// The screens.
+    /// Returns the screens.
     pub fn screens(&self) -> &[FlatScreen] {
         &self.screens
     }
 
-    /// Where the eyes of a head are, if they see all screens.
+    /// Returns the positions of a head's eyes, if they see all screens.
     pub fn eyes(&self, head: &HeadPose) -> Option<[Vec3; 2]> {
         let aside = head.orientation * (Vec3::X * (0.5 * self.rendering.eye_distance));
         let eyes = [head.position - aside, head.position + aside];
@@ -111,7 +111,7 @@ impl Display {
         self.screens.iter().all(sees).then_some(eyes)
     }
 
-    /// The screens as eyes see them, each along its own gaze.
+    /// Returns the screens as each eye sees them, along its own gaze.
     pub fn seen<'r, 'a>(
         &'r self,
         eyes: [Vec3; 2],
@@ -126,7 +126,7 @@ impl Display {
     }
 }
 
-/// What follows the gaze of an eye: nothing where the field has no end.
+/// Returns the level of detail for an eye's gaze; `None` if the field of full detail is everything.
 pub fn level_of_detail(eye: Vec3, forward: Vec3, up: Vec3, widen: f32) -> Option<LevelOfDetail> {
     let field = VisualField::PAPER.wider(widen)?;
     let sight = LineOfSight::new(eye, forward, up).ok()?;
@@ -137,13 +137,13 @@ pub fn level_of_detail(eye: Vec3, forward: Vec3, up: Vec3, widen: f32) -> Option
 pub struct Seen<'r, 'a> {
     screens: &'r [FlatScreen],
     eyes: [Vec3; 2],
-    /// Number of eyes.
+    /// Returns the number of eyes.
     count: usize,
     renderers: &'r [Renderer<'a, 4>; 2],
 }
 
 impl Seen<'_, '_> {
-    /// The screen and the eye of a picture.
+    /// Returns the screen and the eye of a picture.
     fn place(&self, number: usize) -> (usize, usize) {
         if self.count == 1 {
             (number, 0)
@@ -171,7 +171,7 @@ impl<'a> Pictures<'a, 4> for Seen<'_, 'a> {
     }
 }
 
-/// What a frame shows.
+/// The subject of a frame.
 pub enum Shown<'r, 'a> {
     /// The screens.
     Screens(Seen<'r, 'a>),

@@ -20,7 +20,7 @@ pub mod viewer;
 
 #[cfg(not(feature = "measure"))]
 unsafe extern "C" {
-    /// Nowhere: a firmware that may panic is not linked.
+    /// Defined nowhere: firmware with a path to a panic does not link.
     safe fn a_path_leads_to_a_panic() -> !;
 }
 
@@ -30,7 +30,7 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     a_path_leads_to_a_panic()
 }
 
-/// Says something by the log, where there is one.
+/// Writes to the log, if the firmware has one.
 #[macro_export]
 macro_rules! say {
     ($level:ident, $($argument:tt)*) => {{

@@ -1,4 +1,4 @@
-//! What comes in, byte by byte, from interrupts to the main loop.
+//! Queues that take received bytes from interrupts to the main loop.
 
 use crate::board::{self, DISPLAY, TRACKER, Uart};
 use core::cell::UnsafeCell;
@@ -6,7 +6,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::interrupt::InterruptNumber;
 use heapless::spsc::Queue;
 
-/// Bytes that wait at most; one place stays free.
+/// Size of a queue, of which one place stays free.
 const ROOM: usize = 256;
 
 /// An interrupt of the board.
@@ -15,28 +15,28 @@ pub struct Interrupt(u16);
 
 /// A byte from the tracker.
 pub const TRACKER_RECEIVES: Interrupt = Interrupt(0);
-/// A byte from whoever watches.
+/// A byte from the display's port.
 pub const DISPLAY_RECEIVES: Interrupt = Interrupt(2);
 
-// SAFETY: numbers of the board's interrupts, as in its vector table below.
+// SAFETY: these are the numbers of the board's interrupts, as in its vector table below.
 unsafe impl InterruptNumber for Interrupt {
     fn number(self) -> u16 {
         self.0
     }
 }
 
-/// A port and the bytes of it that wait.
+/// A port and its received bytes that wait.
 struct Receiver {
     port: Uart,
-    /// Not split into its ends: those do not know its length, and divide by it.
+    /// Not split into producer and consumer, which divide by the queue's length at run time.
     queue: UnsafeCell<Queue<u8, ROOM>>,
-    /// Bytes that found no room.
+    /// Number of bytes lost for lack of room.
     lost: AtomicU32,
-    /// Low half of the ticks at which the newest byte came.
+    /// Low half of the newest byte's arrival, ticks.
     newest: AtomicU32,
 }
 
-// SAFETY: the queue is used with interrupts off, on the one core that there is.
+// SAFETY: the queue is used with interrupts off, on the only core.
 unsafe impl Sync for Receiver {}
 
 impl Receiver {
@@ -81,7 +81,7 @@ unsafe extern "C" {
     fn DefaultHandler();
 }
 
-/// What the board's interrupts call.
+/// The handler of the board's interrupts.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 pub static __INTERRUPTS: [unsafe extern "C" fn(); 32] = {
@@ -95,12 +95,12 @@ pub static __INTERRUPTS: [unsafe extern "C" fn(); 32] = {
 pub struct Line(&'static Receiver);
 
 impl Line {
-    /// From the tracker.
+    /// Returns the tracker's line.
     pub const TRACKER: Self = Self(&FROM_TRACKER);
-    /// From whoever watches.
+    /// Returns the line of the display's port.
     pub const DISPLAY: Self = Self(&FROM_DISPLAY);
 
-    /// The next bytes that have come in, into the front of a buffer.
+    /// Takes the next received bytes into the start of a buffer, and returns them.
     pub fn take<'b>(&self, buffer: &'b mut [u8; 64]) -> &'b [u8] {
         let mut count = 0;
         for place in buffer.iter_mut() {
@@ -113,14 +113,14 @@ impl Line {
         buffer.get(..count).unwrap_or_default()
     }
 
-    /// Bytes that came faster than they were taken.
+    /// Returns the number of bytes lost because they were not taken in time.
     pub fn lost(&self) -> u32 {
         self.0.lost.load(Ordering::Relaxed)
     }
 
-    /// When the newest byte came, in ticks.
+    /// Returns when the newest byte came, in ticks.
     pub fn newest(&self) -> u64 {
-        // In this order: a byte may come in between.
+        // The order matters, since a byte may come in between.
         let low = self.0.newest.load(Ordering::Relaxed);
         let now = board::ticks();
         now - u64::from((now as u32).wrapping_sub(low))

@@ -1,5 +1,5 @@
-//! The log: `defmt` frames over a serial port of their own. The host has the
-//! words; they are not in flash.
+//! The log: `defmt` frames over a serial port of their own. The texts are on the host,
+//! not in flash.
 
 use crate::board::{self, LOG};
 use core::cell::UnsafeCell;
@@ -29,7 +29,7 @@ unsafe impl defmt::Logger for Logger {
     fn acquire() {
         // SAFETY: released below, in this order.
         let before = unsafe { critical_section::acquire() };
-        // Nobody logs while logging: there is nothing to be done about it here.
+        // Logging inside logging cannot happen, and could not be handled here.
         if STATE.taken.swap(true, Ordering::Relaxed) {
             return;
         }

@@ -1,4 +1,4 @@
-//! Instructions, counted by an emulator that makes each of them take a nanosecond.
+//! Counts instructions by the emulator's clock: each takes a nanosecond.
 
 use core::panic::PanicInfo;
 use cortex_m::peripheral::{SYST, syst::SystClkSource};
@@ -26,7 +26,7 @@ pub fn start() {
     }
 }
 
-/// Instructions of one of so many runs.
+/// Returns the mean instructions of a run, over `repeats` runs.
 #[inline(never)]
 pub fn instructions(repeats: u32, mut run: impl FnMut()) -> u32 {
     let start = SYST::get_current();
@@ -37,7 +37,7 @@ pub fn instructions(repeats: u32, mut run: impl FnMut()) -> u32 {
     ticks * INSTRUCTIONS_PER_TICK / repeats
 }
 
-/// Ends the emulator, with an error unless all is well.
+/// Ends the emulator, with an error code if a check failed.
 pub fn end(well: bool) -> ! {
     debug::exit(if well {
         debug::EXIT_SUCCESS

@@ -1,4 +1,4 @@
-//! When a frame is cut short, and the next begun: the viewer looks elsewhere by now.
+//! Decides when a frame is cut short and the next begun: the viewer looks elsewhere by then.
 
 use crate::board;
 use crate::viewer::Viewer;
@@ -8,22 +8,23 @@ use shisen_core::numeric;
 use shisen_tracker::link::display::{FrameStart, Rendering};
 use shisen_tracker::time::Micros;
 
-/// Frames that are cut short one after the other, at most: the next one is finished,
-/// whatever the tracker says.
+/// Most frames that are cut short in a row: the next one is finished, even if the gaze
+/// moves.
 const MOST_IN_A_ROW: u8 = 3;
 
-/// The line of sight of a frame, and how far the viewer's may be from it.
+/// The line of sight of a frame, and the largest angle of the viewer's from it.
 pub struct Restart {
     forward: Vec3,
     /// Cosine of the greatest angle between both.
     cosine: f32,
     display_delay: Micros,
-    /// Records of the tracker that have been looked at.
+    /// Number of the tracker's records that have been checked.
     records: u32,
 }
 
 impl Restart {
-    /// For a frame whose detail follows the gaze; `in_a_row` were cut short before it.
+    /// Returns the rule for a frame; `None` if its detail does not follow the gaze, or if `in_a_row`,
+    /// the number of frames cut short just before it, is at its limit.
     pub fn new(
         start: &FrameStart,
         rendering: &Rendering,
@@ -32,7 +33,7 @@ impl Restart {
     ) -> Option<Self> {
         let angle = rendering.restart_angle;
         start.state?;
-        // What is shown in full everywhere is so, too, where the viewer looks now.
+        // A frame of full detail everywhere has it where the viewer looks now, too.
         VisualField::PAPER.wider(start.widen)?;
         (angle > 0.0 && in_a_row < MOST_IN_A_ROW).then(|| Self {
             forward: start.forward,
@@ -42,7 +43,7 @@ impl Restart {
         })
     }
 
-    /// Whether the viewer looks elsewhere; each record of the tracker is asked once.
+    /// Returns whether the viewer looks elsewhere; checks each record of the tracker once.
     pub fn is_due(&mut self, viewer: &mut Viewer) -> bool {
         let records = viewer.records();
         if records == self.records {

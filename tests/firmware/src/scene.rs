@@ -13,7 +13,7 @@ pub const EFFECTS: u32 = if cfg!(feature = "dispersion") {
     EffectSet::ALL.bits() & !EffectSet::DISPERSION.bits()
 };
 
-/// What all pixels show where there is no scene.
+/// Colour of all pixels without a scene.
 pub const NO_SCENE: Pixel = Pixel {
     red: 1.0,
     green: 0.0,
@@ -21,7 +21,7 @@ pub const NO_SCENE: Pixel = Pixel {
     alpha: 1.0,
 };
 
-/// The scene in a part of the memory, or the number of what is wrong with it.
+/// Returns the scene in `bytes`, or the number of its error.
 pub fn open(bytes: &'static [u8]) -> Result<CompactScene<'static>, u32> {
     CompactScene::from_bytes(bytes).map_err(|error| {
         say!(error, "no scene: {}", error);
@@ -29,7 +29,7 @@ pub fn open(bytes: &'static [u8]) -> Result<CompactScene<'static>, u32> {
     })
 }
 
-/// From 1 on, for a report.
+/// Returns an error's number for a report, from 1 on.
 const fn fault(error: &SceneError) -> u32 {
     match error {
         SceneError::Truncated { .. } => 1,
@@ -42,7 +42,7 @@ const fn fault(error: &SceneError) -> u32 {
     }
 }
 
-/// What renders it with so many bounces, one ray at a time.
+/// Returns a renderer with at most `depth` bounces, which traces one ray at a time.
 pub fn renderer<'a>(scene: CompactScene<'a>, depth: u8) -> Renderer<'a, 4> {
     let settings = Settings {
         depth,

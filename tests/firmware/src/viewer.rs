@@ -1,4 +1,4 @@
-//! From the tracker's bytes to where the viewer looks.
+//! Estimates where the viewer looks from the tracker's bytes.
 
 use crate::board;
 use crate::line::Line;
@@ -10,11 +10,11 @@ use shisen_tracker::link::Link;
 use shisen_tracker::link::display::TrackerState;
 use shisen_tracker::time::Micros;
 
-/// Poses of the head and gazes that are kept: for trackers of up to 500 Hz.
+/// Numbers of head poses and gazes that are kept: enough for trackers of up to 500 Hz.
 const HEAD: usize = 24;
 const EYES: usize = 64;
 
-/// The tracker's end of it.
+/// The tracker's decoder, clock and gaze estimator.
 pub struct Viewer {
     line: Line,
     decoder: Link,
@@ -22,18 +22,18 @@ pub struct Viewer {
     gaze: GazeEstimator<HEAD, EYES>,
     records: u32,
     dropped: u32,
-    /// Bytes that had found no room when this was last said.
+    /// Bytes lost for lack of room, as last logged.
     lost: u32,
-    /// Whether it was said that nothing has come.
+    /// Whether the tracker's silence was logged.
     waits: bool,
     instructions: u64,
-    /// When the last byte of the newest record came, in ticks.
+    /// Arrival of the newest record's last byte, ticks.
     newest: Option<u64>,
 }
 
 impl Viewer {
-    /// One that has seen nothing; `None` never, with the configurations as they
-    /// come.
+    /// Returns a viewer without samples; never `None`, since the default settings are
+    /// valid.
     pub fn new(line: Line) -> Option<Self> {
         Some(Self {
             line,
@@ -49,7 +49,7 @@ impl Viewer {
         })
     }
 
-    /// Takes what has come in.
+    /// Takes the bytes that have come in.
     pub fn listen(&mut self) {
         let lost = self.line.lost();
         if lost != self.lost {
@@ -57,7 +57,7 @@ impl Viewer {
             say!(warn, "{} bytes of the tracker found no room", lost);
         }
         let mut buffer = [0; 64];
-        // As much as can wait, so that a fast line does not hold frames up.
+        // Takes at most a full queue, so that a fast line does not hold frames up.
         for _ in 0..4 {
             let arrival = self.line.newest();
             let bytes = self.line.take(&mut buffer);
@@ -98,7 +98,7 @@ impl Viewer {
         });
     }
 
-    /// Where the viewer looks at a time.
+    /// Returns where the viewer looks at a time.
     pub fn estimate(&mut self, time: Micros) -> Estimate {
         if self.records == 0 && !self.waits {
             self.waits = true;
@@ -119,18 +119,18 @@ impl Viewer {
         })
     }
 
-    /// When the last byte of the newest record came, in ticks, if that was after
-    /// it was last asked for.
+    /// Returns the arrival of the newest record's last byte, in ticks, if a record came since
+    /// the last call.
     pub fn take_newest(&mut self) -> Option<u64> {
         self.newest.take()
     }
 
-    /// Records that came so far.
+    /// Returns the number of records so far.
     pub const fn records(&self) -> u32 {
         self.records
     }
 
-    /// What came so far.
+    /// Returns the counts so far.
     pub fn state(&self) -> TrackerState {
         TrackerState {
             records: self.records,

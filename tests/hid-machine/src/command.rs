@@ -11,7 +11,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{self, Receiver};
 use std::thread;
 
-/// `shisen tracker` with these arguments.
+/// Returns the command `shisen tracker` with these arguments.
 fn shisen(arguments: &[&str]) -> Command {
     let mut command = Command::new("/bin/shisen");
     command.arg("tracker").args(arguments).stdin(Stdio::null());
@@ -33,7 +33,7 @@ fn lines(from: impl Read + Send + 'static) -> Receiver<String> {
     lines
 }
 
-/// `shisen tracker monitor --json`, which ends when this is dropped.
+/// A running `shisen tracker monitor --json`, which ends when this is dropped.
 struct Monitor {
     child: Child,
     out: Receiver<String>,
@@ -51,7 +51,7 @@ impl Monitor {
         Ok(Self { child, out, err })
     }
 
-    /// The next line of its errors has these words.
+    /// Checks that its next line of errors has these words.
     fn says(&self, words: &str) -> Result {
         let line = self.err.recv_timeout(SLOW)?;
         ensure!(line.contains(words), "no \"{words}\" in {line}");
@@ -65,7 +65,7 @@ impl Drop for Monitor {
     }
 }
 
-/// The features of the virtual eye tracker, as the command tells them.
+/// Checks the features of the virtual eye tracker that the command lists.
 const FEATURES: &str = "tracks from 0.500 to 0.900 m (best 0.650), screens up to 0.700 by 0.400 m, \
     quality 1; set up for 0.527 by 0.296 m of display 0x10ac:0xa0b1, serial number 123456; \
     status 1 (ready), 100 Hz";
@@ -81,7 +81,7 @@ pub fn lists_it(api: &mut HidApi) -> Result {
         format!("\"id\":\"{vendor:04x}:{product:04x}\""),
         "\"tracker\":true".into(),
         "\"features\":{\"capabilities\":{\"quality\":1,\"nearest_m\":0.5,".into(),
-        // In metres the last bit is rounded.
+        // The conversion to metres rounds the last bit.
         "\"screen_width_m\":0.52".into(),
         "\"status\":{\"code\":1,\"meaning\":\"ready\",\"rate_hz\":100.0},\"unread\":[],\"refused\":null}"
             .into(),
@@ -95,7 +95,7 @@ pub fn lists_it(api: &mut HidApi) -> Result {
     Ok(())
 }
 
-/// Both are named, and neither is taken.
+/// Checks that the command names both devices and chooses neither.
 pub fn asks_which_of_two(api: &mut HidApi) -> Result {
     let _both = [eye_tracker("ET-1")?, eye_tracker("ET-2")?];
     let devices = wait_for(api, documented::USB_ID, 2)?;
@@ -137,7 +137,7 @@ pub fn finds_it_by_its_usage(api: &mut HidApi) -> Result {
     follows(api, "hid:usage=0012:0001")
 }
 
-/// At the same path it may be another device: its descriptor is read again.
+/// Checks that the descriptor is read again, since another device may be at the same path.
 pub fn reads_another_descriptor(api: &mut HidApi) -> Result {
     let first = eye_tracker("ET-1")?;
     let at = path(api, documented::USB_ID)?;
@@ -158,7 +158,7 @@ pub fn reads_another_descriptor(api: &mut HidApi) -> Result {
     report.extend([100_i16, -200, 300].into_iter().flat_map(i16::to_le_bytes));
     second.send(&report)?;
     let line = monitor.out.recv_timeout(SLOW)?;
-    // In metres the last bit is rounded.
+    // The conversion to metres rounds the last bit.
     let place = "\"head\":{\"position\":{\"value\":[0.0999999";
     ensure!(line.contains(place), "{line}");
     Ok(())
@@ -181,7 +181,7 @@ fn follows(api: &mut HidApi, spec: &str) -> Result {
         }
         monitor.says("is plugged in")?;
         monitor.says(FEATURES)?;
-        // It asks for all that there is, then reads.
+        // The command asks for all data, then reads.
         within(SLOW, || Ok(!device.seen().set.is_empty()))?;
         ensure!(device.seen().set == [vec![0x14, 7]], "another mode");
         for (_, report) in records {

@@ -33,27 +33,27 @@ pub struct Order<'a> {
 /// `scene` points to `length` bytes and `pixels` to 64 pixels.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn render_together(order: &mut Order<'_>) -> u32 {
-    // SAFETY: the caller's.
+    // SAFETY: the caller promises it.
     unsafe { render(order, Renderer::for_effects::<EFFECTS>) }
 }
 
 /// Renders ray by ray, `Mode::Single`.
 ///
 /// # Safety
-/// As [`render_together`].
+/// The same as for [`render_together`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn render_singly(order: &mut Order<'_>) -> u32 {
-    // SAFETY: the caller's.
+    // SAFETY: the caller promises it.
     unsafe { render(order, Renderer::single::<EFFECTS>) }
 }
 
 /// # Safety
-/// As [`render_together`].
+/// The same as for [`render_together`].
 unsafe fn render<'a>(
     order: &mut Order<'a>,
     renderer: fn(CompactScene<'a>, Simd, Settings) -> Renderer<'a, 4>,
 ) -> u32 {
-    // SAFETY: the caller's.
+    // SAFETY: the caller promises it.
     let (scene, pixels) = unsafe {
         (
             slice::from_raw_parts(order.scene, order.length),

@@ -1,10 +1,10 @@
-//! The budget sheets of a README: what the firmware and the C library take beside what they may.
+//! Makes the budget sheets of a README: what the firmware and the C library take, and their limits.
 //!
 //!     cargo run -p shisen-tests --bin budget -- SHEET LIMITS MEASURED README COMPILER
 //!
 //! SHEET is `budget` or `library`, also the table of the limits in LIMITS,
-//! `tests/firmware/limits.toml`; MEASURED has a name and a number a line, of which the last of
-//! each name counts; COMPILER is what the images were built with. `tests/firmware/run` and
+//! `tests/firmware/limits.toml`; MEASURED has a name and a number in each line, and the last line
+//! of a name counts; COMPILER is the version that built the images. `tests/firmware/run` and
 //! `tests/capi/run` start this.
 //!
 //! A row above its limit is a failure. With `SHISEN_REWRITE=1` the sheet is written into the
@@ -15,20 +15,20 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::process::ExitCode;
 
-/// What is wrong, in words.
+/// An error's text.
 type Wrong = String;
 
-/// The rows of the firmware: the name in both files, and what it is. Those after the blank line
-/// may have no limit, since they differ from run to run.
+/// The rows of the firmware: the name in both files, and the text in the sheet. Rows after the
+/// blank line may have no limit, since they differ from run to run.
 const FIRMWARE: &str = "\
 flash: Flash: one protocol, all effects but dispersion, bytes
 flash_with_dispersion: The same with dispersion, bytes
 static: Static memory, bytes
 static_with_dispersion: The same with dispersion, bytes
-ram: Static memory without room for pixels and the order of tiles, bytes
+ram: Static memory without the buffers of pixels and of the order of tiles, bytes
 stack: Stack by the call graph, an interrupt included, bytes
 stack_with_dispersion: The same with dispersion, bytes
-primary_ray: Primary ray of scene A in full, before shading, mean of the front wall
+primary_ray: Primary ray of scene A at full detail, before shading, mean of the front wall
 primary_ray_alone: The same without a test of its block
 primary_ray_that_hits: The same where it hits
 primary_ray_that_misses: The same where it misses
@@ -36,20 +36,20 @@ shaded_hit: Shading of a hit with its rays to lights, without bounces
 level_of_a_pixel: Level of a pixel, as the renderer chooses it in blocks
 level_of_a_ray: Level of a single ray
 
-stack_painted: Stack that runs were seen to take, bytes
+stack_painted: Most stack used in test runs, bytes
 record: Tracker record: decoding, clock, estimator
-byte_to_gaze: Last byte of a record to its frame, whose turn it must be
-gaze_to_tile: From there to the first 16×16 tile that follows the gaze
-latency_at_120_hz: Both together, tracker at 120 Hz
-latency_at_1000_hz: Both together, tracker at 1,000 Hz
-restart: Both together, where the eyes leap by more than 5° while a frame is rendered";
+byte_to_gaze: From a record's last byte to the start of the next frame, tracker at 120 Hz
+gaze_to_tile: From the start of that frame to its first 16×16 tile
+latency_at_120_hz: From a record's last byte to that tile, tracker at 120 Hz
+latency_at_1000_hz: The same, tracker at 1,000 Hz
+restart: The same, where the eyes leap by more than 5° while a frame is rendered";
 
 /// The rows of the C library.
 const LIBRARY: &str = "\
 library_flash: Flash: one protocol, all effects but dispersion, bytes
 library_flash_of_all: Flash of all protocols, dispersion and functions, bytes
 library_handles: Memory of the example's handles, which the caller gives, bytes
-library_stack: Stack that a frame was seen to take, bytes";
+library_stack: Most stack used in a frame, bytes";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -122,14 +122,14 @@ fn read_measured(path: &str) -> Result<BTreeMap<String, u64>, Wrong> {
     named.collect()
 }
 
-/// The sheet as it stands in the file, and the rows that are above their limit.
+/// Returns the sheet as text, and the names of the rows above their limits.
 fn sheet<'r>(
     rows: &'r str,
     limits: &BTreeMap<String, u64>,
     measured: &BTreeMap<String, u64>,
 ) -> Result<(String, Vec<&'r str>), Wrong> {
     let mut text = String::from(
-        "| In instructions, if not said otherwise | Measured | Limit |\n|---|---:|---:|\n",
+        "| In instructions, unless a row says bytes | Measured | Limit |\n|---|---:|---:|\n",
     );
     let (mut above, mut is_settled) = (Vec::new(), true);
     for row in rows.lines() {
@@ -154,7 +154,7 @@ fn sheet<'r>(
     Ok((text, above))
 }
 
-/// In groups of three digits.
+/// Writes a number in groups of three digits.
 fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let groups = digits.as_bytes().rchunks(3).rev();

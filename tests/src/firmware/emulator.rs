@@ -1,4 +1,4 @@
-//! QEMU as the board: three serial ports over sockets, and a clock that counts
+//! The board in QEMU: three serial ports over sockets, and a clock that counts
 //! instructions.
 
 use super::{FirmwareError, Image};
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 const PROGRAM: &str = "qemu-system-arm";
-/// Puts a file to where the board has its scene.
+/// QEMU's option that loads a file at the address of the board's scene.
 const LOADER: &str = "loader,addr=0x60000000,force-raw=on,file=";
 const START: Duration = Duration::from_secs(20);
 const WAIT: Duration = Duration::from_millis(2);
@@ -19,19 +19,19 @@ const WAIT: Duration = Duration::from_millis(2);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Port {
     Tracker,
-    /// Reports out, orders in.
+    /// The display's port: reports out, orders in.
     Display,
     Log,
 }
 
 pub(super) struct Emulator {
     child: Child,
-    /// By the numbers of [`Port`].
+    /// The sockets of the ports, by the numbers of [`Port`].
     ports: Vec<UnixStream>,
     table: Option<Box<Table>>,
     /// Bytes of the log that are not decoded yet.
     said: Vec<u8>,
-    /// The scene, and the sockets.
+    /// Folder of the scene's file and the sockets.
     _folder: TempDir,
 }
 
@@ -118,7 +118,7 @@ impl Emulator {
         Ok(())
     }
 
-    /// What has come, after waiting a little where nothing has.
+    /// Returns the bytes that have come; waits a little if there are none.
     pub(super) fn receive(&mut self, port: Port) -> Result<Vec<u8>, FirmwareError> {
         let mut buffer = vec![0; 1 << 16];
         match self.ports[port as usize].read(&mut buffer) {
@@ -135,7 +135,7 @@ impl Emulator {
         }
     }
 
-    /// The lines that have been logged since it was last asked for.
+    /// Returns the lines logged since the last call.
     pub(super) fn log(&mut self) -> Result<Vec<String>, FirmwareError> {
         let bytes = self.receive(Port::Log)?;
         self.said.extend_from_slice(&bytes);
@@ -152,20 +152,20 @@ impl Emulator {
                 Err(DecodeError::Malformed) => lines.push("(a damaged line)".to_owned()),
             }
         }
-        // What is behind the last whole frame is decoded with what follows.
+        // An incomplete frame at the end is decoded with the bytes that follow it.
         let rest = self.said.iter().rposition(|&byte| byte == 0);
         self.said.drain(..rest.map_or(0, |end| end + 1));
         Ok(lines)
     }
 
-    /// What one that has ended, or has to, says of it.
+    /// Returns an error with the output of an emulator that has ended or is stopped.
     fn ended(&mut self) -> FirmwareError {
         let _ = self.child.kill();
         let status = self.child.wait();
         let status = status.map_or_else(|e| e.to_string(), |s| s.to_string());
         let mut output = String::new();
         if let Some(stderr) = &mut self.child.stderr {
-            // What cannot be read is not there.
+            // An output that cannot be read is left out.
             let _ = stderr.read_to_string(&mut output);
         }
         FirmwareError::new(
@@ -177,7 +177,7 @@ impl Emulator {
 
 impl Drop for Emulator {
     fn drop(&mut self) {
-        // It may be gone already.
+        // The process may have ended already.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

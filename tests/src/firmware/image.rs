@@ -1,4 +1,4 @@
-//! The firmware's image, built where none is given.
+//! The firmware's image, built if no file is given.
 
 use super::FirmwareError;
 use std::path::{Path, PathBuf};
@@ -16,10 +16,10 @@ pub struct Image {
 const AN_IMAGE: &str = "give the path of an ELF file that tests/firmware/run built";
 
 impl Image {
-    /// One that has been built.
+    /// Reads an image that has been built.
     ///
     /// # Errors
-    /// A file that cannot be read, or is no image.
+    /// A file that cannot be read, or is not an image for the board.
     pub fn open(path: &Path) -> Result<Self, FirmwareError> {
         let shown = path.display();
         let elf = std::fs::read(path).map_err(|reason| {
@@ -43,7 +43,7 @@ impl Image {
     /// Builds the controller, with wavelengths or without.
     ///
     /// # Errors
-    /// Sources or a target that are not there; what the compiler says.
+    /// Missing sources, a missing target, or errors of the compiler.
     pub fn build(dispersion: bool) -> Result<Self, FirmwareError> {
         let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("firmware");
         let manifest = sources.join("Cargo.toml");
@@ -72,7 +72,7 @@ impl Image {
             .arg(&manifest)
             .arg("--target-dir")
             .arg(&target)
-            // As tests/firmware/run builds it.
+            // The same flags as in tests/firmware/run.
             .env(
                 "RUSTFLAGS",
                 "-C llvm-args=-inline-threshold=20 -C target-cpu=cortex-m7 -C link-arg=-Tdefmt.x",
@@ -102,12 +102,12 @@ impl Image {
         Self::open(&target.join(TARGET).join("release/controller"))
     }
 
-    /// Where it is.
+    /// Returns its path.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Its bytes.
+    /// Returns its bytes.
     pub fn elf(&self) -> &[u8] {
         &self.elf
     }

@@ -1,4 +1,4 @@
-//! The frame that a controller has shown, made once more by the host.
+//! Renders a controller's frame again on the host, for comparison.
 
 use super::{FirmwareError, ShownFrame, TILE};
 use glam::Vec3;
@@ -15,9 +15,9 @@ use shisen_core::spectrum::{SpectralSample, SpectralTable, Wavelengths};
 use shisen_tracker::link::display::{FrameStart, Rendering, Subject};
 use std::fmt::Display;
 
-/// Phases of its table of wavelengths.
+/// Phases of the controller's table of wavelengths.
 const PHASES: u32 = 8;
-/// Radius of the mirror of its dome masters: metres.
+/// Radius of the mirror of the controller's dome masters: metres.
 const MIRROR_RADIUS: f32 = 0.01;
 
 fn impossible(error: impl Display) -> FirmwareError {
@@ -26,13 +26,12 @@ fn impossible(error: impl Display) -> FirmwareError {
     ))
 }
 
-/// The pictures of a controller's frame, from the scene that it has, its
-/// screens, and what it says that the frame is made of. One that was cut short has its
-/// first tiles only. A controller that has no code for wavelengths is
-/// `without_dispersion`.
+/// Renders the pictures of a controller's frame from its scene, its screens and its
+/// report of the frame's start. A frame that was cut short gets its first tiles only.
+/// `without_dispersion`: the controller has no code for wavelengths.
 ///
 /// # Errors
-/// A screen, a dome master, a gaze or wavelengths that cannot be.
+/// A screen, a dome master, a gaze or wavelengths that are not valid.
 pub fn reference(
     scene: CompactScene<'_>,
     screens: &[FlatScreen],
@@ -82,7 +81,7 @@ pub fn reference(
     render(&parts, Budget::steps(start.budget), tiles)
 }
 
-/// What follows the gaze of an eye, where something does.
+/// Returns the level of detail for an eye's gaze, if it follows the gaze.
 fn follow<'a>(
     renderer: &Renderer<'a, 4>,
     start: &FrameStart,
@@ -118,7 +117,7 @@ fn dome(place: Vec3, size: u16) -> Result<View, FirmwareError> {
     View::dome(DomeProjection::Mirror(camera), pose, size.into()).map_err(impossible)
 }
 
-/// So many tiles of a frame, or all.
+/// Renders the given number of tiles of a frame, or all.
 fn render(
     parts: &[Part<'_, '_, 4>],
     budget: Budget,

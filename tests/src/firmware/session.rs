@@ -1,4 +1,4 @@
-//! What has been heard of a controller so far, and what it is told next.
+//! A session with a controller: the reports that have come, and the next order.
 
 use super::{FirmwareError, MOST_SCREENS, MOST_TILES, Run, ShownFrame, TILE};
 use shisen::picture::Picture;
@@ -10,17 +10,17 @@ use shisen_tracker::link::display::{
 use shisen_tracker::time::Micros;
 use std::collections::VecDeque;
 
-/// Bytes of orders that a controller takes at a time: they wait while it renders.
+/// Most bytes of orders that a controller can hold while it renders.
 const MOST_ORDER_BYTES: usize = 240;
 
 pub(super) struct Session {
     encoder: Encoder,
     sizes: Vec<[u32; 2]>,
     two_eyes: bool,
-    /// Orders given before the first frame that counts.
+    /// Number of orders that the first kept frame must have obeyed.
     orders: u8,
-    /// Those of them that have not been sent, in pieces that the controller has room for:
-    /// how many are sent with each, and its bytes.
+    /// Orders that have not been sent, in pieces that the controller has room for: the number of
+    /// orders in each, and its bytes.
     unsent: VecDeque<(u8, Vec<u8>)>,
     sent: u8,
     /// Orders that the newest frame had obeyed.
@@ -29,15 +29,15 @@ pub(super) struct Session {
     capture: Option<Order>,
     pub(super) ready: Option<Ready>,
     pub(super) frames: Vec<ShownFrame>,
-    /// The one that is coming in, if it counts.
+    /// The frame that is coming in, if it is kept.
     current: Option<ShownFrame>,
     pub(super) tracker: Option<TrackerState>,
     pub(super) log: Vec<String>,
     pub(super) now: Micros,
     asked_for_capture: bool,
-    /// Frames that have ended, whether or not they count.
+    /// Number of frames that have ended, kept or not.
     ended: u32,
-    /// Whether something has come that was asked for.
+    /// Whether a report of a requested frame has come.
     pub(super) advanced: bool,
 }
 
@@ -114,8 +114,8 @@ impl Session {
         }
     }
 
-    /// What it is told next: a piece of the first orders once those before are obeyed, then
-    /// that for a dome master once the frames have come.
+    /// Returns the next order: a piece of the first orders once those before are obeyed, then the
+    /// order for a dome master once the frames have come.
     pub(super) fn next_order(&mut self) -> Option<Vec<u8>> {
         self.ready?;
         if self.obeyed >= self.sent
@@ -181,7 +181,7 @@ impl Session {
     }
 
     fn begin(&mut self, start: FrameStart) -> Result<(), FirmwareError> {
-        // Without a scene nothing says that a frame is over but the next.
+        // Without a scene, only the next frame's start shows that a frame is over.
         if self.current.is_some() {
             self.end();
         }
@@ -191,7 +191,7 @@ impl Session {
         }
         let sizes: Vec<[u32; 2]> = match start.subject {
             Subject::Capture { size } => vec![[u32::from(size); 2]],
-            // Those of before the orders came do not count.
+            // Frames from before the orders came are not kept.
             Subject::Screens if start.orders < self.orders => return Ok(()),
             Subject::Screens if self.frames.len() as u32 >= self.wanted => return Ok(()),
             Subject::Screens => {

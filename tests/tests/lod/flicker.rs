@@ -1,6 +1,6 @@
-//! What a gaze that moves smoothly changes on the walls while nothing else
-//! does. Plain tracing would change nothing; what it changes when the head
-//! moves as smoothly says how much that is.
+//! Measures how much the picture changes when only the gaze moves. In plain
+//! tracing nothing would change; its change under an equal movement of the head
+//! is the scale.
 
 use super::{GAZES, frame, level, levels, lod, places, samples, views};
 use glam::{DQuat, DVec3, Vec3};
@@ -17,7 +17,7 @@ use std::slice;
 
 const FRAMES: usize = 40;
 
-/// A pixel as the display shows it: codes, and whether it is traced.
+/// A displayed pixel: its sRGB codes, and whether it is traced.
 type Shown = ([u8; 3], bool);
 
 struct Stage<'s> {
@@ -42,8 +42,8 @@ impl Stage<'_> {
         all
     }
 
-    /// What changes from one frame to the next, in the mean over the pixels traced in both and
-    /// their channels: codes of 0 to 255, in order.
+    /// Returns the change from each frame to the next, sorted: the mean over the channels of the
+    /// pixels traced in both, in codes of 0 to 255.
     fn changes(&self, frames: usize, observer: impl Fn(f64) -> Observer) -> Vec<f64> {
         let shown: Vec<_> = (0..frames)
             .map(|number| self.shown(&observer(number as f64)))
@@ -63,14 +63,14 @@ impl Stage<'_> {
     }
 }
 
-/// Along X and down, so that the border of the central field crosses animals
-/// on two walls.
+/// Returns the gaze of a frame, which moves along X and down, so that the border
+/// of the central field crosses animals on two walls.
 fn turned(number: f64) -> Vec3 {
     let yaw = DQuat::from_axis_angle(DVec3::new(0.2, -1.0, 0.1).normalize(), radians(number));
     (yaw * DVec3::new(-0.1, -0.15, -1.0)).as_vec3()
 }
 
-/// A quarter of a degree a frame.
+/// Returns the gaze's angle in a frame: a quarter of a degree each.
 fn radians(number: f64) -> f64 {
     (0.25 * number).to_radians()
 }
@@ -86,8 +86,8 @@ fn assert_steady(name: &str, scene: &Scene, side: u32) {
         lod: Some(lod((turned(number), GAZES[0].1))),
         ..still
     });
-    // What is 3 m away then moves as far, seen from the eye, as the line of
-    // sight does above. Some frames are enough: they are much alike.
+    // An object 3 m away then moves by the same angle, seen from the eye, as the
+    // line of sight above. Few frames are enough: their changes are alike.
     let head = stage.changes(10, |number| {
         let place = DVec3::X * (3.0 * radians(number - 5.0).tan());
         Observer::new(Eye::Centre, place)
@@ -101,21 +101,20 @@ fn assert_steady(name: &str, scene: &Scene, side: u32) {
         mean(&gaze),
         mean(&head)
     );
-    // It does change something, or nothing was measured.
+    // The picture must change, or nothing was measured.
     assert!(
         mean(&gaze) > 0.0 && mean(&gaze) <= MEAN && most <= MOST,
         "{name}"
     );
     assert!(mean(&gaze) < 0.1 * mean(&head), "{name}");
-    // Where next to nothing changes, three times as much is no pop.
+    // Where hardly anything changes, three times that is not visible.
     assert!(
         most <= (4.0 * median(&gaze)).max(0.05 * median(&head)),
         "a frame pops"
     );
 }
 
-/// A frame's mean change of a pixel, in codes of 0 to 255: of all frames, and
-/// of the one that changes most.
+/// Returns the mean of the changes, and the largest, in codes of 0 to 255.
 const MEAN: f64 = 0.06;
 const MOST: f64 = 0.12;
 

@@ -1,4 +1,4 @@
-//! A periphery that is sampled as finely as the eye sees.
+//! Foveated sampling: as fine in the periphery as the eye resolves.
 
 use super::{GAZES, bits, direction, eyes, frame, levels, lod, mixed_scene, places, views};
 use glam::Vec3;
@@ -16,7 +16,8 @@ use shisen_tests::meshes::icosphere;
 use shisen_tests::scenes::sphere;
 use shisen_tests::ways::{self, options};
 
-/// In pictures of a few pixels, as far apart as in large ones by what eyes see.
+/// How many times as fast acuity falls in these small pictures, so that samples are as far apart
+/// as in large ones.
 const COARSE: f32 = 6.0;
 
 fn pixel(picture: &Picture, (x, y): (u32, u32)) -> [f32; 4] {
@@ -27,7 +28,7 @@ fn sight((forward, up): (Vec3, Vec3)) -> LineOfSight {
     LineOfSight::new(Vec3::ZERO, forward, up).expect("a line of sight")
 }
 
-/// Both eyes, whose acuity falls so many times as fast.
+/// Returns both eyes, whose acuity falls `times` as fast as usual.
 fn foveated(gaze: (Vec3, Vec3), times: f32) -> [Observer; 2] {
     eyes(None).map(|eye| {
         let eye = Observer::foveated(eye.eye, eye.place, sight(gaze), 0.0);
@@ -54,7 +55,7 @@ fn a_frame_has_one_hash() {
     let mut hashes = Vec::new();
     for gaze in [GAZES[0], GAZES[4]] {
         let full = foveated(gaze, COARSE);
-        // The paper's levels besides, and its border across squares; and these alone.
+        // With the paper's levels, whose border crosses squares, and without them.
         let paper = full.map(|eye| Observer {
             lod: Some(lod(gaze)),
             ..eye
@@ -133,12 +134,12 @@ fn the_fovea_has_every_ray_and_samples_are_as_close_as_the_eye_sees() {
                 let stride = renderer.stride(&view, x, y);
                 let towards = direction(&view, (x, y));
                 let angle = towards.angle_between(sight(gaze).forward());
-                // Pixels next to where walls meet are seen under half the angle.
+                // Pixels at the edge between walls appear under half the angle.
                 if angle <= FOVEA && GAZES[..2].contains(&gaze) {
                     assert_eq!(stride, 1, "{x} {y}");
                 }
-                // Samples are no farther apart than what is made out there, but for
-                // what pixels differ along a square's side.
+                // Samples are no farther apart than the eye resolves there, give or take
+                // the differences of pixels along a square's side.
                 // A chord: the cosine of so small an angle is 1.
                 let next = direction(&view, (x + 1, y)).normalize() - towards.normalize();
                 let seen = Acuity::GUENTER.least_angle(angle);
@@ -149,7 +150,7 @@ fn the_fovea_has_every_ray_and_samples_are_as_close_as_the_eye_sees() {
     }
 }
 
-/// A sphere that shines, on black, to the right of one who looks ahead.
+/// Returns a scene with a shining sphere on black, to the right of the line of sight.
 fn lamp() -> Scene {
     let mut scene = paper_scene(PaperScene::B, icosphere(0)).expect("a scene");
     scene.materials = vec![Material {
@@ -186,7 +187,7 @@ fn an_edge_in_the_periphery_stays_sharp() {
         for (x, y) in places(&view) {
             let stride = renderer.stride(&view, x, y);
             let (seen, truth) = (pixel(&found.picture, (x, y))[0], light(x, y));
-            // Nothing between the lamp and the dark.
+            // No pixel is between the lamp's colour and black.
             assert!(
                 seen == 0.0 || (seen - 1.0).abs() < 1.0e-6,
                 "{x} {y}: {seen}"
@@ -195,8 +196,8 @@ fn an_edge_in_the_periphery_stays_sharp() {
             own += (seen - truth).abs();
             of_blocks += (sample - truth).abs();
             lit += u32::from(truth > 0.0 && stride >= 8);
-            // What is wrong is next to the edge: closer than half the distance of
-            // the finest samples, diagonally.
+            // A wrong pixel is near the edge: closer than half the distance of the
+            // finest samples, diagonally.
             if (seen - truth).abs() > 0.5 {
                 let near = (stride / 4).max(2);
                 let around = (x.saturating_sub(near)..=x + near)

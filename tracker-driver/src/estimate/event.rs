@@ -1,4 +1,4 @@
-//! What an estimator has to say beside its estimates.
+//! Events that an estimator reports beside its estimates.
 
 use super::config::Sensors;
 use super::fallback::State;
@@ -10,7 +10,7 @@ use crate::time::Micros;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Event {
-    /// Another rung of the ladder is taken.
+    /// The estimator moved to another rung of its fallback ladder.
     State {
         /// The rung until now.
         from: State,
@@ -19,42 +19,42 @@ pub enum Event {
         /// The time of display for which it was decided.
         at: Micros,
     },
-    /// The eyes were lost: a blink, if they are back soon.
+    /// The tracker lost the eyes: a blink, if it finds them soon.
     BlinkStarted {
-        /// The time of the first sample that says so.
+        /// The time of the first sample without eyes.
         at: Micros,
     },
-    /// The eyes are back.
+    /// The tracker found the eyes again.
     BlinkEnded {
-        /// When they were seen again.
+        /// The time of the first sample with eyes.
         at: Micros,
-        /// Since it started.
+        /// The length of the blink.
         lasted: Micros,
     },
     /// A saccade is under way.
     SaccadeStarted {
-        /// When it was told from noise.
+        /// When it was larger than noise.
         at: Micros,
     },
     /// A saccade is over.
     SaccadeEnded {
-        /// When that was known.
+        /// The time of the sample that showed it.
         at: Micros,
-        /// What it was like.
+        /// Its amplitude, duration and speed.
         saccade: Saccade,
     },
-    /// A sensor that does not count says something; reported once.
+    /// A sensor that is not used sent a sample; reported once.
     OtherSensor {
-        /// The sensor that counts.
+        /// The sensor that is used.
         taken: u8,
-        /// Whether that has said anything so far.
+        /// Whether that sensor has sent a sample so far.
         heard: bool,
-        /// The one that does not.
+        /// The sensor that is not used.
         ignored: u8,
     },
-    /// The head has not changed by a bit since it was first seen: it is on a
-    /// stand, it follows a script without noise, or its tracker always says the
-    /// same. It is believed; this is said once.
+    /// The head's pose has been the same bits since the first sample: the head is
+    /// on a stand, it follows a script without noise, or its tracker always sends
+    /// the same. The pose is used; reported once.
     HeadStill {
         /// The sample's time.
         at: Micros,
@@ -75,12 +75,12 @@ pub enum Event {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Rejection {
-    /// It is older than what is known. What has the time of the newest takes
-    /// its place: records that came in one read have one time of arrival.
+    /// It is older than the newest sample. A sample with the newest time replaces
+    /// it: records that came in one read have one time of arrival.
     NotNewer,
     /// The gaze is farther from straight ahead than eyes turn, or behind the head.
     Eccentric {
-        /// How far, radians.
+        /// Its angle from straight ahead, radians.
         angle: f32,
     },
     /// A gaze point without a screen or a calibration.
@@ -89,14 +89,14 @@ pub enum Rejection {
     /// [`Ray::FARTHEST`](shisen_core::shape::Ray::FARTHEST), or a rotation has no
     /// length.
     NotFinite,
-    /// The gaze has not changed by a bit for too long.
+    /// The gaze has been the same bits for too long.
     Stuck {
         /// For how long.
         since: Micros,
     },
-    /// A part of the head's pose that had changed before has not by a bit for too long.
+    /// A part of the head's pose that had changed before has been the same bits for too long.
     HeadStuck {
-        /// Which.
+        /// The part.
         part: HeadPart,
         /// For how long.
         since: Micros,
@@ -107,13 +107,13 @@ pub enum Rejection {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum HeadPart {
-    /// Where it is.
+    /// Its place.
     Position,
-    /// How it is turned, and how fast.
+    /// Rotation and angular velocity.
     Orientation,
 }
 
-/// The sensors that have said something, of which one may count.
+/// The sensors that have sent samples; one of them may be chosen.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct HeardSensors {
     taken: Option<u8>,
@@ -121,7 +121,8 @@ pub struct HeardSensors {
 }
 
 impl HeardSensors {
-    /// Whether a sensor counts by `sensors`; the first that does not is reported to `sink`.
+    /// Returns whether a sensor is used by the rule `sensors`. Reports the first one that is not
+    /// to `sink`.
     pub fn counts(&mut self, sensors: Sensors, heard: u8, sink: &mut dyn FnMut(Event)) -> bool {
         let taken = match sensors {
             Sensors::All => return true,

@@ -18,24 +18,24 @@ use shisen_core::numeric::{normalize, sqrt};
 /// How saccades are recognised. Speeds are radians per second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SaccadeConfig {
-    /// A movement at this speed or faster is a saccade; 0.05 to 20.
+    /// Least speed at which a saccade starts; 0.05 to 20.
     pub start_speed: f32,
-    /// Until the speed is below this: at most `start_speed`.
+    /// Speed at which a saccade ends; at most `start_speed`.
     pub end_speed: f32,
-    /// Over how long the speed is taken: 1 to 100 ms. Fewer than two samples
-    /// in it, and the last two count.
+    /// Window of the speed estimate: 1 to 100 ms. If it has fewer than two
+    /// samples, the newest two are used.
     pub window: Micros,
-    /// A movement that ends sooner was noise: up to 100 ms.
+    /// Least duration of a saccade, up to 100 ms: a shorter movement is noise.
     pub least_duration: Micros,
-    /// A movement that lasts longer is no saccade: 20 to 500 ms.
+    /// Most duration of a saccade: 20 to 500 ms.
     pub most_duration: Micros,
-    /// Smaller ones are not predicted and not reported, radians; 0 to 0.2.
+    /// Least amplitude that is predicted and reported, radians; 0 to 0.2.
     pub least_amplitude: f32,
-    /// Samples farther apart than this say nothing about speed: 5 to 500 ms.
+    /// Longest gap between samples over which a speed is measured: 5 to 500 ms.
     pub most_gap: Micros,
     /// Duration of the smallest saccade, seconds; 0.005 to 0.1.
     pub base_duration: f32,
-    /// How much longer a larger one takes, seconds per radian; 0 to 1.
+    /// Duration that each radian of amplitude adds, seconds per radian; 0 to 1.
     pub duration_per_amplitude: f32,
 }
 
@@ -57,32 +57,32 @@ impl Default for SaccadeConfig {
     }
 }
 
-/// What the eye does.
+/// The movement of an eye.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Movement {
-    /// Too little is known.
+    /// Too few samples to tell.
     #[default]
     Unknown,
-    /// It rests.
+    /// The eye rests.
     Fixation,
-    /// It follows something.
+    /// The eye follows something.
     Pursuit,
-    /// It jumps.
+    /// The eye jumps.
     Saccade,
 }
 
 /// Where and when a saccade will end, or has ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Landing {
-    /// Unit vector.
+    /// Line of sight at the end: a unit vector.
     pub direction: Vec3,
-    /// On the caller's clock.
+    /// Time of the end, by the caller's clock.
     pub time: Micros,
-    /// From the start of the saccade to its end, radians.
+    /// Angle from the start of the saccade to its end, radians.
     pub amplitude: f32,
 }
 
-/// What a new sample brought about.
+/// A change of the eye's movement that a new sample shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Change {
     Started,
@@ -93,63 +93,65 @@ pub(super) enum Change {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Saccade {
-    /// Radians.
+    /// Amplitude, radians.
     pub amplitude: f32,
-    /// Seconds.
+    /// Duration, seconds.
     pub duration: f32,
-    /// Radians per second: the fitted course's.
+    /// Peak speed of the fitted course, radians per second.
     pub peak_speed: f32,
 }
 
-/// One that is under way.
+/// A saccade that is under way.
 #[derive(Debug, Clone, Copy)]
 struct Flight {
-    /// When its speed was first seen.
+    /// When a sample first had its speed.
     detected: Micros,
-    /// Where it started.
+    /// Line of sight at its start.
     base: Vec3,
-    /// The way it takes: a unit tangent at `base`.
+    /// Direction of the movement: a unit tangent at `base`.
     axis: Vec3,
     course: Course,
-    /// What was followed before and is no part of the saccade: radians per second, in the room.
+    /// Velocity of the pursuit before it, which is no part of the saccade: radians per second, in
+    /// the room.
     followed: Vec3,
-    /// It is larger than noise, and was reported.
+    /// Whether it is larger than noise and was reported.
     told: bool,
 }
 
-/// The newest samples and what they mean.
+/// The newest samples of an eye and the movement that they show.
 #[derive(Debug, Clone)]
 pub(super) struct EyeTrack<const N: usize> {
     config: SaccadeConfig,
     pursuit: PursuitConfig,
     samples: History<Vec3, N>,
     flight: Option<Flight>,
-    /// Since when it rests or follows; older samples belong to a saccade.
+    /// When the eye began to rest or to follow; older samples belong to a saccade.
     steady_since: Micros,
-    /// What it followed at the last sample, radians per second.
+    /// Velocity of pursuit at the last sample, radians per second.
     followed: Vec3,
 }
 
-/// The fewest samples that tell a velocity from noise.
+/// Fewest samples that tell a velocity from noise.
 const LEAST_FOLLOWED: usize = 5;
 
-/// The part of a velocity not relied on, per second between samples: its end shows late.
+/// Share of a velocity that is ignored for each second between samples: the farther apart they
+/// are, the later the end of a pursuit shows.
 const DOUBT: f32 = 30.0;
-/// The least part of a velocity that is relied on.
+/// Least share of a velocity that is used.
 const LEAST_RELIANCE: f32 = 0.5;
 
-/// How pursuit is followed.
+/// How pursuit is recognised.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PursuitConfig {
-    /// Over how long the velocity is taken: 20 to 500 ms. Longer is steadier
+    /// Window of the velocity estimate: 20 to 500 ms. A longer one is steadier
     /// and notices later that the target has turned.
     pub window: Micros,
-    /// Slower ones count as fixations, radians per second; 0.001 to 1.
+    /// Least speed of a pursuit, radians per second; 0.001 to 1. Slower is fixation.
     pub least_speed: f32,
 }
 
 impl Default for PursuitConfig {
-    /// 100 ms, from 2°/s on.
+    /// A window of 100 ms, and a least speed of 2°/s.
     fn default() -> Self {
         Self {
             window: Micros(100_000),
@@ -172,12 +174,12 @@ impl<const N: usize> EyeTrack<N> {
         }
     }
 
-    /// The newest sample.
+    /// Returns the newest sample.
     pub(super) fn newest(&self) -> Option<(Micros, Vec3)> {
         self.samples.newest()
     }
 
-    /// The time of the newest sample before `time`.
+    /// Returns the time of the newest sample before `time`.
     pub(super) fn before(&self, time: Micros) -> Option<Micros> {
         let mut samples = self.samples.newest_first();
         samples.find_map(|(at, _)| (at < time).then_some(at))
@@ -187,7 +189,8 @@ impl<const N: usize> EyeTrack<N> {
         self.flight.is_some_and(|flight| flight.told)
     }
 
-    /// Takes a unit vector at `time`, not before the last one; at the same time it replaces it.
+    /// Takes the line of sight, a unit vector, at `time`, which is not before the last sample's. A
+    /// sample of the same time replaces the last one.
     pub(super) fn push(&mut self, time: Micros, direction: Vec3) -> Option<Change> {
         if let Some((last, _)) = self.samples.newest()
             && time.since(last) > self.config.most_gap
@@ -222,7 +225,7 @@ impl<const N: usize> EyeTrack<N> {
         }
     }
 
-    /// How fast the newest samples are, beside what was followed.
+    /// Returns the speed of the newest samples, less the pursuit's velocity `followed`.
     fn speed(&self, time: Micros, direction: Vec3, followed: Vec3) -> f32 {
         let window = self.config.window;
         let newest_first = self.samples.newest_first().enumerate();
@@ -233,7 +236,7 @@ impl<const N: usize> EyeTrack<N> {
     }
 
     fn start(&mut self, time: Micros) {
-        // Before the window there was no saccade yet.
+        // Samples before the window are from before the saccade.
         let before = |t: Micros, least: u64, most: u64| {
             let age = time.since(t).0;
             t >= self.steady_since && age >= least && age <= most
@@ -270,7 +273,7 @@ impl<const N: usize> EyeTrack<N> {
         }
     }
 
-    /// Fits the course anew.
+    /// Fits the course again with the newest sample.
     fn advance(&mut self, time: Micros, direction: Vec3) -> Option<Change> {
         let config = self.config;
         let flight = self.flight.as_mut()?;
@@ -280,7 +283,7 @@ impl<const N: usize> EyeTrack<N> {
         let places = places
             .take_while(move |(t, _)| *t >= from)
             .map(move |(t, d)| (seconds(detected, t), arc(base, d)));
-        // Longer ways say more about the direction.
+        // A sample farther from the start says more about the direction.
         let way = places
             .clone()
             .fold(Vec3::ZERO, |sum, (_, p)| sum + p * sqrt(p.dot(p)));
@@ -332,14 +335,14 @@ impl<const N: usize> EyeTrack<N> {
         })
     }
 
-    /// Where the saccade under way will end.
+    /// Returns where the saccade under way will end.
     pub(super) fn landing(&self) -> Option<Landing> {
         self.flight
             .filter(|flight| flight.told)
             .and_then(|flight| self.landing_of(&flight))
     }
 
-    /// Where the saccade under way is at a time.
+    /// Returns where the saccade under way is at a time.
     pub(super) fn flight_at(&self, time: Micros) -> Option<Vec3> {
         let flight = self.flight.filter(|flight| flight.told)?;
         let progress = flight
@@ -348,7 +351,7 @@ impl<const N: usize> EyeTrack<N> {
         Some(along(flight.base, flight.axis * progress))
     }
 
-    /// The velocity that is followed and relied on: a tangent, radians per second; zero if none.
+    /// Returns the velocity of pursuit: a tangent, radians per second; zero without a pursuit.
     pub(super) fn followed(&self) -> Vec3 {
         self.followed
     }
@@ -366,7 +369,7 @@ impl<const N: usize> EyeTrack<N> {
         for (i, (t, _)) in counted {
             (count, oldest) = (i + 1, t);
         }
-        // Over less than half of the window everything is steady.
+        // Less than half of a window is too short to tell a pursuit.
         if 2.0 * newest.since(oldest).seconds() < window.seconds() || count < LEAST_FOLLOWED {
             return Vec3::ZERO;
         }
@@ -378,7 +381,7 @@ impl<const N: usize> EyeTrack<N> {
         velocity * (1.0 - DOUBT * self.interval()).max(LEAST_RELIANCE)
     }
 
-    /// Seconds between samples, of late.
+    /// Returns the mean interval of the newest five samples, seconds.
     fn interval(&self) -> f32 {
         let mut newest = self.samples.newest_first().take(5);
         let first = newest.next().map(|(t, _)| t);
@@ -388,14 +391,14 @@ impl<const N: usize> EyeTrack<N> {
         })
     }
 
-    /// The mean of the samples since the last saccade.
+    /// Returns the mean of the samples since the last saccade.
     pub(super) fn mean_since_saccade(&self) -> Option<Vec3> {
         let since = self.steady_since;
         let steady = self.samples.newest_first().take_while(|(t, _)| *t >= since);
         normalize(steady.fold(Vec3::ZERO, |sum, (_, d)| sum + d))
     }
 
-    /// Forgets all samples, and what they meant.
+    /// Forgets all samples and the movement that they show.
     pub(super) fn clear(&mut self) {
         self.samples.clear();
         self.flight = None;
@@ -403,30 +406,31 @@ impl<const N: usize> EyeTrack<N> {
     }
 }
 
-/// A minimum-jerk course of an amplitude and an onset, as long as by the main sequence.
+/// A minimum-jerk course: its duration follows from its amplitude by the main sequence, times a
+/// fitted stretch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Course {
     /// The logarithm of the amplitude in radians.
     log_amplitude: f32,
-    /// Seconds after the detection.
+    /// Start of the movement, seconds after the detection.
     onset: f32,
-    /// How much longer than the main sequence it lasts, the logarithm.
+    /// Logarithm of the duration's ratio to the main sequence's.
     stretch: f32,
     /// Seconds between samples.
     interval: f32,
     fitted: bool,
 }
 
-/// Mean and standard deviation, before anything is seen, of a course's
-/// parameters: the amplitude's logarithm (4°, two thirds of them between 1.6°
+/// Mean and standard deviation of a course's parameters before any sample is
+/// fitted: the amplitude's logarithm (4°, two thirds of them between 1.6°
 /// and 10°), the onset, and the duration's logarithm.
 type Prior = [(f32, f32); 3];
 
-/// The error of a sample against the course: 0.15°, radians.
+/// Standard deviation of a sample from the course: 0.15°, in radians.
 const COURSE_ERROR: f32 = 0.0026;
 
 impl Course {
-    /// What is expected of a saccade that was just found in samples at an `interval`.
+    /// Returns the expected course of a saccade just found in samples at an `interval`.
     fn new(interval: f32) -> Self {
         let [amplitude, onset, stretch] = Self::prior(interval);
         Self {
@@ -438,7 +442,7 @@ impl Course {
         }
     }
 
-    /// A saccade is found some 8 ms and half an interval after its onset.
+    /// Returns the prior: a saccade is found some 8 ms and half an interval after its onset.
     fn prior(interval: f32) -> Prior {
         let spread = sqrt(3.6e-5 + interval * interval / 12.0);
         let onset = -0.008 - 0.5 * interval;
@@ -451,14 +455,14 @@ impl Course {
         (amplitude, plain * libm::expf(self.stretch))
     }
 
-    /// How far along at a time after the detection, radians.
+    /// Returns the angle covered at a time after the detection, radians.
     fn progress(&self, config: &SaccadeConfig, time: f32) -> f32 {
         let (amplitude, duration) = self.amplitude_and_duration(config);
         let (part, _) = minimum_jerk((time - self.onset) / duration);
         amplitude * part
     }
 
-    /// The most probable course, by Gauss's and Newton's method from this one on.
+    /// Returns the most probable course, by the Gauss-Newton method from this one.
     fn fit(
         self,
         config: &SaccadeConfig,

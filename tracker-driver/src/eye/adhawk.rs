@@ -62,7 +62,7 @@ pub use request::{Request, USUAL_FIELDS, USUAL_HERTZ, start, stop};
 
 use crate::decoder::{Counts, Decoder, DropReason, Event, EyeEvent, EyeEventKind, Message, Side};
 use crate::sample::Parts;
-use crate::stream::{Front, Step, Stream};
+use crate::stream::{Step, Stream, Window};
 use crate::time::{DeviceTime, Micros};
 use fields::{eye_fields, number};
 use heapless::Vec;
@@ -160,7 +160,7 @@ impl Decoder for AdHawk {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
         let unmeasured = &mut self.unmeasured;
         self.stream
-            .feed(bytes, arrival, sink, |front| step(front, unmeasured));
+            .feed(bytes, arrival, sink, |window| step(window, unmeasured));
     }
 
     fn counts(&self) -> &Counts {
@@ -173,8 +173,8 @@ impl Decoder for AdHawk {
     }
 }
 
-fn step(front: Front<'_>, unmeasured: &mut Parts) -> Step {
-    let [START_OF_PACKET, rest @ ..] = front.bytes else {
+fn step(window: Window<'_>, unmeasured: &mut Parts) -> Step {
+    let [START_OF_PACKET, rest @ ..] = window.bytes else {
         return Step::Skip(DropReason::OutOfStep);
     };
     let Some((header, begun)) = rest.split_first_chunk() else {
@@ -189,14 +189,14 @@ fn step(front: Front<'_>, unmeasured: &mut Parts) -> Step {
     let begun = begun.get(..length).unwrap_or(begun);
     let stream = header & STREAM_BIT != 0;
     if begun.len() < length {
-        return match promises(begun, length, stream, front.in_step) {
+        return match promises(begun, length, stream, window.in_step) {
             Ok(()) => Step::More,
             Err(reason) => Step::Skip(reason),
         };
     }
     let read = match begun {
-        _ if !stream => response(begun, length, front.in_step),
-        [EYES, eyes @ ..] => match eye_fields(eyes, front.arrival) {
+        _ if !stream => response(begun, length, window.in_step),
+        [EYES, eyes @ ..] => match eye_fields(eyes, window.arrival) {
             Ok((sample, parts)) => {
                 let changed = core::mem::replace(unmeasured, parts) != parts;
                 let said = changed.then_some(Message::Unmeasured(parts));
@@ -205,7 +205,7 @@ fn step(front: Front<'_>, unmeasured: &mut Parts) -> Step {
             Err(reason) => Err(reason),
         },
         [EVENTS, event @ ..] => eye_event(event, length - 1),
-        [kind, data @ ..] if front.in_step => Ok(other_stream(*kind, data)),
+        [kind, data @ ..] if window.in_step => Ok(other_stream(*kind, data)),
         _ => Err(DropReason::Unknown),
     };
     match read {

@@ -33,7 +33,7 @@ use super::numbers;
 use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event};
 use crate::sample::{Eye, GazePoint, Pupil, Reading, Sample};
-use crate::stream::{Front, Step, Stream};
+use crate::stream::{Step, Stream, Window};
 use crate::time::Micros;
 use glam::Vec2;
 use heapless::Vec;
@@ -127,7 +127,7 @@ impl Decoder for Asl {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
         let config = self.config;
         let numbers = [1 << 16, LARGEST_GAP];
-        let step = |front: Front<'_>| step(config, front);
+        let step = |window: Window<'_>| step(config, window);
         self.stream
             .feed_numbered(numbers, bytes, arrival, sink, step);
     }
@@ -141,8 +141,8 @@ impl Decoder for Asl {
     }
 }
 
-fn step(config: Config, front: Front<'_>) -> Step {
-    let [STATUS, rest @ ..] = front.bytes else {
+fn step(config: Config, window: Window<'_>) -> Step {
+    let [STATUS, rest @ ..] = window.bytes else {
         return Step::Skip(DropReason::OutOfStep);
     };
     let length = config.layout.frame_length();
@@ -151,18 +151,18 @@ fn step(config: Config, front: Front<'_>) -> Step {
         .take(length - 1)
         .any(|&byte| byte & TOP_BIT != 0)
     {
-        return front.broken_off();
+        return window.broken_off();
     }
-    let Some(frame) = front.bytes.get(..length) else {
+    let Some(frame) = window.bytes.get(..length) else {
         return Step::More;
     };
-    match front.bytes.get(length) {
-        None if !front.in_step => return Step::Wait,
+    match window.bytes.get(length) {
+        None if !window.in_step => return Step::Wait,
         Some(&next) if next != STATUS => return Step::Skip(DropReason::Length),
         _ => (),
     }
     let fields = fields(frame, config.layout);
-    match fields.and_then(|fields| sample(config, &fields, front.arrival)) {
+    match fields.and_then(|fields| sample(config, &fields, window.arrival)) {
         Ok(sample) => Step::Take(length, None, Event::Sample(sample)),
         Err(reason) => Step::Skip(reason),
     }

@@ -30,7 +30,7 @@ use super::numbers;
 use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event};
 use crate::sample::{Eye, GazePoint, Pupil, Reading, Sample};
-use crate::stream::{Front, Step, Stream};
+use crate::stream::{Step, Stream, Window};
 use crate::time::Micros;
 use glam::Vec2;
 use heapless::Vec;
@@ -184,26 +184,26 @@ impl Config {
 pub struct Iscan {
     config: Config,
     stream: Stream<{ LONGEST_RECORD + 2 }>,
-    strangers: Strangers,
+    spacing: HeaderSpacing,
 }
 
-/// Records of another number of outputs than was told.
+/// Counts the outputs between headers: the device may send another number than is configured.
 #[derive(Debug, Clone, Copy, Default)]
-struct Strangers {
-    /// Bytes that were thrown away from the last header on.
+struct HeaderSpacing {
+    /// Bytes that were dropped from the last header on.
     skipped: Option<u8>,
     /// Outputs between the last two headers.
     outputs: Option<u8>,
 }
 
-impl Strangers {
-    /// Takes note of what was made of the front of the stream.
-    fn note(&mut self, front: &[u8], step: &Step) {
+impl HeaderSpacing {
+    /// Takes note of the step that followed from these bytes.
+    fn note(&mut self, window: &[u8], step: &Step) {
         match step {
             Step::Skip(_) => {
-                // Within a word of a header, it is half of that one and of the word.
+                // Fewer than four bytes after a header, these are part of it or of its first word.
                 let is_header = self.skipped.is_none_or(|bytes| bytes >= 4);
-                self.skipped = if is_header && front.starts_with(&[HEADER; 2]) {
+                self.skipped = if is_header && window.starts_with(&[HEADER; 2]) {
                     let words = self.skipped.and_then(|bytes| bytes.checked_sub(2));
                     let words = words.filter(|bytes| bytes.is_multiple_of(2));
                     let outputs = words.map(|bytes| bytes / 2);
@@ -221,7 +221,7 @@ impl Strangers {
 }
 
 impl Iscan {
-    /// A decoder for a device that is set up like this.
+    /// Returns a decoder for a device with these settings.
     pub fn new(config: Config) -> Self {
         Self {
             config,
@@ -232,10 +232,10 @@ impl Iscan {
 
 impl Decoder for Iscan {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
-        let (config, strangers) = (&self.config, &mut self.strangers);
-        self.stream.feed(bytes, arrival, sink, |front| {
-            let step = step(config, front);
-            strangers.note(front.bytes, &step);
+        let (config, spacing) = (&self.config, &mut self.spacing);
+        self.stream.feed(bytes, arrival, sink, |window| {
+            let step = step(config, window);
+            spacing.note(window.bytes, &step);
             step
         });
     }
@@ -246,17 +246,17 @@ impl Decoder for Iscan {
 
     fn reset(&mut self) {
         self.stream.reset();
-        self.strangers = Strangers::default();
+        self.spacing = HeaderSpacing::default();
     }
 
-    /// The outputs between the last two headers, where no record is read.
+    /// Returns the number of outputs between the last two headers, while no record can be read.
     fn fields_seen(&self) -> Option<usize> {
-        self.strangers.outputs.map(usize::from)
+        self.spacing.outputs.map(usize::from)
     }
 }
 
-fn step(config: &Config, front: Front<'_>) -> Step {
-    let words = match front.bytes {
+fn step(config: &Config, window: Window<'_>) -> Step {
+    let words = match window.bytes {
         [HEADER] => return Step::More,
         [HEADER, HEADER, words @ ..] => words,
         _ => return Step::Skip(DropReason::OutOfStep),
@@ -277,12 +277,12 @@ fn step(config: &Config, front: Front<'_>) -> Step {
         return Step::More;
     }
     match behind {
-        [] if front.in_step && !config.confirm => (),
+        [] if window.in_step && !config.confirm => (),
         [] | [HEADER] => return Step::Wait,
         [HEADER, HEADER, ..] => (),
         _ => return Step::Skip(DropReason::Length),
     }
-    let sample = sample(config, words, front.arrival);
+    let sample = sample(config, words, window.arrival);
     Step::Take(length, None, Event::Sample(sample))
 }
 

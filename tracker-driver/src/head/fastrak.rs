@@ -67,7 +67,7 @@ use super::polhemus::{
 use crate::command::{Awaited, Bytes, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event, Message, Text};
 use crate::sample::Sample;
-use crate::stream::{Front, Step, Stream};
+use crate::stream::{Step, Stream, Window};
 use crate::time::Micros;
 
 /// Bytes before a record's items.
@@ -271,7 +271,7 @@ impl Fastrak {
 impl Decoder for Fastrak {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
         let (config, status) = (&self.config, &mut self.status);
-        let step = |front: Front<'_>| config.step(status, front);
+        let step = |window: Window<'_>| config.step(status, window);
         self.stream.feed(bytes, arrival, sink, step);
     }
 
@@ -286,8 +286,8 @@ impl Decoder for Fastrak {
 
 impl Config {
     /// What the front of a stream is; `last` are the stations' last statuses.
-    fn step(&self, last: &mut [u8], front: Front<'_>) -> Step {
-        let bytes = front.bytes;
+    fn step(&self, last: &mut [u8], window: Window<'_>) -> Step {
+        let bytes = window.bytes;
         let nowhere = Step::Skip(DropReason::OutOfStep);
         match bytes {
             [b'0', ..] => {}
@@ -310,7 +310,7 @@ impl Config {
             status,
             meaning: fault_meaning(status),
         };
-        record(front, header, &self.items, self.scale(), last)
+        record(window, header, &self.items, self.scale(), last)
     }
 }
 

@@ -85,7 +85,7 @@ use crate::command::PATIENCE;
 use crate::decoder::{Counts, Decoder, DropReason, Event};
 use crate::rotation::inverse;
 use crate::sample::{Head, Reading, Sample};
-use crate::stream::{Front, Step, Stream};
+use crate::stream::{Step, Stream, Window};
 use crate::time::Micros;
 use crate::valid;
 use command::{EXAMINE, answer, command_bytes};
@@ -363,15 +363,15 @@ impl Decoder for Flock {
             noisy,
         } = self;
         *asked = asked.filter(|&(_, at)| arrival.since(at) <= PATIENCE);
-        stream.feed(bytes, arrival, sink, |front| {
-            let awaited = asked.and_then(|(parameter, _)| answer(parameter, front, !*noisy));
+        stream.feed(bytes, arrival, sink, |window| {
+            let awaited = asked.and_then(|(parameter, _)| answer(parameter, window, !*noisy));
             if let Some(step) = awaited {
                 if step != Step::More {
                     *asked = None;
                 }
                 return step;
             }
-            let step = config.step(front);
+            let step = config.step(window);
             if !matches!(step, Step::More | Step::Wait) {
                 *noisy = matches!(step, Step::Skip(_));
             }
@@ -401,8 +401,8 @@ impl Decoder for Flock {
 }
 
 impl Config {
-    fn step(&self, front: Front<'_>) -> Step {
-        let bytes = front.bytes;
+    fn step(&self, window: Window<'_>) -> Step {
+        let bytes = window.bytes;
         let Some((&first, rest)) = bytes.split_first() else {
             return Step::More;
         };
@@ -437,7 +437,7 @@ impl Config {
                 let sample = Sample {
                     sensor,
                     head,
-                    ..Sample::arrived(front.arrival)
+                    ..Sample::arrived(window.arrival)
                 };
                 Step::Take(length, None, Event::Sample(sample))
             }

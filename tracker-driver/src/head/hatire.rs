@@ -42,7 +42,7 @@ use super::axes::{self, Axes};
 use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event, Message, Text};
 use crate::sample::{Head, Reading, Sample};
-use crate::stream::{Front, Step, Stream};
+use crate::stream::{Step, Stream, Window};
 use crate::time::Micros;
 use crate::valid;
 use glam::{Quat, Vec3};
@@ -259,7 +259,7 @@ impl Decoder for Hatire {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
         let config = &self.config;
         let numbers = [COUNTS, LARGEST_GAP];
-        let step = |front: Front<'_>| config.step(front);
+        let step = |window: Window<'_>| config.step(window);
         self.stream
             .feed_numbered(numbers, bytes, arrival, sink, step);
     }
@@ -285,8 +285,8 @@ fn is_text(frame: &[u8; FRAME_BYTES]) -> bool {
 }
 
 impl Config {
-    fn step(&self, front: Front<'_>) -> Step {
-        let bytes = front.bytes;
+    fn step(&self, window: Window<'_>) -> Step {
+        let bytes = window.bytes;
         if bytes.iter().take(2).any(|&byte| byte != 0xAA) {
             return Step::Skip(DropReason::OutOfStep);
         }
@@ -294,21 +294,21 @@ impl Config {
             return Step::More;
         };
         let Some(frame) = self.decode(whole) else {
-            return front.broken_off();
+            return window.broken_off();
         };
         match frame.code {
             ..=HIGHEST_COUNT => match self.head(&frame) {
-                Err(reason) => front.unusable(FRAME_BYTES, reason),
+                Err(reason) => window.unusable(FRAME_BYTES, reason),
                 Ok(head) => {
                     let sample = Sample {
                         sequence: Some(u32::from(frame.code)),
                         head,
-                        ..Sample::arrived(front.arrival)
+                        ..Sample::arrived(window.arrival)
                     };
                     Step::Take(FRAME_BYTES, None, Event::Sample(sample))
                 }
             },
-            FIRST_TEXT.. if !is_text(whole) => front.unusable(FRAME_BYTES, DropReason::Field),
+            FIRST_TEXT.. if !is_text(whole) => window.unusable(FRAME_BYTES, DropReason::Field),
             FIRST_TEXT.. => {
                 let text = whole.get(4..4 + TEXT_BYTES).unwrap_or_default();
                 let fault = (frame.code >= FIRST_ERROR).then(|| Message::Fault {
@@ -318,7 +318,7 @@ impl Config {
                 let text = Event::Message(Message::Text(Text::new(text)));
                 Step::Take(FRAME_BYTES, fault, text)
             }
-            _ => front.unusable(FRAME_BYTES, DropReason::Unknown),
+            _ => window.unusable(FRAME_BYTES, DropReason::Unknown),
         }
     }
 }

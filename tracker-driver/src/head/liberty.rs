@@ -35,7 +35,7 @@
 //!
 //! # Axes
 //!
-//! As [`fastrak`](super::fastrak)'s.
+//! The same as for [`fastrak`](super::fastrak).
 //!
 //! # How strong the check is
 //!
@@ -49,7 +49,7 @@ use super::polhemus::{Family, Header, ItemList, MOST_RECORD_BYTES, Record, Scale
 use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event};
 use crate::sample::Sample;
-use crate::stream::{Front, Step, Stream};
+use crate::stream::{Step, Stream, Window};
 use crate::time::Micros;
 
 /// Bytes before a record's items.
@@ -225,7 +225,7 @@ impl Liberty {
 impl Decoder for Liberty {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
         let (config, error) = (&self.config, &mut self.error);
-        let step = |front: Front<'_>| config.step(error, front);
+        let step = |window: Window<'_>| config.step(error, window);
         self.stream.feed(bytes, arrival, sink, step);
     }
 
@@ -245,8 +245,8 @@ fn lacks(bytes: &[u8], at: usize, allowed: impl Fn(u8) -> bool) -> bool {
 
 impl Config {
     /// What the front of a stream is; `last` are the stations' last errors.
-    fn step(&self, last: &mut [u8], front: Front<'_>) -> Step {
-        let bytes = front.bytes;
+    fn step(&self, last: &mut [u8], window: Window<'_>) -> Step {
+        let bytes = window.bytes;
         let nowhere = Step::Skip(DropReason::OutOfStep);
         let starts = |model: Model| bytes.iter().zip(model.tag()).all(|(&a, b)| a == b);
         let printable = |byte: u8| byte == b' ' || byte.is_ascii_graphic();
@@ -296,7 +296,7 @@ impl Config {
             meaning: "",
         };
         record(
-            front,
+            window,
             header,
             &self.items,
             Scale::new(self.units, &self.axes),

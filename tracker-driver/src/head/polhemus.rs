@@ -16,7 +16,7 @@ pub(crate) use numbers::{from_seven_bits, nearest_word, push_number, to_seven_bi
 use super::axes::{self, Axes};
 use crate::decoder::{DropReason, Event, Message};
 use crate::sample::{Head, Sample};
-use crate::stream::{Front, Step};
+use crate::stream::{Step, Window};
 use crate::time::DeviceTime;
 use glam::{Quat, Vec3};
 use heapless::Vec;
@@ -78,7 +78,7 @@ pub enum Family {
     Liberty,
 }
 
-/// A list of items that a device can be told and a decoder can read.
+/// A list of items that a device can send and a decoder can read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ItemList {
     items: Vec<Item, MOST_ITEMS>,
@@ -86,16 +86,16 @@ pub struct ItemList {
     bytes: usize,
 }
 
-/// Why bytes are not a list's items.
+/// Why bytes cannot be read as a list's items.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Misread {
-    /// They are not in the items' form: likely no record at all.
+enum ItemError {
+    /// The bytes do not have the items' form: likely no record at all.
     Shape,
-    /// A number is none that the device may send.
+    /// A number is one that the device may not send.
     Value(DropReason),
 }
 
-impl From<DropReason> for Misread {
+impl From<DropReason> for ItemError {
     fn from(reason: DropReason) -> Self {
         Self::Value(reason)
     }
@@ -139,22 +139,22 @@ pub(crate) struct Header {
 
 /// The record behind a header. A fault is said where it is not the `last` of its sensor.
 pub(crate) fn record(
-    front: Front<'_>,
+    window: Window<'_>,
     header: Header,
     list: &ItemList,
     scale: Scale<'_>,
     last: &mut [u8],
 ) -> Step {
     let length = header.bytes + list.bytes();
-    let Some(items) = front.bytes.get(header.bytes..length) else {
+    let Some(items) = window.bytes.get(header.bytes..length) else {
         return Step::More;
     };
     let Header { sensor, status, .. } = header;
     let measured = status == b' ';
     let (head, device_time) = match list.read(items, measured, scale) {
         Ok(read) => read,
-        Err(Misread::Shape) => return front.broken_off(),
-        Err(Misread::Value(reason)) => return front.unusable(length, reason),
+        Err(ItemError::Shape) => return window.broken_off(),
+        Err(ItemError::Value(reason)) => return window.unusable(length, reason),
     };
     let changed = last
         .get_mut(usize::from(sensor))
@@ -167,7 +167,7 @@ pub(crate) fn record(
         device_time,
         sensor,
         head,
-        ..Sample::arrived(front.arrival)
+        ..Sample::arrived(window.arrival)
     };
     Step::Take(length, fault, Event::Sample(sample))
 }
@@ -288,7 +288,7 @@ impl ItemList {
     }
 
     /// Reads a record's items. `bytes` are [`ItemList::bytes`] long.
-    fn read(&self, bytes: &[u8], tracked: bool, scale: Scale) -> Result<Read, Misread> {
+    fn read(&self, bytes: &[u8], tracked: bool, scale: Scale) -> Result<Read, ItemError> {
         // All of the form before any of the values: only what has the form
         // is a record.
         let mut values = Values::default();
@@ -297,7 +297,7 @@ impl ItemList {
             for place in 0..item.values() {
                 let (value, after) = rest
                     .split_at_checked(item.value_bytes())
-                    .ok_or(Misread::Shape)?;
+                    .ok_or(ItemError::Shape)?;
                 values.put(*item, place, value)?;
                 rest = after;
             }

@@ -10,35 +10,35 @@ use std::vec::Vec;
 /// How long [`Device::read`] waits, milliseconds.
 const READ_WAIT: i32 = 2;
 
-/// Most bytes of a report descriptor, which is what hidapi reads.
+/// Most bytes of a report descriptor: hidapi reads no more.
 const MOST_DESCRIPTOR_BYTES: usize = hidapi::MAX_REPORT_DESCRIPTOR_SIZE;
 
-/// A device that a host has.
+/// A device of this host.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Found {
-    /// Its path.
+    /// The path that [`Device::open`] takes.
     pub path: String,
-    /// USB's vendor and product.
+    /// USB vendor and product numbers.
     pub id: (u16, u16),
-    /// What it calls itself.
+    /// The product's name, by the device.
     pub product: String,
-    /// Its serial number; empty where it has none.
+    /// The serial number; empty if the device has none.
     pub serial_number: String,
-    /// Its collections' usage pages and usages.
+    /// Usage pages and usages of the device's collections.
     pub usages: Vec<(u16, u16)>,
 }
 
 impl Found {
-    /// Whether it says of itself that it tracks eyes or heads.
+    /// Returns whether its usages are those of an eye or head tracker.
     pub fn is_tracker(&self) -> bool {
         self.usages.iter().any(|&(page, _)| page == PAGE)
     }
 }
 
-/// The devices of this host, in the order of their paths.
+/// Returns the devices of this host, in the order of their paths.
 ///
 /// # Errors
-/// Those of the system; a host without such devices has an empty list.
+/// I/O errors from the system; a host without such devices has an empty list.
 pub fn devices() -> io::Result<Vec<Found>> {
     let api = HidApi::new().map_err(system)?;
     let mut devices: Vec<Found> = Vec::new();
@@ -71,9 +71,9 @@ impl Device {
     /// Opens the device at `path`.
     ///
     /// # Errors
-    /// [`io::ErrorKind::NotFound`] where there is none,
-    /// [`io::ErrorKind::PermissionDenied`] where it may not be used, and
-    /// others of the system's.
+    /// [`io::ErrorKind::NotFound`] without a device there,
+    /// [`io::ErrorKind::PermissionDenied`] if the user may not use it, and
+    /// other I/O errors from the system.
     pub fn open(path: &str) -> io::Result<Self> {
         // hidapi passes on the text of a failure, not its kind.
         #[cfg(unix)]
@@ -87,10 +87,10 @@ impl Device {
         Ok(Self { device })
     }
 
-    /// The report descriptor.
+    /// Returns the report descriptor.
     ///
     /// # Errors
-    /// Those of the system.
+    /// I/O errors from the system.
     pub fn descriptor(&self) -> io::Result<Vec<u8>> {
         let mut bytes = std::vec![0; MOST_DESCRIPTOR_BYTES];
         let length = self.device.get_report_descriptor(&mut bytes);
@@ -98,11 +98,11 @@ impl Device {
         Ok(bytes)
     }
 
-    /// The next input report, its id in front where the device uses ids,
-    /// after a wait of 2 ms at most; 0 where none has come.
+    /// Reads the next input report, its id in front where the device uses ids, and
+    /// returns its length: 0 if none came within 2 ms.
     ///
     /// # Errors
-    /// Those of the system: the device is gone.
+    /// I/O errors from the system: the device is gone.
     pub fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self.device.read_timeout(buffer, READ_WAIT) {
             Err(HidError::IoError { error }) if error.kind() == io::ErrorKind::Interrupted => Ok(0),
@@ -114,7 +114,7 @@ impl Device {
     /// uses ids, which are above 0.
     ///
     /// # Errors
-    /// Those of the system: the device refuses it, or is gone.
+    /// I/O errors from the system: the device refuses the report, or is gone.
     pub fn set_feature(&mut self, id: u8, report: &[u8]) -> io::Result<()> {
         let sent = as_sent(id, report);
         self.device.send_feature_report(&sent).map_err(system)
@@ -124,7 +124,7 @@ impl Device {
     /// in front where the device uses ids.
     ///
     /// # Errors
-    /// Those of the system: the device has none, or is gone.
+    /// I/O errors from the system: the device has no such report, or is gone.
     pub fn feature(&mut self, id: u8, length: usize) -> io::Result<Vec<u8>> {
         let mut report = as_sent(id, &[]);
         report.resize(room(id, length), 0);
@@ -137,13 +137,13 @@ impl Device {
     }
 }
 
-/// The report with an id in front, which the system wants: 0 where it has none.
+/// Returns the report with an id in front, as the system requires: 0 for a report without one.
 fn as_sent(id: u8, report: &[u8]) -> Vec<u8> {
     let none: &[u8] = if id == 0 { &[0] } else { &[] };
     [none, report].concat()
 }
 
-/// The buffer length for a report of `length` bytes.
+/// Returns the buffer length for a report of `length` bytes.
 fn room(id: u8, length: usize) -> usize {
     length.max(1) + usize::from(id == 0)
 }
@@ -174,7 +174,7 @@ mod tests {
         assert_eq!((room(7, 3), room(0, 3), room(7, 0)), (3, 4, 1));
         assert_eq!(as_read(7, 3, [7, 1, 2].into()), [7, 1, 2]);
         assert_eq!(as_read(0, 2, [0, 1, 2].into()), [1, 2]);
-        // As some drivers have it, and a report that ends early.
+        // A report without the zero that most systems add, or a short one, stays as it is.
         assert_eq!(as_read(0, 2, [1, 2].into()), [1, 2]);
     }
 }

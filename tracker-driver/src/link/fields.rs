@@ -15,7 +15,7 @@ pub(super) const SEQUENCE: u32 = 1 << 2;
 pub(super) const POSITION: u32 = 1 << 3;
 pub(super) const ORIENTATION: u32 = 1 << 4;
 pub(super) const ANGULAR_VELOCITY: u32 = 1 << 5;
-/// The left eye's bits; the right and the combined eye's are 4 and 8 bits on.
+/// The left eye's bits; those of the right and the combined eye are 4 and 8 places higher.
 pub(super) const ORIGIN: u32 = 1 << 6;
 pub(super) const DIRECTION: u32 = 1 << 7;
 pub(super) const PUPIL: u32 = 1 << 8;
@@ -23,7 +23,7 @@ pub(super) const OPENNESS: u32 = 1 << 9;
 pub(super) const BITS_PER_EYE: u32 = 4;
 pub(super) const GAZE_POINT: u32 = 1 << 18;
 pub(super) const TRACKER_FRAME: u32 = 1 << 19;
-/// The left eye's bit; the right and the combined eye's are 1 and 2 bits on.
+/// The left eye's bit; those of the right and the combined eye are 1 and 2 places higher.
 pub(super) const RAW_PUPIL: u32 = 1 << 20;
 pub(super) const GAZE_POINT_KIND: u32 = 23;
 pub(super) const UNUSED: u32 = !0 << 25;
@@ -33,7 +33,7 @@ pub(super) const TRACKABLE: u32 = POSITION
     | GAZE_POINT
     | ((ORIGIN | DIRECTION) * (1 | (1 << BITS_PER_EYE) | (1 << (2 * BITS_PER_EYE))));
 
-/// The eyes of a sample and how far their bits are from the left one's.
+/// Returns the eyes of a sample, each with the number of places its bits are above the left eye's.
 fn eyes(sample: &Sample) -> [(u32, &Eye); 3] {
     [(0, &sample.left), (1, &sample.right), (2, &sample.combined)]
 }
@@ -108,7 +108,7 @@ impl Bits {
         self.valid & bit != 0
     }
 
-    /// A value that was read, tracked or not by this bit.
+    /// Returns a reading whose `tracked` is this bit.
     fn read<T>(self, bit: u32, value: T) -> Reading<T> {
         let tracked = self.tracked & bit != 0;
         Reading { value, tracked }
@@ -127,7 +127,7 @@ impl Bits {
     }
 }
 
-/// A vector that has length 1, with the bits that it came with.
+/// Returns the vector unchanged if its length is 1.
 fn unit(vector: Vec3) -> Result<Vec3, DropReason> {
     let norm = valid::length(&valid::place(vector, 2.0)?.to_array());
     if (norm - 1.0).abs() > NORM_TOLERANCE {
@@ -136,7 +136,7 @@ fn unit(vector: Vec3) -> Result<Vec3, DropReason> {
     Ok(vector)
 }
 
-/// The sample in a body.
+/// Reads the sample in a body.
 #[inline(never)]
 pub(super) fn read_sample(body: &[u8], arrival: Micros) -> Result<Sample, DropReason> {
     let mut body = Body(body);
@@ -200,7 +200,7 @@ pub(super) fn read_sample(body: &[u8], arrival: Micros) -> Result<Sample, DropRe
     Ok(sample)
 }
 
-/// Eye `n` of the three.
+/// Reads eye `n` of the three.
 fn read_eye(body: &mut Body<'_>, bits: Bits, n: u32, eye: &mut Eye) -> Result<(), DropReason> {
     let shift = n * BITS_PER_EYE;
     if bits.has(ORIGIN << shift) {

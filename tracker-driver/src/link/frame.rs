@@ -140,7 +140,7 @@ impl Frames {
         Ok((bytes, crc))
     }
 
-    /// Forgets what came in; how many bytes of no whole frame that were.
+    /// Forgets an incomplete frame; returns its number of bytes.
     pub(super) fn reset(&mut self) -> u32 {
         let bytes = if self.ended { 0 } else { self.bytes };
         *self = Self::default();
@@ -148,25 +148,25 @@ impl Frames {
     }
 }
 
-/// What one side of a link says in frames of its own kinds.
-pub trait Said: Sized {
-    /// What a body of this kind says.
+/// A message that one side of a link sends: the content of a frame.
+pub trait LinkMessage: Sized {
+    /// Reads the message of a frame's kind and body.
     ///
     /// # Errors
-    /// Where the kind is another, or the body none of it.
+    /// Another side's kind, or a body that does not fit it.
     fn read(kind: u8, body: &[u8]) -> Result<Self, DropReason>;
 }
 
-/// The decoder of what one side says; it counts and passes over damaged and other frames.
+/// The decoder of one side's messages; it counts and skips damaged and other frames.
 #[derive(Debug, Clone)]
 pub struct Listener<T> {
     frames: Frames,
     dropped: u32,
-    said: PhantomData<T>,
+    messages: PhantomData<T>,
 }
 
-impl<T: Said> Listener<T> {
-    /// A decoder that has seen nothing.
+impl<T: LinkMessage> Listener<T> {
+    /// Returns a decoder that has received nothing.
     #[allow(
         clippy::new_without_default,
         reason = "a derived default would ask for one of T"
@@ -175,11 +175,11 @@ impl<T: Said> Listener<T> {
         Self {
             frames: Frames::default(),
             dropped: 0,
-            said: PhantomData,
+            messages: PhantomData,
         }
     }
 
-    /// Takes the next bytes and hands what they say to `sink`.
+    /// Takes the next bytes and hands their messages to `sink`.
     pub fn feed(&mut self, bytes: &[u8], sink: &mut dyn FnMut(T)) {
         for &byte in bytes {
             let Some(Received { content, .. }) = self.frames.push(byte) else {
@@ -196,7 +196,7 @@ impl<T: Said> Listener<T> {
         }
     }
 
-    /// Frames that were passed over.
+    /// Returns the number of frames that were skipped.
     pub const fn dropped(&self) -> u32 {
         self.dropped
     }

@@ -22,11 +22,11 @@ const MOST_HEARD: usize = 64;
 /// Most bytes of an answer.
 const MOST_ANSWER: usize = 64;
 
-/// The device at the other end of the line, as far as it takes commands.
+/// A simulated device at the other end of the line, which obeys commands.
 ///
 /// It streams from the start until it is stopped, in the form of [`Device::protocol`], which
-/// commands change. A reset makes it silent and deaf for a while, then it
-/// is as it was at the start, or as it was last saved (`^K` of a FASTRAK).
+/// commands change. After a reset it neither sends nor hears for a while, and is then in its
+/// first state, or the one last saved (`^K` of a FASTRAK).
 ///
 /// | Device | Commands |
 /// |---|---|
@@ -38,51 +38,51 @@ const MOST_ANSWER: usize = 64;
 /// | ISCAN | start, stop; others pass |
 /// | `AdHawk` | 0x90, 0x9A, 0x9B of the properties 2, 5, 13 and 14, 0x9C; others are result 8 |
 ///
-/// Not answered, as what the answers look like is not known: FASTRAK's `T`,
-/// Flock's `O` 6. Liberty's `F0` is passed over: its records in ASCII are not
-/// known here.
+/// Not answered, since the form of the answers is not known: FASTRAK's `T`, Flock's
+/// `O` 6. Liberty's `F0` is ignored: the form of its ASCII records is not known.
 #[derive(Debug, Clone)]
 pub struct Device {
     protocol: Protocol,
-    /// What a reset leaves: the protocol, and whether it streams.
+    /// State after a reset: the protocol, and whether the device streams.
     saved: (Protocol, bool),
     heard: Vec<u8, MOST_HEARD>,
-    /// The line up to its end was refused for its length.
+    /// Whether the rest of a line is skipped, since the line was too long.
     overlong: bool,
     link: link::Commands,
     streams: bool,
-    /// Records that were asked for one by one.
+    /// Number of single records that the host asked for.
     asked: u8,
-    /// The end of its restart.
+    /// When its restart ends.
     away_until: Option<Micros>,
     rate: Option<u32>,
-    /// With a rate: no record before this time.
+    /// Earliest time of the next record, if a rate is set.
     next: Micros,
-    clock: Zero<u64>,
-    front: Zero<Quat>,
+    clock: Reference<u64>,
+    front: Reference<Quat>,
     adhawk: adhawk::Properties,
     flock: flock::State,
 }
 
-/// Something that is measured from where it was at a command.
+/// The value from which a quantity is measured: a command may set it to the present one.
 #[derive(Debug, Clone, Copy, Default)]
-enum Zero<T> {
-    /// Measured from its own zero.
+enum Reference<T> {
+    /// The quantity's own zero.
     #[default]
     None,
-    /// Measured from its value in the next sample.
+    /// The value in the next sample.
     Next,
+    /// This value.
     At(T),
 }
 
-impl<T: Copy> Zero<T> {
-    /// From what the present value is to be taken, if from anything.
+impl<T: Copy> Reference<T> {
+    /// Returns the value to subtract from the present one, if any.
     fn of(&mut self, present: T) -> Option<T> {
         if matches!(self, Self::Next) {
             *self = Self::At(present);
         }
         match self {
-            Self::At(zero) => Some(*zero),
+            Self::At(value) => Some(*value),
             Self::None | Self::Next => None,
         }
     }
@@ -102,44 +102,45 @@ impl Device {
             away_until: None,
             rate: None,
             next: Micros(0),
-            clock: Zero::None,
-            front: Zero::None,
+            clock: Reference::None,
+            front: Reference::None,
             adhawk: adhawk::Properties::default(),
             flock: flock::State::default(),
         }
     }
 
-    /// How it writes its records, which commands change.
+    /// Returns the form of its records, which commands change.
     pub const fn protocol(&self) -> &Protocol {
         &self.protocol
     }
 
-    /// Whether it sends records without being asked for each.
+    /// Returns whether it sends records without a request for each.
     pub const fn streams(&self) -> bool {
         self.streams
     }
 
-    /// Records that were asked for one by one, and are due.
+    /// Returns how many single records the host asked for and has not got.
     pub const fn asked(&self) -> u8 {
         self.asked
     }
 
-    /// Whether a record is due at `now`: it streams or was asked, and does not restart.
+    /// Returns whether a record is due at `now`: it streams or was asked, and does not restart.
     pub fn is_to_send(&self, now: Micros) -> bool {
         (self.streams || self.asked > 0) && !self.restarts(now)
     }
 
-    /// Whether it restarts: it sends nothing and hears nothing.
+    /// Returns whether it restarts: it then sends and hears nothing.
     pub fn restarts(&self, now: Micros) -> bool {
         self.away_until.is_some_and(|until| now < until)
     }
 
-    /// The samples per second that the host asked for, if it did.
+    /// Returns the samples per second that the host asked for, if it did.
     pub const fn rate(&self) -> Option<u32> {
         self.rate
     }
 
-    /// The sample to send; `None` while it is stopped or restarts, and above the rate.
+    /// Returns the sample to send; `None` while the device is stopped or restarts, or if the
+    /// sample comes too early for the rate.
     pub fn measure(&mut self, sample: &Sample) -> Option<Sample> {
         let now = sample.arrival;
         if self.restarts(now) {
@@ -150,8 +151,8 @@ impl Device {
         } else if !self.streams || now < self.next {
             return None;
         } else if let Some(rate) = self.rate {
-            // In step with the rate, not with the samples before: where that is no
-            // part of theirs, some follow each other sooner than others.
+            // The next time follows from the rate, not from this sample: where the rate
+            // does not divide the tracker's, intervals differ and their mean is right.
             let period = Micros(1_000_000 / u64::from(rate.max(1)));
             let next = self.next.after(period);
             self.next = if next > now { next } else { now.after(period) };
@@ -160,7 +161,7 @@ impl Device {
         if let Some(time) = &mut sent.device_time
             && let Some(zero) = self.clock.of(time.microseconds)
         {
-            // A clock that has wrapped counts from then on.
+            // A clock that has wrapped since then starts again from 0.
             time.microseconds = time.microseconds.saturating_sub(zero);
         }
         if let Some(turn) = &mut sent.head.orientation
@@ -174,7 +175,7 @@ impl Device {
         Some(sent)
     }
 
-    /// Takes what the host said by `now`, and hands over the answers.
+    /// Takes the host's bytes up to `now`, and hands the answers to `answer`.
     pub fn feed(&mut self, bytes: &[u8], now: Micros, answer: &mut dyn FnMut(&[u8])) {
         if self.protocol == Protocol::Link {
             let (streams, rate) = (&mut self.streams, &mut self.rate);
@@ -194,7 +195,7 @@ impl Device {
                 continue;
             }
             if self.heard.push(byte).is_err() {
-                // No command is as long.
+                // A command is never this long.
                 if matches!(self.protocol, Protocol::Fastrak(_)) {
                     self.refuse_long(answer);
                     self.overlong = byte != b'\r';
@@ -213,7 +214,7 @@ impl Device {
         }
     }
 
-    /// Obeys the first command; returns its bytes, `None` while it is not complete.
+    /// Obeys the first command; returns its length, `None` while it is not complete.
     fn step(&mut self, now: Micros, answer: &mut dyn FnMut(&[u8])) -> Option<usize> {
         let &first = self.heard.first()?;
         match self.protocol {
@@ -232,7 +233,7 @@ impl Device {
         }
     }
 
-    /// Whether it reports this event: our own link does, an `AdHawk` where the host asked.
+    /// Returns whether it reports this event: our own link does, an `AdHawk` if the host asked.
     pub(super) fn tells(&self, kind: EyeEventKind, now: Micros) -> bool {
         let has_it = match self.protocol {
             Protocol::Link => true,
@@ -248,28 +249,28 @@ impl Device {
         }
     }
 
-    /// One record, whether it streams or not.
+    /// Adds a request for one record.
     fn ask(&mut self) {
         self.asked = self.asked.saturating_add(1);
     }
 
-    /// Restarts as it was saved, and is away for nine tenths of the usual time.
+    /// Restarts in its saved state, and is silent for nine tenths of the usual time.
     fn restart(&mut self, now: Micros, usual: Micros) -> usize {
         (self.protocol, self.streams) = self.saved.clone();
         (self.asked, self.rate, self.next) = (0, None, Micros(0));
-        (self.clock, self.front) = (Zero::None, Zero::None);
+        (self.clock, self.front) = (Reference::None, Reference::None);
         self.away_until = Some(now.after(Micros(usual.0 / 10 * 9)));
         self.heard.len()
     }
 }
 
-/// The bytes of the first line, without its end.
+/// Returns the bytes of the first line, without its end.
 fn line(heard: &[u8]) -> Option<Vec<u8, MOST_HEARD>> {
     let end = heard.iter().position(|&byte| byte == b'\r')?;
     Vec::from_slice(heard.get(..end)?).ok()
 }
 
-/// Changes a list's format or its items, where that makes a list.
+/// Changes a list's format or its items, if the result is a valid list.
 fn relist(
     items: &mut ItemList,
     family: Family,

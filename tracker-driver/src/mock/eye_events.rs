@@ -1,5 +1,4 @@
-//! What a device that watches the eyes makes of their movement: events, beside the
-//! samples.
+//! The events that a simulated device reports beside its samples: blinks, lost and found eyes.
 
 use super::tracker::LEAST_OPENNESS;
 use crate::decoder::{EyeEvent, EyeEventKind, Side};
@@ -9,7 +8,7 @@ use crate::time::Micros;
 /// Most events of one sample: two eyes leave and enter a state, and a blink ends.
 pub(super) const MOST_AT_ONCE: usize = 5;
 
-/// How it is with an eye.
+/// The state of an eye.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum Sight {
     #[default]
@@ -18,17 +17,17 @@ enum Sight {
     Lost,
 }
 
-/// Finds eyes that close, open, are lost and found, and blinks, in samples.
+/// Finds in samples when eyes close, open, are lost and found, and blink.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct EyeEvents {
     left: Sight,
     right: Sight,
-    /// Since when one of them is shut.
+    /// When an eye shut, while one is shut.
     shut: Option<Micros>,
 }
 
 impl EyeEvents {
-    /// Takes the next sample and hands over what has happened since the one before.
+    /// Takes the next sample and hands the events since the one before to `sink`.
     pub(super) fn see(&mut self, sample: &Sample, sink: &mut dyn FnMut(EyeEvent)) {
         let mut say = |kind, eye, duration| {
             sink(EyeEvent {
@@ -42,7 +41,7 @@ impl EyeEvents {
             (Side::Left, &mut self.left, &sample.left),
             (Side::Right, &mut self.right, &sample.right),
         ] {
-            // A device without this eye.
+            // The device does not measure this eye.
             if eye.is_empty() {
                 continue;
             }

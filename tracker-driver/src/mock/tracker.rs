@@ -9,35 +9,36 @@ use crate::time::{DeviceTime, Micros};
 use glam::Vec3;
 use shisen_core::numeric::{basis_around, normalize};
 
-/// What a tracker is like. Angles are radians.
+/// The properties of a simulated tracker. Angles are radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackerConfig {
-    /// Samples per second: 60 to 10,000. Trackers send 1,000 at most; more is a flood.
+    /// Samples per second: 60 to 10,000. Real trackers send 1,000 at most; more tests a flood.
     pub rate: u32,
-    /// The eyes' white noise, root mean square of each of two directions; 0 to 0.2.
+    /// RMS white noise of the eyes' direction along each of two axes; 0 to 0.2.
     pub eye_noise: f32,
-    /// The head's, of each of three turns; 0 to 0.2.
+    /// RMS noise of the head's rotation about each axis; 0 to 0.2.
     pub turn_noise: f32,
-    /// The head's, metres in each of three directions; 0 to 0.1.
+    /// RMS noise of the head's position along each axis, metres; 0 to 0.1.
     pub place_noise: f32,
-    /// Losses of the eyes a minute for other reasons than blinks; 0 to 600.
+    /// Losses of the eyes per minute, blinks not counted; 0 to 600.
     pub losses: f32,
     /// Whether it measures the head.
     pub head: bool,
     /// Whether it measures the eyes.
     pub eyes: bool,
-    /// From the measurement to the arrival; up to 1 s.
+    /// Time from the measurement to the arrival; up to 1 s.
     pub latency: Micros,
     /// What the device's clock shows at time 0.
     pub clock_start: u64,
-    /// How fast the device's clock runs, parts per million too many; ±10,000.
+    /// Clock error of the device, parts per million; ±10,000.
     pub clock_drift: i32,
-    /// After how many microseconds it wraps; 0: never.
+    /// Period after which the device's clock wraps, microseconds; 0: never.
     pub clock_wraps_at: u64,
 }
 
 impl Default for TrackerConfig {
-    /// Head and eyes, 500 Hz, 0.1°, 0.02° and 0.1 mm of noise, six losses a minute, 8 ms late.
+    /// Head and eyes at 500 Hz; noise of 0.1° (eyes), 0.02° and 0.1 mm (head); six losses a
+    /// minute; a latency of 8 ms.
     fn default() -> Self {
         Self {
             rate: 500,
@@ -60,7 +61,7 @@ impl Default for TrackerConfig {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[error("the mock's {field} is {found}: give {least} to {most}")]
 pub struct TrackerConfigError {
-    /// Which, and its unit where it has one.
+    /// The value's name, and its unit where it has one.
     pub field: &'static str,
     /// The value; it may be NaN.
     pub found: f32,
@@ -86,7 +87,7 @@ pub struct Tracker<'a> {
 }
 
 impl<'a> Tracker<'a> {
-    /// In front of a viewer. The noise has a seed of its own.
+    /// Returns a tracker in front of a viewer. `seed` is the noise's own.
     ///
     /// # Errors
     /// Values outside the ranges at [`TrackerConfig`].
@@ -127,17 +128,17 @@ impl<'a> Tracker<'a> {
         })
     }
 
-    /// The viewer, to ask for the truth.
+    /// Returns the viewer, whose true gaze can be asked for.
     pub fn viewer(&mut self) -> &mut Viewer<'a> {
         &mut self.viewer
     }
 
-    /// When the next sample is measured.
+    /// Returns when the next sample is measured.
     pub fn next_time(&self) -> Micros {
         Micros(self.count.saturating_mul(1_000_000) / u64::from(self.config.rate.max(1)))
     }
 
-    /// The next sample, with the time at which it was measured.
+    /// Returns the next sample and the time at which it was measured.
     pub fn next_sample(&mut self) -> (Micros, Sample) {
         let time = self.next_time();
         let sequence = self.count as u32;
@@ -163,8 +164,8 @@ impl<'a> Tracker<'a> {
     }
 
     fn measure(&mut self, time: Micros, truth: &Truth, sample: &mut Sample) {
-        // Drawn in any case, so that one setting does not move the others'
-        // noise.
+        // All noise is drawn always, so that one setting does not change the
+        // noise of another.
         let mut draw = |size: f32| {
             let noise = &mut self.noise;
             Vec3::new(noise.normal(), noise.normal(), noise.normal()) * size
@@ -185,7 +186,7 @@ impl<'a> Tracker<'a> {
         let lost = self.losses.at(time.0).is_some() || truth.openness < LEAST_OPENNESS;
         let ahead = rotate(inverse(truth.head.orientation), truth.direction);
         let (x, y) = basis_around(normalize(ahead).unwrap_or(Vec3::NEG_Z));
-        // The mean of two eyes has the noise that is asked for.
+        // Each eye gets √2 times the noise, so that their mean has `eye_noise`.
         let both = core::f32::consts::SQRT_2;
         let eye = |side: f32, noise: Vec3| {
             let seen = along(ahead, (x * noise.x + y * noise.y) * both);

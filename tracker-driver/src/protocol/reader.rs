@@ -1,4 +1,4 @@
-//! What reads the bytes of a protocol.
+//! The decoder of a protocol chosen at run time.
 
 use super::Protocol;
 use crate::decoder::{Counts, Decoder, Event};
@@ -12,12 +12,12 @@ use crate::hid::eye_tracker::{EyeTracker, documented};
 use crate::link::Link;
 use crate::time::Micros;
 
-/// The decoder of a [`Protocol`], whichever it is.
+/// The decoder of any [`Protocol`].
 #[derive(Debug, Clone)]
 pub struct Reader(Kind);
 
 #[derive(Debug, Clone)]
-// One of them at a time, and it stays where it is.
+// Large variants are fine: a program has one decoder, which it never moves.
 #[allow(clippy::large_enum_variant)]
 enum Kind {
     Link(Link),
@@ -33,8 +33,8 @@ enum Kind {
 }
 
 impl Reader {
-    /// A decoder of a device that is set up this way; a HID eye tracker's is
-    /// of the [`documented`] descriptor, and `None` where its axes are none.
+    /// Returns a decoder for a device with these settings; for a HID eye tracker,
+    /// one for the [`documented`] descriptor. `None` if its axes are not valid.
     pub fn new(protocol: &Protocol) -> Option<Self> {
         Some(Self(match protocol.clone() {
             Protocol::Link => Kind::Link(Link::new()),
@@ -53,7 +53,7 @@ impl Reader {
     }
 }
 
-/// Calls a method of the decoder, whichever it is.
+/// Calls a method of the decoder that `self` holds.
 macro_rules! whichever {
     ($reader:expr, $decoder:ident => $call:expr) => {
         match $reader {

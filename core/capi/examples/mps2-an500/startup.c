@@ -1,4 +1,4 @@
-/* From reset to main: the vector table, memory, the floating-point unit. */
+/* Startup code, from reset to main: vector table, memory, floating-point unit. */
 #include "startup.h"
 
 extern uint32_t data_start[], data_end[], data_load[], bss_start[], bss_end[];
@@ -28,7 +28,7 @@ void reset(void)
         __asm volatile("wfi");
 }
 
-/* A fault stays where it happened, for a debugger. */
+/* Stops at a fault, for a debugger to see. */
 static void stop(void)
 {
     for (;;)

@@ -14,15 +14,15 @@ fn settings(protocol: Protocol) -> TrackerSettings {
     unsafe { settings.assume_init() }
 }
 
-/// With the memory that the tracker is in.
+/// Runs `run` with a tracker in memory of the promised size.
 fn with_tracker(settings: &TrackerSettings, run: impl FnOnce(Status, *mut Tracker)) {
-    // Each place that C can put it at.
+    // C may put it at any multiple of 8 bytes.
     let mut memory = [0u64; WORDS + 1];
     let start = memory
         .as_mut_ptr()
         .wrapping_add(usize::from(settings.hertz > 0));
     let mut tracker = null_mut();
-    // SAFETY: there is as much memory.
+    // SAFETY: memory of the promised size.
     let status = unsafe {
         shisen_tracker_init(
             start.cast(),
@@ -51,19 +51,18 @@ fn every_protocol_that_is_built_is_set_up_in_the_buffer_that_is_promised() {
     }
 }
 
-/// Plays what is said to a device that does not answer; says how often
-/// something was sent.
+/// Sets up a device that does not answer; returns how many times bytes were sent.
 fn set_up(tracker: *mut Tracker) -> usize {
     let mut memory = [0u64; SHISEN_SETUP_SIZE.div_ceil(SHISEN_ALIGNMENT)];
     let mut buffer = [0u8; SHISEN_MOST_COMMAND_BYTES];
     let mut setup = Setup::default();
-    // SAFETY: there is as much memory.
+    // SAFETY: memory of the promised size.
     let begun =
         unsafe { shisen_tracker_set_up(tracker, memory.as_mut_ptr().cast(), SHISEN_SETUP_SIZE, 1) };
     assert_eq!(begun, Status::Ok);
     let (mut now, mut sent) = (0, 0);
     loop {
-        // SAFETY: there is as much memory.
+        // SAFETY: memory of the promised size.
         let status = unsafe {
             shisen_tracker_poll(
                 tracker,
@@ -75,8 +74,8 @@ fn set_up(tracker: *mut Tracker) -> usize {
         };
         if status != Status::Ok {
             assert_eq!(status, Status::DeviceSilent);
-            // Noise in between is no reason to stay silent about it.
-            // SAFETY: as many bytes are there.
+            // Noise on the line does not hide that the device is silent.
+            // SAFETY: the buffer has 9 bytes.
             let fed = unsafe { shisen_tracker_feed(tracker, buffer.as_ptr(), 9, now) };
             assert_eq!(fed, Status::Ok);
             return sent;
@@ -87,7 +86,7 @@ fn set_up(tracker: *mut Tracker) -> usize {
     }
 }
 
-/// Bytes of our link: somebody looks straight ahead.
+/// Returns a record of our link: the viewer looks straight ahead.
 #[cfg(feature = "link")]
 fn record(encoder: &mut link::Encoder, microseconds: u64) -> link::Frame {
     let mut sample = Sample::arrived(Micros(microseconds));
@@ -105,7 +104,7 @@ fn samples_count_once_a_device_has_been_told_everything() {
     let mut encoder = link::Encoder::new();
     with_tracker(&settings(Protocol::Link), |_, tracker| {
         let setup = memory.as_mut_ptr().cast();
-        // SAFETY: there is as much memory.
+        // SAFETY: memory of the promised size.
         let begun = unsafe { shisen_tracker_set_up(tracker, setup, SHISEN_SETUP_SIZE, 0) };
         assert_eq!(begun, Status::Ok);
         // SAFETY: a tracker that was made, nobody else's in what follows.

@@ -1,6 +1,6 @@
 //! Samples that are traced together.
 
-use super::Seeing;
+use super::SquareRenderer;
 use crate::frame::begun::{MISSED, Node, Sum, Work};
 use crate::frame::tile::{BLOCK, offset};
 use crate::frame::view::{Kind, Screen};
@@ -43,7 +43,7 @@ impl Batch {
     }
 }
 
-impl<const W: usize> Seeing<'_, '_, W>
+impl<const W: usize> SquareRenderer<'_, '_, W>
 where
     Simd: Runs<W>,
 {

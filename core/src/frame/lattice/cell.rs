@@ -1,7 +1,7 @@
 //! The rest of an interrupted square, cell by cell: a cell lies between four samples.
 
 use super::grid::Grid;
-use super::{Seeing, differs, fill};
+use super::{SquareRenderer, differs, fill};
 use crate::frame::begun::{Cell, Node, Work};
 use crate::simd::{Runs, Simd};
 
@@ -76,7 +76,7 @@ impl Cell {
     }
 }
 
-impl<const W: usize> Seeing<'_, '_, W>
+impl<const W: usize> SquareRenderer<'_, '_, W>
 where
     Simd: Runs<W>,
 {

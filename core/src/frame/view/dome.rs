@@ -20,7 +20,7 @@ pub(crate) struct Dome {
     projection: DomeProjection,
     pub(super) pose: DomePose,
     pub(super) side: u32,
-    /// The first guess of the exact mapping, by `SpheroidMirror::exact_start`.
+    /// First guess for the exact mapping, from `SpheroidMirror::exact_start`.
     start: [f32; 3],
     /// The centre of a screen from the eye, in radii; `None` for pictures of directions.
     centre: Option<Vec3>,
@@ -28,7 +28,7 @@ pub(crate) struct Dome {
     seen_to: f32,
 }
 
-/// Rays of as many places as there are lanes, in the room.
+/// One ray for each lane, in the room.
 struct Rays<F, M> {
     origin: [F; 3],
     direction: [F; 3],
@@ -45,7 +45,7 @@ impl Dome {
             return Err(DomeError::Size { size: side });
         }
         let (position, axes) = (pose.position, pose.room_from_capture);
-        // NaN can hide from the largest magnitude.
+        // `max` ignores NaN, so finiteness is checked apart.
         if !(position.is_finite() && largest_magnitude(position) <= DomeError::FARTHEST) {
             return Err(DomeError::Position { position });
         }
@@ -83,7 +83,7 @@ impl Dome {
         })
     }
 
-    /// The same dome, whose pixels next to the rim's outside show the rim.
+    /// Returns the same dome, with the rim shown in the pixels next to its outside.
     pub(super) fn past_the_rim(self) -> Self {
         // The diagonal of a pixel is 2·√2 over the side.
         let seen_to = 1.0 + 3.0 / self.side as f32;
@@ -99,8 +99,8 @@ impl Dome {
         if !(least..=most).contains(&radius) {
             return Err(DomeError::ScreenRadius { radius });
         }
-        // Lengths in radii: at the centre, directions are those of a dome
-        // master, to the bit.
+        // Lengths are in radii: from the centre, directions are a dome master's
+        // to the bit.
         let centre = (screen.pose.position - eye) / radius;
         let distance = sqrt(centre.length_squared());
         if !(distance <= DomeScreen::FARTHEST_EYE && Ray::new(eye, Vec3::X).is_some()) {
@@ -117,7 +117,7 @@ impl Dome {
         })
     }
 
-    /// The ray through a point of the picture, in pixels; `None` outside the rim.
+    /// Returns the ray through a point of the picture, in pixels; `None` outside the rim.
     pub(crate) fn ray(&self, x: f32, y: f32) -> Option<Ray> {
         let rays = self.rays_of_one(x, y);
         let vector = |[[x], [y], [z]]: [[f32; 1]; 3]| Vec3::new(x, y, z);
@@ -132,12 +132,12 @@ impl Dome {
         self.rays(Portable, [x], [y])
     }
 
-    /// The rays through eight points of the picture, likewise.
+    /// Returns the rays through eight points of the picture, in pixels.
     pub(crate) fn row(&self, simd: Simd, x: &[f32; 8], y: &[f32; 8]) -> RayRow {
         <Simd as Runs<8>>::run(simd, Row(self, x, y))
     }
 
-    /// The rays through points of the picture, in every lane.
+    /// Returns the rays through points of the picture, one for each lane.
     #[inline(always)]
     fn rays<const W: usize, L: Lanes<W>>(&self, l: L, x: L::F, y: L::F) -> Rays<L::F, L::M> {
         let mut pixel = self.place(l, x, y);
@@ -164,20 +164,21 @@ impl Dome {
         }
     }
 
-    /// Directions of places, or of the nearest points inside the rim.
+    /// Returns the directions of places; outside the rim, those of the nearest points inside.
     #[inline(always)]
     fn nearest_directions<const W: usize, L: Lanes<W>>(&self, l: L, x: L::F, y: L::F) -> [L::F; 3] {
         let (_, direction) = self.lines(l, back_inside(l, self.place(l, x, y)));
         self.in_room(l, self.axes(), direction)
     }
 
-    /// Axes of the capture in the room: right, top and back.
+    /// Returns the axes of the capture in the room: right, top and back.
     #[inline(always)]
     fn axes(&self) -> [[f32; 3]; 3] {
         self.pose.room_from_capture.to_cols_array_2d()
     }
 
-    /// The room's directions of those along the capture's axes; of a screen, from the eye.
+    /// Turns directions along the capture's axes into the room's; for a screen, into those from
+    /// the eye.
     #[inline(always)]
     fn in_room<const W: usize, L: Lanes<W>>(
         &self,
@@ -201,7 +202,7 @@ impl Dome {
         }
     }
 
-    /// (u, v) of points of the picture, and their distances from its centre.
+    /// Returns (u, v) for points of the picture, and their distances from its centre.
     #[inline(always)]
     fn place<const W: usize, L: Lanes<W>>(&self, l: L, x: L::F, y: L::F) -> [L::F; 3] {
         let side = l.splat(self.side as f32);
@@ -213,7 +214,7 @@ impl Dome {
         [u, v, radius]
     }
 
-    /// Starts of lines of sight in metres (`None`: the position), and their directions.
+    /// Returns the starts of lines of sight in metres (`None`: the position), and their directions.
     #[inline(always)]
     fn lines<const W: usize, L: Lanes<W>>(
         &self,
@@ -232,8 +233,8 @@ impl Dome {
                 let lines = camera.mirror.pixels(l, pixel, camera.mapping, self.start);
                 let [x, y, z] = lines.point;
                 let scale = l.splat(camera.radius);
-                // The position is added in the room only: the mirror may be
-                // any distance from its origin.
+                // The position is added last, in the room, since the mirror may be far
+                // from the room's origin.
                 let z = l.add(z, l.splat(camera.viewpoint));
                 let point = [l.mul(scale, x), l.mul(scale, y), l.mul(scale, z)];
                 (Some(point), lines.direction)
@@ -247,7 +248,7 @@ impl Dome {
         }
     }
 
-    /// Directions that need more than f32 on the way, lane by lane.
+    /// Returns directions whose computation needs more precision than f32, lane by lane.
     #[inline(always)]
     fn one_by_one<const W: usize, L: Lanes<W>>(&self, l: L, [u, v, _]: [L::F; 3]) -> [L::F; 3] {
         let (u, v) = (l.store(u), l.store(v));
@@ -272,15 +273,15 @@ impl Dome {
 /// Moves places outside the rim to its nearest point: (u, v) and the distance.
 #[inline(always)]
 fn back_inside<const W: usize, L: Lanes<W>>(l: L, [u, v, radius]: [L::F; 3]) -> [L::F; 3] {
-    /// Divides a place outside the rim to within it, whatever was rounded.
+    /// Factor on the radius that a place is divided by, so that rounding leaves it inside the rim.
     const BACK_INSIDE: f32 = 1.0 + 4.0 * f32::EPSILON;
-    // Inside the rim a division by 1.
+    // Places inside the rim are divided by 1.
     let past = l.mul(radius, l.splat(BACK_INSIDE));
     let past = l.select(l.le(radius, l.splat(1.0)), l.splat(1.0), past);
     [l.div(u, past), l.div(v, past), l.div(radius, past)]
 }
 
-/// One component of a vector along the axes.
+/// Returns one component of a vector along the axes.
 #[inline(always)]
 fn turned<const W: usize, L: Lanes<W>>(
     l: L,
@@ -295,7 +296,7 @@ fn turned<const W: usize, L: Lanes<W>>(
     l.add(l.add(x, y), z)
 }
 
-/// Whether axes are of unit length, at right angles and right-handed.
+/// Returns whether axes are of unit length, at right angles and right-handed.
 fn is_rotation(axes: &Mat3) -> bool {
     let (x, y, z) = (axes.x_axis, axes.y_axis, axes.z_axis);
     // NaN fails each comparison.
@@ -308,12 +309,12 @@ fn is_rotation(axes: &Mat3) -> bool {
 }
 
 impl Dome {
-    /// Whether all rays of a block, from its first pixel (x, y) on, start at one point.
+    /// Returns whether all rays of the block with first pixel (x, y) start at one point.
     pub(crate) fn sees_all_from(&self, x: u32, y: u32) -> bool {
         if let DomeProjection::Mirror(_) = self.projection {
             return false;
         }
-        // What is between places inside a circle is inside it: the block's corners.
+        // If the block's corners are inside the circle, so are all its places.
         let (left, above) = (x as f32 - 0.5, y as f32 - 0.5);
         let (right, below) = (left + BLOCK as f32, above + BLOCK as f32);
         let [.., distances] = self.place(
@@ -324,9 +325,9 @@ impl Dome {
         distances.into_iter().all(|distance| distance <= 1.0)
     }
 
-    /// Whether no place of a block is seen; (x, y) is its first pixel.
+    /// Returns whether the whole block with first pixel (x, y) is outside the rim.
     pub(crate) fn sees_nothing_from(&self, x: u32, y: u32) -> bool {
-        // The nearest place to the centre; rounding keeps the order of all others.
+        // Tests the place nearest to the centre: rounding keeps the order of distances.
         let centre = (self.side - 1) as f32 / 2.0;
         let nearest = |first: u32| {
             let low = first as f32 - 0.5;
@@ -337,7 +338,7 @@ impl Dome {
     }
 }
 
-/// A dome whose rays start all at one point, where it is inside its rim.
+/// A dome whose rays all start at one point, for blocks inside its rim.
 impl OnePoint for Dome {
     /// In pixels from the centre of the first.
     type Columns<F: Copy> = F;
@@ -377,7 +378,7 @@ impl OnePoint for Dome {
     }
 }
 
-/// The least and the greatest components of the directions of a whole block.
+/// Computes the least and the greatest components of a whole block's directions.
 struct Extremes<'r>(&'r Dome, (u32, u32), (f32, f32));
 
 impl Kernel<8> for Extremes<'_> {

@@ -1,11 +1,11 @@
 use super::DomePose;
 
-/// The part of a sphere's inside within half of the field of view around its zenith. The picture is
+/// A dome screen: the inside of a sphere, up to half the field of view from its zenith. The picture is
 /// equidistant as seen from the sphere's centre: the distance of a pixel from the picture's is the
 /// angle from the zenith.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DomeScreen {
-    /// Where the sphere's centre is and which way the dome points.
+    /// The sphere's centre and the dome's axes.
     pub pose: DomePose,
     /// Radius of the sphere: metres, within [`DomeScreen::RADII`].
     pub radius: f32,
@@ -18,8 +18,8 @@ impl DomeScreen {
     /// Least and greatest radius: metres.
     pub const RADII: (f32, f32) = (1.0e-3, 1.0e6);
 
-    /// Farthest that an eye may be from the centre: radii. Past it a pixel's
-    /// place would be a matter of rounding.
+    /// Greatest distance of an eye from the centre: radii. Farther out, rounding
+    /// would decide where a pixel is.
     pub const FARTHEST_EYE: f32 = 0.99;
 }
 

@@ -37,14 +37,14 @@ impl FlatScreen {
         }
     }
 
-    /// The rays from an eye (metres, in the room) through its pixels, the same in a display
-    /// controller as in a host.
+    /// Returns the rays from an eye (metres, in the room) through its pixels, the same in a
+    /// display controller as on a host.
     ///
     /// # Errors
-    /// As [`View::new`]; an eye behind the screen or within [`Self::CLOSEST`] of its plane.
+    /// Those of [`View::new`]; an eye behind the screen or within [`Self::CLOSEST`] of its plane.
     pub fn view_from(&self, eye: Vec3) -> Result<View, ViewError> {
         let first_pixel = self.first_pixel - eye;
-        // Towards the front side.
+        // Points to the front side.
         let normal = self.row_step.cross(self.column_step).normalize_or_zero();
         if normal != Vec3::ZERO && !(-first_pixel.dot(normal) > Self::CLOSEST) {
             return Err(ViewError::Behind);

@@ -4,7 +4,7 @@ use crate::shape::Ray;
 use crate::simd::{Lanes, Simd};
 use glam::Vec3;
 
-/// The rays of an off-axis frustum (Kooima 2008): a map from pixels to directions.
+/// A map from pixels to directions: the rays of an off-axis frustum (Kooima 2008).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Screen {
     pub(crate) eye: Vec3,
@@ -15,7 +15,7 @@ pub(crate) struct Screen {
     pub(super) rows: u32,
 }
 
-/// Why a flat screen's view is not one.
+/// Why a flat screen has no view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -35,14 +35,14 @@ pub enum ViewError {
 }
 
 pub(crate) struct ScreenColumns<F> {
-    /// Towards the first row.
+    /// Directions of the columns' pixels in the first row.
     tops: [F; 3],
     row_step: [F; 3],
     last_row: u32,
 }
 
 impl<F: Copy> ScreenColumns<F> {
-    /// [`Screen::direction`] of a row's pixels; those past the borders repeat the last.
+    /// Returns [`Screen::direction`] for a row's pixels; pixels past the borders repeat the last.
     #[inline(always)]
     pub(crate) fn directions<L: Lanes<8, F = F>>(&self, l: L, y: u32, dy: f32) -> [F; 3] {
         let row = l.splat(y.min(self.last_row) as f32 + dy);
@@ -76,8 +76,8 @@ impl Screen {
             columns,
             rows,
         };
-        // Directions between the corners' are no longer than the longest, and
-        // no shorter than the distance of the plane.
+        // A direction is no longer than the longest of the corners', and no shorter
+        // than the distance of the plane.
         let corners = [(0, 0), (columns, 0), (0, rows), (columns, rows)];
         let normal = column_step.cross(row_step);
         let distance = first_pixel.dot(normal).abs();
@@ -90,13 +90,14 @@ impl Screen {
         Ok(screen)
     }
 
-    /// Towards a point of the screen, in pixels from the centre of the first.
+    /// Returns the direction of a point of the screen, in pixels from the centre of the first.
     #[inline(always)]
     pub(crate) fn direction(&self, x: f32, y: f32) -> Vec3 {
         (self.first_pixel + self.column_step * x) + self.row_step * y
     }
 
-    /// Towards the corners of a part of the screen, from its first point to its last.
+    /// Returns the directions of the corners of a part of the screen, from its first point to its
+    /// last.
     pub(crate) fn corners_between(
         &self,
         (left, above): (f32, f32),
@@ -110,7 +111,7 @@ impl Screen {
         ]
     }
 
-    /// The ray through a point, in pixels from the first's centre, if it can be traced.
+    /// Returns the ray through a point, in pixels from the first's centre, if it can be traced.
     #[inline(always)]
     pub(crate) fn ray(&self, x: f32, y: f32) -> Option<Ray> {
         Ray::new(self.eye, self.direction(x, y))
@@ -129,7 +130,7 @@ impl OnePoint for Screen {
         self.direction(x, y)
     }
 
-    /// The last column repeats.
+    /// Columns past the last repeat it.
     #[inline(always)]
     fn columns_at<L: Lanes<8>>(&self, l: L, x: u32, dx: f32) -> ScreenColumns<L::F> {
         let mut columns = [0.0; 8];

@@ -1,7 +1,7 @@
 use super::*;
 use core::f32::consts::FRAC_PI_2;
 
-/// Axes that round nothing: right, up and back are x, y and z.
+/// Returns a gaze along the axes, free of rounding: right, up and back are x, y and z.
 fn front() -> Gaze {
     let sight = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).unwrap();
     Gaze::new(sight, VisualField::PAPER)
@@ -44,7 +44,7 @@ fn field(central: f32, up: f32, down: f32, left: f32, right: f32) -> VisualField
     VisualField::new(limits, Boundary::Printed).unwrap()
 }
 
-/// Fields that are narrow, wide, flat and uneven; fewer under Miri, which is slow.
+/// Returns narrow, wide, flat and uneven fields; fewer under Miri, which is slow.
 fn fields() -> impl Iterator<Item = VisualField> {
     let all = [
         VisualField::PAPER,
@@ -72,11 +72,11 @@ fn regions_hold_what_lies_between_their_corners() {
             let gaze = Gaze::new(front().line_of_sight(), field.with_boundary(boundary));
             let mut found = [0; 4];
             for number in 0..count {
-                // From patches of half the view to what is next to a point.
+                // From patches of half the view to nearly a point.
                 let size = 0.5f32.powi(number % 12);
                 let (right, down) = (vector() * size, vector() * size);
                 let first = if number % 3 == 0 {
-                    // About the line of sight.
+                    // Around the line of sight.
                     Vec3::NEG_Z - (right + down) * 0.5 + vector() * 0.01
                 } else {
                     vector()

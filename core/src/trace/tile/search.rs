@@ -19,14 +19,14 @@ struct TileInMesh<'r, 'a, const W: usize> {
     slabs: &'r TileSlabs,
     axes: [usize; 3],
     shear: [PerRay; 3],
-    /// Where each ray enters the instance's box.
+    /// Distance at which each ray enters the instance's box.
     start: &'r PerRay,
     instance: u32,
     hits: &'r mut TileHits,
 }
 
 impl<const W: usize> TileInMesh<'_, '_, W> {
-    /// Lanes of a group whose edge functions vanished, decided exactly.
+    /// Decides exactly the lanes of a group whose edge functions vanished.
     #[cold]
     #[inline(never)]
     fn accept_exactly(&mut self, triangle: &Triangle, hit: Hit, group: usize, mut lanes: u32) {
@@ -165,7 +165,7 @@ struct TileInWorld<'r, 'a, const W: usize> {
 }
 
 impl<const W: usize> TileInWorld<'_, '_, W> {
-    /// False where the rays cannot go together in the mesh's frame.
+    /// Returns false if the rays cannot be traced together in the mesh's frame.
     #[inline(always)]
     fn in_mesh<L: Lanes<EIGHT>>(
         &mut self,
@@ -192,8 +192,8 @@ impl<const W: usize> TileInWorld<'_, '_, W> {
             }
             let (near, far) = self.slabs.of_group(l, group, near, far);
             let near = l.max(near, l.splat(0.0));
-            // Alone, a ray that misses the box never looks inside: NaN fails
-            // every comparison to come.
+            // A ray that misses the box gets NaN, which fails all later comparisons: traced
+            // alone it would never enter the box either.
             let enters = l.le(near, far);
             start[group] = l.store(l.select(enters, near, l.splat(f32::NAN)));
         }
@@ -246,7 +246,7 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
             if groups == 0 {
                 continue;
             }
-            // Rays of the same groups on other rungs are excluded meanwhile.
+            // Rays of these groups on other rungs are excluded during the search.
             let mixed = match own {
                 Some(own) => groups & TileRays::groups_with(own, |other| other != rung),
                 None => 0,
@@ -267,7 +267,7 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
                     .restore(&found, mixed, |group, lane| own[group][lane] != rung);
             }
             if !together && self.hits.deferred.push((number, groups)).is_err() {
-                // The list is full: replace it by one entry for everything.
+                // The list is full: replace it by one entry for all instances.
                 self.hits.deferred.clear();
                 let _ = self.hits.deferred.push((ALL_INSTANCES, u8::MAX));
             }
@@ -275,10 +275,10 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
     }
 }
 
-/// All instances, in a deferred list that was too short.
+/// Entry for all instances, in a deferred list that was too short.
 pub(in crate::trace) const ALL_INSTANCES: u32 = u32::MAX;
 
-/// The rays in an instance's frame; `None` where one cannot be traced there.
+/// Returns the rays in an instance's frame; `None` if one cannot be traced there.
 #[inline(always)]
 fn mapped<L: Lanes<EIGHT>>(
     l: L,
@@ -317,7 +317,8 @@ fn mapped<L: Lanes<EIGHT>>(
     Some(inside)
 }
 
-/// The main axis that all rays share, last, and their shears; `None` without one.
+/// Returns the axes, the main one that all rays share last, and the rays' shears; `None` without a
+/// shared main axis.
 #[inline(always)]
 fn shears<L: Lanes<EIGHT>>(l: L, rays: &TileRays, groups: u8) -> Option<([usize; 3], [PerRay; 3])> {
     let first = rays.ray(groups.trailing_zeros() as usize, 0)?;
@@ -333,7 +334,7 @@ fn shears<L: Lanes<EIGHT>>(l: L, rays: &TileRays, groups: u8) -> Option<([usize;
             l.load(&rays.direction[axis % 3][group])
         });
         let [x, y, z] = map3(d, |d| l.max(d, l.sub(zero, d)));
-        // Where two are equal the first axis rules: leave those to Shear.
+        // Rays with two equal components are traced alone: Shear then takes the first axis.
         if l.bits(l.or(l.le(z, x), l.le(z, y))) != 0 {
             return None;
         }
@@ -353,7 +354,7 @@ pub(in crate::trace) struct TileSearch<'r, 'a, const W: usize> {
 }
 
 impl<const W: usize> Kernel<EIGHT> for TileSearch<'_, '_, W> {
-    /// `None` where the rays cannot go together.
+    /// Returns `None` if the rays cannot be traced together.
     type Output = Option<Work>;
 
     #[inline(always)]
@@ -373,7 +374,7 @@ impl<const W: usize> Kernel<EIGHT> for TileSearch<'_, '_, W> {
     }
 }
 
-/// A search in one mesh, in its own frame, for all rays of a tile.
+/// Searches one mesh, in its own frame, for all rays of a tile.
 pub(in crate::trace) struct TileInMeshSearch<'r, 'a, const W: usize> {
     pub(in crate::trace) mesh: &'r MeshView<'a, W>,
     pub(in crate::trace) rays: &'r TileRays,

@@ -5,16 +5,16 @@ use crate::scene::format::{LEAF, Node};
 use crate::simd::Lanes;
 use crate::trace::walk::Path;
 
-/// What to do at the leaves of a tree that some groups of a tile enter.
+/// Visits the leaves of a tree that some groups of a tile enter.
 pub(super) trait TileVisitor {
-    /// The farthest hit of each group.
+    /// Returns the hits, which bound how far each group searches.
     fn hits(&mut self) -> &mut TileHits;
     /// Prefetches a leaf that will be visited.
     fn expect<L: Lanes<EIGHT>>(&self, l: L, child: u32);
     fn leaf<L: Lanes<EIGHT>>(&mut self, l: L, child: u32, groups: u8, path: &mut Path<'_>);
 }
 
-/// A node's planes in eight lanes; lanes past its width are empty.
+/// Returns a node's planes in `N` lanes; lanes past its width are empty.
 #[inline(always)]
 fn widened<const W: usize, const N: usize>(planes: &[[f32; W]; 6], plane: usize) -> [f32; N] {
     let empty = if plane & 1 == 0 {
@@ -48,7 +48,7 @@ impl<F: Copy> Interval<F> {
         }
     }
 
-    /// The children that a ray may enter before `limit`, and a lower bound of where.
+    /// Returns the children that a ray may enter before `limit`, and a lower bound of the distances.
     #[inline(always)]
     pub(super) fn children<const W: usize, const N: usize, L: Lanes<N, F = F>>(
         &self,
@@ -74,7 +74,7 @@ impl<F: Copy> Interval<F> {
     }
 }
 
-/// The groups among `active` of which a ray enters the child in `lane`.
+/// Returns the groups among `active` with a ray that enters the child in `lane`.
 #[inline(always)]
 fn groups_that_enter<const W: usize, L: Lanes<EIGHT>>(
     l: L,
@@ -102,7 +102,7 @@ fn groups_that_enter<const W: usize, L: Lanes<EIGHT>>(
     entered
 }
 
-/// The groups among `groups` that have something to find at `near` or behind.
+/// Returns the groups among `groups` whose farthest hit is at `near` or behind.
 #[inline(always)]
 fn groups_within(hits: &TileHits, groups: u8, near: f32) -> u8 {
     let mut within = 0;
@@ -113,7 +113,7 @@ fn groups_within(hits: &TileHits, groups: u8, near: f32) -> u8 {
     within
 }
 
-/// Visits all leaves that any ray of `groups` enters; bounded as the walk of one ray is.
+/// Visits all leaves that any ray of `groups` enters, each node at most once.
 // Longer than 80 lines: one loop, whose vectors stay in registers.
 #[inline(always)]
 pub(super) fn walk_tile<const W: usize, L: Lanes<EIGHT>, V: TileVisitor>(
@@ -145,7 +145,7 @@ pub(super) fn walk_tile<const W: usize, L: Lanes<EIGHT>, V: TileVisitor>(
         }
         let (candidates, near) = interval.children(l, node, &slabs.span, limit);
         let mut order = node.order(octant);
-        // Usually empty.
+        // The list is usually empty.
         let places = if candidates == 0 { 0 } else { W };
         for _ in 0..places {
             let lane = order as usize & (W - 1);
@@ -167,7 +167,7 @@ pub(super) fn walk_tile<const W: usize, L: Lanes<EIGHT>, V: TileVisitor>(
             *distance = near[lane];
             *child = node.child[lane];
             *groups = entered;
-            // Meshes of several rungs do not all stay in the cache from tile to tile.
+            // The cache does not keep the meshes of all rungs from tile to tile.
             if *child & LEAF != 0 {
                 visitor.expect(l, *child);
             } else if let Some(node) = nodes.get(*child as usize) {
@@ -188,7 +188,7 @@ pub(super) fn walk_tile<const W: usize, L: Lanes<EIGHT>, V: TileVisitor>(
             ) else {
                 return;
             };
-            // Hits found since may be nearer.
+            // Hits found since the push may be nearer.
             active = groups_within(visitor.hits(), entered, near);
             if active == 0 {
                 continue;

@@ -4,7 +4,7 @@
 //! decoder and a serial port. Other tests run at the same time, so a process of its own renders.
 
 use super::{Change, LiveArguments, TimeArguments, paper_lod};
-use crate::live::{Alone, Display, FrameRecord, SessionSettings};
+use crate::live::{Display, FrameRecord, SessionSettings, SingleMachine};
 use crate::render::CaptureOptions;
 use crate::tracker::pty::Pty;
 use crate::tracker::serve::serve;
@@ -97,7 +97,7 @@ fn taken(arguments: &[&str], capture: Option<CaptureOptions>, tracker: &Spec) ->
     let tracker = live.listen(tracker).unwrap();
     let settings = prepared.settings(SessionSettings::default());
     let mut auditor = Auditor::default();
-    let played = prepared.play(&tracker, &settings, &mut auditor, &mut Alone);
+    let played = prepared.play(&tracker, &settings, &mut auditor, &mut SingleMachine);
     let report = played.unwrap().report;
     assert_eq!(report.frames, WARM_UP + COUNTED);
     assert!(report.samples > 0, "nothing was said");

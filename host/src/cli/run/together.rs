@@ -2,7 +2,7 @@
 
 use super::Arguments;
 use crate::cli::prelude::*;
-use crate::live::{Alone, SwapLock};
+use crate::live::{SingleMachine, SwapLock};
 
 /// Joins the other processes, if there are any.
 pub(super) fn lock(arguments: &Arguments) -> Result<Box<dyn SwapLock>, Failure> {
@@ -10,7 +10,7 @@ pub(super) fn lock(arguments: &Arguments) -> Result<Box<dyn SwapLock>, Failure> 
         return join(Duration::from_secs(arguments.swap_timeout));
     }
     match started_by_mpirun() {
-        None | Some(1) => Ok(Box::new(Alone)),
+        None | Some(1) => Ok(Box::new(SingleMachine)),
         Some(processes) => Err(misuse!(
             "mpirun started {processes} of these, and each would follow the tracker by itself: \
              give --cluster, which shares the walls among them"

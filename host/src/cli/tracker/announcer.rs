@@ -21,13 +21,13 @@ const STEP: Micros = Micros::from_millis(1_000);
 /// Announces each kind of event at once, then at most once a second. An announcement counts the
 /// events of its kind that were not announced.
 #[derive(Debug, Default)]
-pub(in crate::cli) struct Announcer(BTreeMap<Kind, Said>);
+pub(in crate::cli) struct Announcer(BTreeMap<Kind, Announcement>);
 
 /// A name, and a number if the device has one.
 type Kind = (&'static str, u32);
 
 #[derive(Debug)]
-struct Said {
+struct Announcement {
     at: Micros,
     unsaid: u64,
 }
@@ -213,7 +213,7 @@ impl Announcer {
                 self.0.remove(&oldest);
             }
         }
-        let said = Said { at: now, unsaid: 0 };
+        let said = Announcement { at: now, unsaid: 0 };
         let unsaid = self.0.insert(kind, said).map_or(0, |said| said.unsaid);
         let at = now.seconds();
         Some(match unsaid {

@@ -59,7 +59,7 @@ pub(in crate::cli) struct Record {
     /// otherwise.
     device: Option<FeatureReport>,
     /// What the device said since the record before, at most 64 things.
-    said: Vec<Said>,
+    said: Vec<DeviceMessage>,
 }
 
 /// Most things that a device says between two samples and that are kept.
@@ -119,7 +119,7 @@ struct Sight {
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-enum Said {
+enum DeviceMessage {
     Fault {
         /// Number of the fault.
         code: u32,
@@ -156,7 +156,7 @@ enum Said {
     },
 }
 
-impl Said {
+impl DeviceMessage {
     /// What a message says; `None` for what the samples tell.
     fn of(message: &Message) -> Option<Self> {
         Some(match message {
@@ -243,7 +243,7 @@ pub(super) struct Records {
     shown: Option<DeviceTime>,
     /// What the next record says of the device.
     pub(super) described: Option<FeatureReport>,
-    said: Vec<Said>,
+    said: Vec<DeviceMessage>,
 }
 
 impl Records {
@@ -263,7 +263,7 @@ impl Records {
         }
         self.announcer.announce(TrackerEvent::Device(*message, now));
         if self.said.len() < MOST_SAID {
-            self.said.extend(Said::of(message));
+            self.said.extend(DeviceMessage::of(message));
         }
     }
 
@@ -364,7 +364,7 @@ fn write_value<const N: usize>(
     f.write_str(unit)
 }
 
-impl fmt::Display for Said {
+impl fmt::Display for DeviceMessage {
     /// Writes events of the eyes; standard error has the rest.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self::Eyes {

@@ -1,4 +1,4 @@
-//! A capture of the surroundings for what the gaze skips, renewed tile by tile.
+//! A capture of the surroundings for pixels that the gaze skips, renewed tile by tile.
 
 use super::deal::LiveTile;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
@@ -19,7 +19,7 @@ pub(super) struct LiveCapture {
     count: usize,
     /// The first tile to renew next, counted from `tile`.
     next: usize,
-    /// Whether each tile was never traced.
+    /// For each tile, whether it was never traced.
     missing: Vec<bool>,
     pose: DomePose,
     hemispheres: [Vec<Pixel>; 2],

@@ -1,4 +1,4 @@
-//! Deals a budget of steps to tiles, which stay from frame to frame.
+//! Allots a budget of steps to tiles, which stay from frame to frame.
 
 use crate::live::lock;
 use shisen_core::frame::{Pixel, Tile, TileJob};
@@ -6,10 +6,10 @@ use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Steps that a group may take above its allotment until more is known.
+/// Least excess: steps above its allotment that a group may take before frames show a larger need.
 const LEAST_EXCESS: u64 = 2_048;
 
-/// How many times [`LEAST_EXCESS`] a group may take where squares of pixels share samples.
+/// Multiple of [`LEAST_EXCESS`] that a group may take where squares of pixels share samples.
 const SQUARES_FACTOR: u64 = 2;
 
 /// At most one part in this many of a hard budget is set aside for a group.
@@ -61,7 +61,7 @@ impl LiveTile {
         }
     }
 
-    /// Steps still expected; as many as were taken where that was more than expected.
+    /// Returns the steps still expected; for a tile that took more than expected, as many again.
     pub(super) const fn expected_rest(&self) -> u64 {
         if self.spent < self.expected {
             self.expected - self.spent
@@ -108,7 +108,7 @@ pub(super) fn expected<'t>(tiles: impl Iterator<Item = &'t Mutex<LiveTile>>) -> 
 pub(super) struct Dealer {
     /// The most steps that a group is expected to take above its allotment.
     excess: u64,
-    /// The frame's budget where it is hard: no group takes more than is set aside for it.
+    /// The frame's budget, if hard: no group may exceed what is set aside for it.
     pub(super) hard_limit: Option<u64>,
 }
 

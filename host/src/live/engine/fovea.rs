@@ -50,7 +50,8 @@ fn across(view: &View, tile: Tile) -> Option<f32> {
     Some(angles.into_iter().fold(0.0, f32::max))
 }
 
-/// Whether a pixel of a tile is within [`FOVEA`] of the line of sight, or that is unknown.
+/// Returns whether a pixel of a tile is within [`FOVEA`] of the line of sight; true if the line of
+/// sight is unknown.
 pub(super) fn is_foveal(sight: Option<Vec3>, view: &View, tile: Tile) -> bool {
     let Some(forward) = sight else {
         return true;

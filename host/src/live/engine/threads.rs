@@ -20,9 +20,9 @@ pub(super) struct Plan<'s, const W: usize> {
     pub(super) sights: Vec<Option<Vec3>>,
     /// Tiles and the cosines of their angles to the line of sight, outwards; then a capture's.
     pub(super) order: Vec<(f32, u32)>,
-    /// How many tiles come first, as far as the [`FOVEA`](crate::live::FOVEA) reaches.
+    /// Number of tiles, first in the order, that the [`FOVEA`](crate::live::FOVEA) reaches.
     pub(super) first: usize,
-    /// Whether quality and line of sight are those of the frame before.
+    /// Whether quality and line of sight are the same as in the frame before.
     pub(super) settled: bool,
     /// The work of a round; each thread takes the next group.
     pub(super) groups: Vec<Group>,

@@ -9,7 +9,7 @@ const RECENT: usize = 6;
 /// The largest part of a budget that is planned, so that a dearer frame is still finished.
 const PLANNED: f64 = 0.88;
 
-/// The part of a budget into which a better quality must fit before it is taken.
+/// Share of the budget that a better quality may need at most before it is chosen.
 const ROOM_TO_RISE: f64 = 0.75;
 
 /// The frames in a row with room for more before quality rises by a rung.
@@ -116,7 +116,7 @@ impl Ladder {
         }
     }
 
-    /// The need of a rung in a cell, by the nearest rung that was seen there. 0 if none was.
+    /// Returns the need of a rung in a cell, from the nearest rung seen there; 0 if no rung was.
     fn there(&self, cell: Cell, rung: usize) -> f64 {
         let known = self.needs.known(cell);
         let nearest = known.min_by_key(|&(of, _)| of.abs_diff(rung));

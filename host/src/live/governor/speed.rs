@@ -6,13 +6,13 @@
 
 const REMEMBERED: usize = 128;
 
-/// The remembered frames with a longer delay than is provided for: 2 in 129 frames are late.
+/// Remembered frames whose delay may exceed the provision: 2 in 129 frames are late.
 const SLOWER: usize = 1;
 
-/// Steps a second before the first frame: a millisecond's frame on a slow machine finds out.
+/// Steps a second assumed before the first frame: about those of a slow machine.
 const UNKNOWN_RATE: f64 = 1.0e7;
 
-/// The least ratio of steps between two frames from which the overhead is measured.
+/// Least ratio of steps between two frames from which the overhead is measured.
 const APART: f64 = 1.5;
 
 /// The cost of a frame.
@@ -26,7 +26,7 @@ pub struct FrameCost {
 
 #[derive(Debug, Clone)]
 pub(in crate::live) struct Speed {
-    /// The constant cost of a frame, in steps that take as long.
+    /// Constant cost of a frame, as the number of steps that take as long.
     overhead: f64,
     frames: [(f64, f64); REMEMBERED],
     count: usize,
@@ -57,7 +57,7 @@ impl Speed {
         self.overhead = (few.seconds * per_second - least).clamp(0.0, most);
     }
 
-    /// Sorts a quantity of the remembered frames; returns the one at `place` of their count.
+    /// Sorts a quantity of the remembered frames; returns the one that `place` of their count gives.
     fn ranked(
         &self,
         quantity: impl Fn((f64, f64)) -> f64,
@@ -73,13 +73,13 @@ impl Speed {
         known.get(place(count)).copied()
     }
 
-    /// The median rate of the remembered frames, overhead included: steps a second.
+    /// Returns the median rate of the remembered frames, overhead included: steps a second.
     fn rate(&self) -> Option<f64> {
         let rate = |(steps, seconds): (f64, f64)| (self.overhead + steps) / seconds;
         self.ranked(rate, |count| count / 2)
     }
 
-    /// The delay, seconds, that all remembered frames but one kept, without those above `most`.
+    /// Returns the delay, seconds, that all remembered frames but one kept, without those above `most`.
     fn delay(&self, rate: f64, most: f64) -> f64 {
         let delay = |(steps, seconds): (f64, f64)| {
             let delay = (seconds - (self.overhead + steps) / rate).max(0.0);
@@ -89,12 +89,12 @@ impl Speed {
         delay.unwrap_or(0.0)
     }
 
-    /// The steps that fit into a time, with provision for delays up to `most`.
+    /// Returns the steps that fit into a time, with provision for delays up to `most`.
     pub(super) fn steps_in(&self, seconds: f64, most: f64) -> u64 {
         let Some(rate) = self.rate() else {
             return (seconds * UNKNOWN_RATE) as u64;
         };
-        // A cast turns numbers below 0 into 0.
+        // The cast turns negative numbers into 0.
         ((seconds - self.delay(rate, most)) * rate - self.overhead) as u64
     }
 }

@@ -93,7 +93,7 @@ impl Pacing {
         }
     }
 
-    /// The refresh at which a frame is shown that is done at a time.
+    /// Returns the refresh at which a frame that is done at a time is shown.
     pub(super) fn shown(&self, done: Instant) -> u64 {
         self.refreshes(self.elapsed(done)).max(self.next)
     }
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn frames_wait_for_the_slowest_that_is_in_time() {
-        // What a frame leaves of a refresh, less a tenth of it and the margin.
+        // Time that a frame leaves of a refresh, less a tenth of the refresh and the margin.
         let left = |frame: f64| frame.ceil() - 1.1 * frame - 0.07;
         let long_ago = [vec![2.4; 1_000], vec![0.5; REMEMBERED]].concat();
         for (frames, refreshes, wait) in [
@@ -167,7 +167,7 @@ mod tests {
         for (frames, expected) in [
             ([0.5; 5], [1, 2, 3, 4, 5]),
             ([2.4; 5], [3, 6, 9, 12, 15]),
-            // One that is held up skips refreshes, and those after it are in time.
+            // A frame that is held up skips refreshes, so that later frames are in time.
             ([0.5, 0.5, 5.2, 0.5, 0.5], [1, 2, 8, 9, 10]),
         ] {
             let mut pacing = after(&[frames[0]; 9]);

@@ -10,7 +10,7 @@ use shisen_core::gaze::HeadPose;
 use std::time::{Duration, Instant};
 use zerocopy::{FromBytes, IntoBytes};
 
-/// Sends messages between machines; those from one machine to another stay in order.
+/// Sends messages between machines; messages from one machine to another stay in order.
 pub trait Wire {
     /// This machine's number, from 0.
     fn rank(&self) -> usize;
@@ -33,7 +33,7 @@ pub trait Wire {
 
 const RESTART: &str = "see what has stopped there, and start all of them again";
 
-/// How many times longer a machine waits for an order than the leader waits for a frame.
+/// Ratio of a machine's longest wait for an order to the leader's longest wait for a frame.
 const PATIENCE: u32 = 10;
 
 /// Machines that the leader keeps together.

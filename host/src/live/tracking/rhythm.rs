@@ -7,12 +7,12 @@ const NEWEST: u64 = 8;
 /// The next sample may come sooner than the mean interval by one part in so many.
 const SOONER: u64 = 8;
 
-/// An interval of more than so many means is an interruption, which predicts nothing.
+/// Multiple of the mean interval above which an interval is an interruption and is not counted.
 const INTERRUPTION: u64 = 4;
 
 pub(super) struct Rhythm {
     newest: Option<Micros>,
-    /// The mean interval of recent samples, nanoseconds; 0 where it is not known.
+    /// Mean interval of recent samples, nanoseconds; 0 if unknown.
     between: u64,
 }
 
@@ -34,7 +34,7 @@ impl Rhythm {
         }
     }
 
-    /// Whether no other sample is expected before a time. An overdue one may still come.
+    /// Returns whether no other sample is expected before a time. An overdue one may still come.
     pub(super) fn is_last_before(&self, until: Micros) -> bool {
         let soonest = self.between - self.between / SOONER;
         self.between > 0
@@ -65,7 +65,7 @@ mod tests {
     #[test]
     fn the_next_sample_is_expected_a_little_early() {
         assert_eq!([silence([16; 40]), silence([100])], [14, 88]);
-        // An interruption changes nothing, nor does what lay in a buffer.
+        // Neither an interruption nor a buffer's samples, all at once, change the mean.
         assert_eq!(silence([16; 40].into_iter().chain([700])), 14);
         let buffered = [16; 40].into_iter().chain([0; 3]).chain([16; 40]);
         assert_eq!(silence(buffered), 14);

@@ -1,9 +1,9 @@
 //! A display controller: tracker bytes in on UART0, tiles of pixels out on
 //! UART1, its log on UART2.
 //!
-//! It links only where no path leads to a panic: the library's handler calls what
-//! is not there. Nothing is allocated, and nothing waits but for a port that sends: a frame is
-//! rendered slice by slice, and between slices what has come in is taken.
+//! It links only without a path to a panic: the panic handler calls a function that
+//! does not exist. It never allocates, and waits only for a port that sends. It renders a
+//! frame slice by slice, and reads its ports between slices.
 #![no_std]
 #![no_main]
 
@@ -35,12 +35,12 @@ use shisen_tracker::link::display::{
 };
 use shisen_tracker::time::Micros;
 
-/// Tiles of a frame at most.
+/// Most tiles of a frame.
 const MOST_TILES: usize = 768;
-/// Pixels of a tile.
+/// Number of pixels in a tile.
 const TILE_PIXELS: usize = (TILE * TILE) as usize;
 
-/// What goes out.
+/// The sender of reports and pixels.
 struct Out(Encoder);
 
 impl Out {
@@ -65,14 +65,14 @@ impl Out {
     }
 }
 
-/// Orders that wait for the end of a frame.
+/// Most orders that wait for the end of a frame.
 const MOST_ORDERS: usize = 16;
 
-/// What goes in and out while frames are rendered.
+/// The tracker's port and the display's, in use while frames are rendered.
 struct Ports {
     viewer: Viewer,
     line: Line,
-    /// Bytes that had found no room on it when this was last said.
+    /// Bytes of orders lost for lack of room, as last logged.
     lost: u32,
     orders: Orders,
     waiting: Deque<Order, MOST_ORDERS>,
@@ -80,7 +80,7 @@ struct Ports {
 }
 
 impl Ports {
-    /// Takes what has come in.
+    /// Takes the bytes that have come in.
     fn listen(&mut self) {
         self.viewer.listen();
         let lost = self.line.lost();
@@ -99,7 +99,7 @@ impl Ports {
     }
 }
 
-/// What frames are made in; the caller's.
+/// The caller's memory, in which frames are rendered.
 struct Memory {
     pixels: [Pixel; TILE_PIXELS],
     places: [Place; MOST_TILES],
@@ -108,7 +108,7 @@ struct Memory {
     spectrum: [SpectralSample; SPECTRUM],
 }
 
-/// Room for a table of wavelengths.
+/// Spectral samples that the table of wavelengths has room for.
 #[cfg(feature = "dispersion")]
 const SPECTRUM: usize = 512;
 #[cfg(feature = "dispersion")]
@@ -116,11 +116,11 @@ const NO_SAMPLE: SpectralSample = SpectralSample {
     nm: 0.0,
     weight: Vec3::ZERO,
 };
-/// Phases of the table.
+/// Phases of the table of wavelengths.
 #[cfg(feature = "dispersion")]
 const PHASES: u32 = 8;
 
-/// What the next frame is made of.
+/// Decides the next frame: gaze, eyes, budget, and screens or a dome master.
 #[inline(never)]
 fn start(
     number: u32,
@@ -152,7 +152,7 @@ fn start(
     }
 }
 
-/// What renders a frame for each eye.
+/// Returns the renderers of a frame, one for each eye.
 #[inline(never)]
 fn renderers<'a>(
     scene: CompactScene<'a>,
@@ -183,8 +183,8 @@ fn spectrum(count: u8, samples: &mut [SpectralSample]) -> Option<Spectrum<'_>> {
     Some(Spectrum::Comb { table, each: 1 })
 }
 
-/// Renders a frame slice by slice, listening in between. Whether it was cut short.
-// Longer than 80 lines: what may happen between two slices, in order.
+/// Renders a frame slice by slice, and reads the ports in between. Returns whether it was cut short.
+// Longer than 80 lines: the steps between two slices, in order.
 #[inline(never)]
 fn frame(
     start: &FrameStart,
@@ -280,10 +280,10 @@ fn frame(
     done.cut_short
 }
 
-/// Equatorial radius of the mirror of a dome master: metres.
+/// Equatorial radius of a dome master's mirror: metres.
 const MIRROR_RADIUS: f32 = 0.01;
 
-/// A dome master of everything around a place, as the best mirror shows it.
+/// Returns the view of a dome master around a place, through the best mirror.
 #[inline(never)]
 fn dome(place: Vec3, size: u16) -> Option<View> {
     View::dome(
@@ -294,7 +294,7 @@ fn dome(place: Vec3, size: u16) -> Option<View> {
     .ok()
 }
 
-/// Shows that there is nothing to be shown.
+/// Shows that there is no usable scene.
 #[inline(never)]
 fn nothing(start: &FrameStart, display: &Display, pixels: &mut [Pixel], ports: &mut Ports) {
     ports.out.report(&Report::Frame(FrameStart {
@@ -310,7 +310,7 @@ fn nothing(start: &FrameStart, display: &Display, pixels: &mut [Pixel], ports: &
     }
 }
 
-/// The tiles of a picture, row by row.
+/// Returns the tiles of a picture, row by row.
 fn tiles([columns, rows]: [u32; 2]) -> impl Iterator<Item = Tile> {
     (0..rows).step_by(TILE as usize).flat_map(move |y| {
         (0..columns).step_by(TILE as usize).map(move |x| Tile {
@@ -382,8 +382,8 @@ fn run(scene: Result<CompactScene<'static>, u32>, ports: &mut Ports, memory: &mu
     }
 }
 
-/// What goes in and out, on a board that is listening.
-// Not a part of `main`, which is never left: what it needs is off the stack by then.
+/// Returns the ports of a board whose interrupts are on.
+// Not inlined: `main` never returns, so this function's stack would never be freed there.
 #[inline(never)]
 fn set_up(ports: &mut MaybeUninit<Ports>) -> Option<&mut Ports> {
     let board = Board::take()?;
@@ -399,7 +399,7 @@ fn set_up(ports: &mut MaybeUninit<Ports>) -> Option<&mut Ports> {
     Some(ports)
 }
 
-/// The scene, of which the display is told.
+/// Checks the scene, and reports the result to the display.
 #[inline(never)]
 fn open(ports: &mut Ports, picture_bytes: usize) -> Result<CompactScene<'static>, u32> {
     let scene = scene::open(board::scene_region());
@@ -435,7 +435,7 @@ fn main() -> ! {
     run(scene, ports, MEMORY)
 }
 
-/// Without a board there is nothing to be done.
+/// Waits for ever: the board cannot be used.
 fn halt() -> ! {
     loop {
         cortex_m::asm::wfi();

@@ -1,8 +1,8 @@
-//! What the driver costs on a Cortex-M7: instructions, counted by an emulator
-//! that makes each of them take a nanosecond, and bytes of state.
+//! Measures the driver on a Cortex-M7: bytes of state, and instructions, which the
+//! emulator's clock counts: each takes a nanosecond.
 //!
-//! Ends with an error where something costs more than the bound beside it,
-//! which is a sixth above what was measured when it was set.
+//! Ends with an error if a cost exceeds its bound, which is a sixth above the value
+//! measured when it was set.
 #![no_std]
 #![no_main]
 
@@ -24,15 +24,15 @@ use shisen_tracker::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
 use shisen_tracker::protocol::Protocol;
 use shisen_tracker::time::Micros;
 
-/// How often a step is repeated to measure it to an instruction or two.
+/// Repetitions of a step, enough to measure it to an instruction or two.
 const REPEATS: u32 = 40;
 /// Records of each protocol.
 const RECORDS: usize = 20;
 /// Samples of the estimators: 2 s.
 const SAMPLES: usize = 1_000;
 
-/// A FASTRAK as it is set up usually, by angles, by a matrix, and in text: name, item
-/// list, form and bound.
+/// Settings of a FASTRAK: the default, angles, a matrix, and text. Each has name, item
+/// list, format and bound.
 const FASTRAKS: [(&str, &[u8], Format, u32); 4] = [
     ("fastrak", &[2, 11, 0], Format::Binary, 3_500),
     ("fastrak-angles", &[2, 4, 0], Format::Binary, 3_750),
@@ -40,7 +40,7 @@ const FASTRAKS: [(&str, &[u8], Format, u32); 4] = [
     ("fastrak-text", &[2, 4, 0], Format::Ascii, 5_000),
 ];
 
-/// The same of a Flock of Birds.
+/// Settings of a Flock of Birds, likewise.
 const FLOCKS: [(&str, Mode, u32); 3] = [
     ("flock", Mode::PositionQuaternion, 1_000),
     ("flock-angles", Mode::PositionAngles, 1_100),
@@ -51,7 +51,7 @@ fn instructions(run: impl FnMut()) -> u32 {
     measure::instructions(REPEATS, run)
 }
 
-/// Instructions of `step` on a copy of `state`, without those of the copy.
+/// Returns the instructions of `step` on a copy of `state`, without those of the copy.
 fn of_step<T: Clone>(state: &T, mut step: impl FnMut(&mut T)) -> u32 {
     let both = instructions(|| {
         let mut copy = black_box(state).clone();
@@ -64,7 +64,7 @@ fn of_step<T: Clone>(state: &T, mut step: impl FnMut(&mut T)) -> u32 {
     both.saturating_sub(copied)
 }
 
-/// Mean and largest.
+/// The mean and the largest of some costs.
 #[derive(Default)]
 struct Tally {
     count: u32,
@@ -89,11 +89,11 @@ fn tracker() -> Option<Tracker<'static>> {
     Tracker::new(TrackerConfig::default(), viewer, 3).ok()
 }
 
-/// Whether all is within its bounds.
+/// The printed report, which holds whether all costs are within their bounds.
 struct Report(bool);
 
 impl Report {
-    /// The cost of a decoder that takes byte after byte, or (`whole`) whole reports.
+    /// Measures a decoder that takes single bytes, or (`whole`) whole reports.
     fn decoder<D: Decoder + Clone>(
         &mut self,
         name: &str,

@@ -1,7 +1,7 @@
-//! All of the driver that a display controller can need, and nothing else.
+//! Links all of the driver that a display controller can need, and nothing else.
 //!
-//! It links only where no path leads to a panic: the library's handler calls what
-//! is not there. `tests/firmware/run` looks for doubles and an allocator.
+//! It links only without a path to a panic: the panic handler calls a function that
+//! does not exist. `tests/firmware/run` looks for doubles and an allocator.
 #![no_std]
 #![no_main]
 
@@ -24,13 +24,13 @@ use shisen_tracker::link;
 use shisen_tracker::time::Micros;
 use shisen_tracker::uart;
 
-/// Bytes that the compiler knows nothing of.
+/// Bytes whose values the compiler cannot know.
 #[inline(never)]
 fn received() -> (&'static [u8], Micros) {
     black_box((&[], Micros(0)))
 }
 
-/// A serial port and a bus of which the compiler knows as little.
+/// A serial port and a bus whose results the compiler cannot know.
 struct Board;
 
 impl ErrorType for Board {
@@ -65,7 +65,7 @@ impl I2c for Board {
     }
 }
 
-/// A HID tracker on I²C, from its power on to its reports.
+/// Uses a HID tracker on I²C, from power-on to its reports.
 fn hid_over_i2c(buffer: &mut [u8], now: Micros) {
     let mut device = I2cHid::new(Board, 0x2c, black_box(1));
     let interrupt = black_box(Interrupt::Asserted);
@@ -76,12 +76,12 @@ fn hid_over_i2c(buffer: &mut [u8], now: Micros) {
     black_box(device.sleep().ok());
 }
 
-/// What the compiler must not take for nothing.
+/// A result that the compiler must not optimise away.
 fn ignore<T>(event: T) {
     black_box(event);
 }
 
-/// What follows a decoder, the same for all devices.
+/// The clock and the estimator behind a decoder, the same for all devices.
 struct Behind {
     clock: ClockEstimator,
     gaze: GazeEstimator,
@@ -177,7 +177,7 @@ fn run() -> Option<()> {
         &mut osvr_hdk::OsvrHdk::new(),
         &mut tracker,
     ];
-    // The last two need no commands, or others: they get those of the first.
+    // The last two devices have no such commands: they get the first one's.
     let scripts = scripts.iter().cycle();
     for (decoder, script) in decoders.into_iter().zip(scripts) {
         let mut session = Session::new(script.clone());

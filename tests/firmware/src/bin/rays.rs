@@ -1,10 +1,10 @@
-//! What the core costs on a Cortex-M7 before anything is shaded: instructions of
-//! a primary ray through scene A and of a pixel's level of detail, counted by an
-//! emulator that makes each of them take a nanosecond.
+//! Measures the core on a Cortex-M7 before shading: instructions of a primary ray
+//! through scene A and of a pixel's level of detail. The emulator's clock counts
+//! them: each takes a nanosecond.
 //!
-//! The scene is where the emulator's loader puts it. The wall is the paper's front
+//! The emulator's loader puts the scene into memory. The wall is the paper's front
 //! wall in 64×64 pixels, seen from the middle of its room. Prints a name and a
-//! number a line; whoever runs it knows the limits.
+//! number in each line; tests/firmware/run compares them with the limits.
 #![no_std]
 #![no_main]
 
@@ -19,13 +19,13 @@ use shisen_core::scene::{CompactScene, EffectSet};
 use shisen_core::shape::Ray;
 use shisen_firmware::measure;
 
-/// Where the scene is, and the bytes of memory from there on.
+/// Address of the scene, and the bytes of memory from there on.
 const SCENE: (usize, usize) = (0x6000_0000, 16 << 20);
 /// Pixels a side of the wall.
 const SIDE: u32 = 64;
-/// Pixels a side of the blocks that the renderer chooses levels for.
+/// Pixels a side of the blocks for which the renderer chooses levels.
 const BLOCK: u32 = 8;
-/// All effects but dispersion, as the controller has them.
+/// The controller's effects: all but dispersion.
 const EFFECTS: u32 = EffectSet::ALL.bits() & !EffectSet::DISPERSION.bits();
 
 fn instructions(run: impl FnMut()) -> u32 {
@@ -41,7 +41,7 @@ fn front_wall() -> Option<View> {
         .ok()
 }
 
-/// What is measured along the rays of a wall.
+/// A wall, the tracer and memory for measuring its rays.
 struct Wall<'a> {
     view: View,
     renderer: Renderer<'a, 4>,
@@ -49,8 +49,8 @@ struct Wall<'a> {
 }
 
 impl Wall<'_> {
-    /// Instructions of what is done with the rays of the pixels that are hit, or of the
-    /// others, or of all; and how many they are.
+    /// Returns the instructions of `run` for the rays that hit, for those that miss, or for
+    /// all; and the number of these rays.
     fn each(
         &mut self,
         hit: Option<bool>,
@@ -77,7 +77,7 @@ impl Wall<'_> {
         (sum, count)
     }
 
-    /// Instructions of a ray, the loop's own and the making of the ray left out.
+    /// Returns the instructions of a ray, without those of the loop and of making the ray.
     fn per_ray(
         &mut self,
         hit: Option<bool>,
@@ -91,7 +91,7 @@ impl Wall<'_> {
         with.saturating_sub(without) / count.max(1)
     }
 
-    /// Whether the rays of a block of pixels may hit anything, by one test.
+    /// Returns whether the rays of a block of pixels may hit anything, by one test.
     fn reaches(&self, (x, y): (u32, u32), workspace: &mut Workspace) -> bool {
         let tracer = self.renderer.tracer();
         let corner = |dx, dy| {
@@ -103,8 +103,8 @@ impl Wall<'_> {
         tracer.may_hit(Vec3::ZERO, &corners, &mut { Budget::UNLIMITED }, workspace)
     }
 
-    /// Instructions of a ray as the renderer traces it: blocks that see nothing by one
-    /// test each.
+    /// Returns the instructions of a ray as the renderer traces it: one test finds a block
+    /// that sees nothing.
     fn per_ray_in_blocks(&self) -> u32 {
         let mut workspace = self.workspace.clone();
         let mut reached = [false; (SIDE * SIDE / BLOCK / BLOCK) as usize];
@@ -189,7 +189,7 @@ fn measured(workspace: &mut Workspace) -> Option<()> {
     });
     hprintln!("level_of_a_ray {level}");
     wall.renderer = wall.renderer.with_level_of_detail(LevelOfDetail::new(gaze));
-    // A question about one pixel decides its whole block.
+    // The renderer decides all pixels of a block at once.
     let blocks = instructions(|| {
         for y in (0..SIDE).step_by(BLOCK as usize) {
             for x in (0..SIDE).step_by(BLOCK as usize) {

@@ -1,5 +1,5 @@
-//! `bvh`: it finds the boxes that a ray meets, and its user tests what is in them; here
-//! by Möller and Trumbore's test of both sides (1997), as its own tests one side only.
+//! `bvh`, which finds the boxes that a ray meets. Triangles in them are tested here, from both
+//! sides (Möller and Trumbore 1997), since the crate's own test is for one side only.
 
 use super::library::{Trace, contender};
 use bvh::aabb::{Aabb, Bounded};

@@ -1,9 +1,9 @@
-//! From the interface's pointers to Rust's references, and back.
+//! Wraps a Rust contender in the interface's C functions: pointers become references.
 
 use shisen_peers_interface::{Contender, Hit, Mesh, Rays, Task};
 use std::ffi::{CStr, c_void};
 
-/// A way of tracing.
+/// A ray tracer that competes.
 pub(crate) trait Trace: Sized {
     /// Builds the tree; `None` if it cannot.
     fn open(corners: &'static [[[f32; 3]; 3]], baked: &'static [u8]) -> Option<Self>;
@@ -11,7 +11,7 @@ pub(crate) trait Trace: Sized {
     fn trace(&self, rays: &[[f32; 6]], side: usize, hits: &mut [Hit]);
 }
 
-/// A contender of a type.
+/// Returns the contender that a type implements.
 pub(crate) const fn contender<T: Trace>(
     name: &'static CStr,
     mode: &'static CStr,
@@ -45,7 +45,7 @@ unsafe extern "C" fn open<T: Trace>(mesh: *const Mesh) -> *mut c_void {
 }
 
 unsafe extern "C" fn trace<T: Trace>(opened: *const c_void, rays: *const Rays, hits: *mut Hit) {
-    // SAFETY: `opened` is of `open`, and there are as many hits as rays.
+    // SAFETY: `opened` comes from `open`, and `hits` has a hit for each ray.
     unsafe {
         let rays = &*rays;
         (*opened.cast::<T>()).trace(
@@ -57,6 +57,6 @@ unsafe extern "C" fn trace<T: Trace>(opened: *const c_void, rays: *const Rays, h
 }
 
 unsafe extern "C" fn close<T: Trace>(opened: *mut c_void) {
-    // SAFETY: it is of `open`, and not used any more.
+    // SAFETY: `opened` comes from `open`, and is not used any more.
     drop(unsafe { Box::from_raw(opened.cast::<T>()) });
 }

@@ -55,12 +55,12 @@ fn main() -> ExitCode {
 /// Runs the firmware and compares its frames with the host's
 ///
 /// The board has the scene in its memory, reads the tracker on one serial port
-/// and sends finished tiles on another. Each frame says which gaze and which
-/// budget it used; the host renders the same from these, in the same layout, and
-/// both have to be equal, bit for bit. Without --image the firmware is built
+/// and sends finished tiles on another. Each frame reports its gaze and its
+/// budget; the host renders the same frame from these, in the same layout, and
+/// both must be equal, bit for bit. Without --image the firmware is built
 /// from tests/firmware. Needs qemu-system-arm.
 ///
-/// Instructions are counted by the emulator: divisions take one, memory none.
+/// The emulator counts instructions: a division is one, memory takes no time.
 #[derive(Debug, Parser)]
 #[command(name = "tests/firmware/run", bin_name = "tests/firmware/run")]
 struct Arguments {
@@ -79,14 +79,14 @@ struct Arguments {
     model: Model,
     #[command(flatten)]
     levels: LevelArguments,
-    /// mock, mock:… or replay:FILE, sent as our own link; none for a tracker
-    /// that says nothing
+    /// mock, mock:… or replay:FILE, sent as our own link; none for a silent
+    /// tracker
     #[arg(long, value_name = "SPEC", default_value = "mock:rate=120")]
     tracker: TrackerChoice,
     /// three-wall, cube or a TOML file of up to 6 walls
     #[arg(long, value_name = "NAME|FILE", default_value = "three-wall")]
     walls: WallsName,
-    /// Pixels along each side of a wall that does not say itself
+    /// Pixels along each side of a wall without a size of its own
     #[arg(long, value_name = "PIXELS", default_value_t = 64,
           value_parser = whole::<u32>(1..=Wall::MOST_PIXELS))]
     size: u32,
@@ -98,34 +98,34 @@ struct Arguments {
     #[arg(long, value_name = "paper|off", default_value = "paper",
           value_parser = ["paper", "off"])]
     lod: String,
-    /// Reflections and refractions after one another
+    /// Most reflections and refractions in a row
     #[arg(long, value_name = "N", default_value_t = 3,
           value_parser = whole::<u8>(0..=MAX_DEPTH))]
     depth: u8,
-    /// Wavelengths that dispersive media tell apart; more than 1 takes a
-    /// firmware with dispersion, which is built then
+    /// Wavelengths that dispersive media distinguish; more than 1 needs a
+    /// firmware with dispersion, which is then built
     #[arg(long, value_name = "N", default_value_t = 1,
           value_parser = whole::<u8>(1..=32))]
     wavelengths: u8,
     /// Steps that a frame may take [default: all that it needs]
     #[arg(long, value_name = "STEPS", value_parser = whole::<u64>(0..))]
     budget: Option<u64>,
-    /// Steps of a slice, between which the board listens
+    /// Steps of a slice, after which the board reads its ports
     #[arg(long, value_name = "STEPS", default_value_t = 10_000,
           value_parser = whole::<u32>(1..))]
     slice: u32,
-    /// Degrees that the line of sight may move while a frame is rendered: if by more, it
-    /// is cut short and the next begun; 0 finishes each
+    /// Degrees that the line of sight may move while a frame is rendered: beyond that the
+    /// frame is cut short and the next begun; 0 finishes each frame
     #[arg(long, value_name = "DEGREES", default_value_t = 5.0, value_parser = turn)]
     restart: f32,
     /// Frames of the walls
     #[arg(long, value_name = "N", default_value_t = 3,
           value_parser = whole::<u32>(1..=100_000))]
     frames: u32,
-    /// Then a dome master of so many pixels a side, from the room's origin
+    /// Pixels a side of a dome master from the room's origin, rendered after the frames
     #[arg(long, value_name = "PIXELS", value_parser = whole::<u16>(1..=512))]
     capture: Option<u16>,
-    /// Folder of the pictures; made where it does not exist
+    /// Folder for the pictures; created if it does not exist
     #[arg(long, value_name = "DIR", default_value = "shisen-out")]
     out: PathBuf,
     /// Print one JSON object
@@ -133,7 +133,7 @@ struct Arguments {
     json: bool,
 }
 
-/// `--tracker`.
+/// The value of `--tracker`.
 #[derive(Debug, Clone)]
 struct TrackerChoice(Option<Spec>);
 
@@ -177,7 +177,7 @@ impl TrackerChoice {
             Some(TrackerKind::Mock(spec)) => {
                 Some(Box::new(Wire::new(simulated(spec)?, Protocol::Link)))
             }
-            // Others are refused when they are read.
+            // Other files are refused when they are read.
             _ => None,
         })
     }
@@ -195,7 +195,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
             source.name
         )));
     };
-    // Before a firmware is built, which takes its time.
+    // Checked before a firmware is built, which takes long.
     let tracker = arguments.tracker.bytes()?;
     let dispersion = arguments.wavelengths > 1;
     let image = arguments.image.as_ref().map(|path| Image::open(path));
@@ -256,10 +256,10 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-/// Seconds of silence.
+/// Seconds of silence after which the firmware counts as hung.
 const PATIENCE: f64 = 60.0;
 
-/// The walls of a room, as the board has them.
+/// Returns the walls of a room in the board's form.
 fn screens(cave: &Cave) -> Result<Vec<FlatScreen>, Failure> {
     if !cave.domes.is_empty() || cave.walls.len() > MOST_SCREENS {
         return Err(Failure::usage(&format!(
@@ -284,7 +284,7 @@ fn compact(scene: Loaded, name: &str, levels: &LevelArguments) -> Result<BakedSc
     }
 }
 
-/// Writes the last frame of the walls that is whole, or the last, and the dome master.
+/// Writes the dome master and the last whole frame of the walls, or the last frame if none is whole.
 fn write(folder: &Path, watched: &Watched, cave: &Cave, eyes: u8) -> Result<Vec<String>, Failure> {
     let mut images = Vec::new();
     let mut write = |name: String, picture: &Picture| {

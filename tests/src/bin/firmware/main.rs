@@ -1,6 +1,6 @@
 //! Runs the display controller's firmware in its emulator and compares it with
-//! the host: the paper's scenes along both of its gazes, a dome master, a prism;
-//! and what may go wrong around a controller. `tests/firmware/run` builds the
+//! the host: the paper's scenes along both of its gazes, a dome master, a prism,
+//! and faults around a controller. `tests/firmware/run` builds the
 //! images and starts this.
 //!
 //! ```text
@@ -8,11 +8,11 @@
 //!     LIMITS MEASURED IMAGE IMAGE-WITH-DISPERSION [WORD...]
 //! ```
 //!
-//! LIMITS are those of `tests/firmware/limits.toml`; what was measured is added to
-//! the file MEASURED, a name and a number a line. With WORDs only the checks run
-//! whose names have one of them.
+//! LIMITS is `tests/firmware/limits.toml`; measured values are added to the file
+//! MEASURED, a name and a number in each line. With WORDs only those checks run whose
+//! names contain one of them.
 
-/// Returns what is wrong where a condition does not hold.
+/// Returns an error from the function if a condition does not hold.
 macro_rules! ensure {
     ($holds:expr, $($what:tt)+) => {
         if $holds {
@@ -53,7 +53,7 @@ use time::Slices;
 
 /// Pixels a side of the walls.
 const SIDE: u32 = 64;
-/// Between samples of a tracker that does not say otherwise.
+/// Default time between a tracker's samples.
 const STEP: Micros = Micros(2_000);
 
 type Wrong = Box<dyn std::error::Error>;
@@ -126,7 +126,7 @@ fn paper(which: PaperScene) -> Baked<4> {
     bake(&paper_scene(which, mesh).expect("a scene"))
 }
 
-/// As a controller renders unless it is told otherwise.
+/// Returns a controller's default settings.
 const RENDERING: Rendering = Rendering {
     budget: u64::MAX,
     slice: 10_000,
@@ -138,7 +138,7 @@ const RENDERING: Rendering = Rendering {
     restart_angle: 0.0,
 };
 
-/// A viewer who looks one way, from one place.
+/// Returns the bytes of a viewer who looks one way, from one place.
 fn looking(place: Vec3, turn: Quat, gaze: Vec3) -> TrackerBytes {
     let mut encoder = Encoder::new();
     sent(STEP, move |time| {
@@ -162,7 +162,7 @@ fn ahead() -> TrackerBytes {
     looking(Vec3::ZERO, Quat::IDENTITY, Vec3::NEG_Z)
 }
 
-/// The paper's other viewer: the head bowed, and the eyes lower still.
+/// Returns the paper's other viewer: the head bowed, and the eyes lower still.
 fn down() -> TrackerBytes {
     let bow = 70f32.to_radians();
     let rest = 20f32.to_radians();
@@ -177,7 +177,7 @@ fn mock(spec: &str) -> Result<TrackerBytes, Wrong> {
     Ok(Box::new(Wire::new(simulated(&spec)?, Protocol::Link)))
 }
 
-/// Bytes at their times, a step apart.
+/// Returns pieces of bytes at their times, a step apart.
 struct Bytes<F> {
     next: Micros,
     step: Micros,
@@ -209,9 +209,9 @@ struct Bench {
     limits: Limits,
     measured: Measured,
     slices: Slices,
-    /// Static memory without that for pictures, bytes.
+    /// Static memory without the buffers of pictures, bytes.
     ram: Cell<u64>,
-    /// The deepest stack that was painted over, bytes.
+    /// Deepest use of the painted stack, bytes.
     stack: Cell<u64>,
 }
 
@@ -244,7 +244,7 @@ impl Bench {
         }
     }
 
-    /// Frames of scene A by this tracker, which are the host's.
+    /// Runs scene A with this tracker, and checks that its frames are the host's.
     fn scene_a(
         &self,
         tracker: TrackerBytes,
@@ -256,7 +256,7 @@ impl Bench {
         self.same(&scene, run)
     }
 
-    /// Frames that are the host's, and what was watched.
+    /// Runs a controller, checks that its frames are the host's, and returns its reports.
     fn same(&self, scene: &Baked<4>, run: Run<'_>) -> Result<Watched, Wrong> {
         let (rendering, screens) = (run.rendering, run.screens);
         let plain = run.image == &self.plain;
@@ -345,7 +345,7 @@ impl Bench {
         run.rendering.wavelengths = 7;
         run.frames = 1;
         let watched = self.same(&scene, run)?;
-        // The same scene by an image without: another picture, and the host's.
+        // An image without dispersion renders another picture, equal to the host's without it.
         let plain = self.run(scene.as_bytes(), None);
         let plain = self.same(&scene, plain)?;
         ensure!(
@@ -456,7 +456,7 @@ impl Bench {
             }
             burst
         });
-        // Slices so long that the line is not listened to.
+        // Slices so long that the line is not read in time.
         let watched = self.scene_a(bytes, |run| run.rendering.slice = 1_000_000)?;
         let tracker = watched.tracker.ok_or("nothing said of the tracker")?;
         ensure!(tracker.overrun > 0, "nothing was lost");
@@ -490,7 +490,7 @@ impl Bench {
     }
 }
 
-/// Whether the last frame is of full quality everywhere.
+/// Returns whether the last frame has full detail everywhere.
 fn is_everywhere(watched: &Watched) -> bool {
     let last = watched.frames.last();
     last.is_some_and(|frame| frame.start.widen >= std::f32::consts::PI)

@@ -1,6 +1,5 @@
-//! No slice takes longer than its steps allow: instructions ≤ steps × C1 + C0,
-//! with scenes made to take long; and the steps of a slice are its budget and
-//! those of one pixel at most.
+//! Checks that a slice takes at most steps × C1 + C0 instructions, with scenes made to take
+//! long, and at most its budget and the steps of one sample.
 
 use crate::{Bench, Wrong, bake};
 use glam::{DAffine3, DQuat, DVec3};
@@ -13,16 +12,16 @@ use shisen_tests::meshes::{gridded_cube, icosphere};
 use shisen_tests::scenes::object;
 use std::cell::Cell;
 
-/// Pixels a side of the wall that the scenes are seen on.
+/// Pixels a side of the wall on which the scenes are seen.
 const SIDE: u32 = 32;
 const SLICES: [u32; 4] = [1, 100, 3_000, 1_000_000];
 
 #[derive(Default)]
 pub(crate) struct Slices {
     count: Cell<u64>,
-    /// Most instructions above what the steps of a slice allow.
+    /// Most instructions of a slice beyond its steps × C1.
     besides: Cell<i64>,
-    /// Most instructions a step of a slice of 1,000 steps or more.
+    /// Most instructions for each step, in slices of 1,000 steps or more.
     a_step: Cell<u64>,
 }
 
@@ -47,7 +46,7 @@ impl Bench {
         Ok(())
     }
 
-    /// What the slices of all checks so far were like.
+    /// Returns a sentence about the slices of all checks so far.
     pub(crate) fn slices(&self) -> String {
         let seen = &self.slices;
         format!(
@@ -86,7 +85,7 @@ impl Bench {
                 let most = frame.slices.iter().map(|slice| slice.steps).max();
                 let most = most.ok_or("no slice")?;
                 if slice == 1 {
-                    // Each pixel is a slice of its own.
+                    // Each slice is one pixel of one sample.
                     dearest = most;
                 }
                 ensure!(
@@ -158,7 +157,7 @@ fn one(mesh: TriangleMesh, material: Option<Material>, world_from_object: DAffin
     }
 }
 
-/// Hundreds of the same triangle: all leaves are hit wherever one is.
+/// Returns hundreds of copies of one triangle: a ray that hits one leaf hits all.
 fn copies() -> TriangleMesh {
     TriangleMesh {
         positions: vec![[-2.0, -2.0, 0.0], [2.0, -2.0, 0.0], [0.0, 2.0, 0.0]],

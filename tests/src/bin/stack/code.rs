@@ -1,20 +1,20 @@
-//! The functions of a linked program for a Cortex-M, and what they are made of.
+//! The functions of a linked program for a Cortex-M, and their instructions.
 
 use capstone::arch::arm::{ArchExtraMode, ArchMode, ArmOperandType};
 use capstone::prelude::*;
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SymbolKind};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// What is wrong, in words.
+/// An error's text.
 pub(crate) type Wrong = String;
 
 /// One instruction.
 #[derive(Debug, Clone)]
 pub(crate) struct Instruction {
     pub(crate) at: u32,
-    /// Bytes: 2 or 4.
+    /// Length in bytes: 2 or 4.
     pub(crate) length: u32,
-    /// The name without condition and width.
+    /// Mnemonic without condition and width.
     pub(crate) name: String,
     pub(crate) conditional: bool,
     pub(crate) operands: Vec<Operand>,
@@ -22,17 +22,17 @@ pub(crate) struct Instruction {
     pub(crate) text: String,
 }
 
-/// What an instruction works on.
+/// An operand of an instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Operand {
     /// r0 to r12, sp, lr and pc by number; `None` for others.
     Register(Option<usize>),
     Number(i32),
-    /// A place in memory: its base, and what is added.
+    /// A place in memory: base register and offset.
     Memory(Option<usize>, i32),
-    /// A place in memory that a register makes with another: its base.
+    /// A place in memory with an index register: its base register.
     Indexed(Option<usize>),
-    /// What has no part in frames or calls.
+    /// An operand that matters neither to stack frames nor to calls.
     Other,
 }
 
@@ -54,15 +54,15 @@ pub(crate) struct Function {
 pub(crate) struct Program {
     /// Functions by address.
     pub(crate) functions: BTreeMap<u32, Function>,
-    /// Functions that any pointer may lead to: their addresses are in the program's data,
-    /// in the constants between its functions, or put together by instructions.
+    /// Functions that any call through a pointer may reach: their addresses are in the program's
+    /// data, in the constants between its functions, or built by instructions.
     pub(crate) taken: BTreeSet<u32>,
-    /// Functions in the method tables of trait objects, by the offset there: only a load
-    /// at that offset leads to them.
+    /// Functions in the method tables of trait objects, by their offset: only a load at that
+    /// offset reaches them.
     pub(crate) methods: BTreeMap<i32, BTreeSet<u32>>,
     pub(crate) symbols: HashMap<String, u32>,
     sections: Vec<(u32, Vec<u8>, bool)>,
-    /// Where data begins within code, and code again.
+    /// Addresses at which data begins within code, and at which code begins again.
     marks: BTreeMap<u32, bool>,
 }
 
@@ -77,7 +77,7 @@ impl Program {
             };
             let allocated = sh_flags & u64::from(object::elf::SHF_ALLOC) != 0;
             let data = section.data().map_err(|error| error.to_string())?;
-            // What the hardware calls is no pointer's.
+            // The hardware calls the vectors' functions, not a pointer.
             let hardware = section.name().is_ok_and(|name| name.contains("vector"));
             if allocated && !data.is_empty() {
                 sections.push((section.address() as u32, data.to_vec(), hardware));
@@ -99,7 +99,7 @@ impl Program {
             }
             let is_code = symbol.kind() == SymbolKind::Text;
             if is_code && symbol.is_definition() && !name.starts_with('$') {
-                // Without what the compiler adds to it.
+                // The name without the hash that the compiler adds.
                 let readable = format!("{:#}", rustc_demangle::demangle(name));
                 let entry = (readable, symbol.size() as u32);
                 let place = names.entry(at & !1).or_insert_with(|| entry.clone());
@@ -121,13 +121,13 @@ impl Program {
         Ok(program)
     }
 
-    /// The word at an address.
+    /// Returns the word at an address.
     pub(crate) fn word(&self, at: u32) -> Option<u32> {
         let bytes = self.bytes(at, 4)?;
         Some(u32::from_le_bytes(bytes.try_into().ok()?))
     }
 
-    /// Bytes at an address.
+    /// Returns the bytes at an address.
     pub(crate) fn bytes(&self, at: u32, count: usize) -> Option<&[u8]> {
         self.sections.iter().find_map(|(start, data, _)| {
             let offset = at.checked_sub(*start)? as usize;
@@ -135,7 +135,7 @@ impl Program {
         })
     }
 
-    /// Where the data that begins at an address ends, and code goes on.
+    /// Returns where the data that begins at an address ends and code goes on.
     pub(crate) fn data_end(&self, at: u32) -> u32 {
         let next = self.marks.range(at..).find(|&(_, &code)| code);
         next.map_or(at, |(&end, _)| end)
@@ -155,7 +155,7 @@ impl Program {
             .map_err(|error| error.to_string())?;
         for (&start, (name, size)) in names {
             let next = names.range(start + 1..).next().map(|(&next, _)| next);
-            // Functions written in assembly may not say how long they are.
+            // The symbol of a function in assembly may have no length.
             let end = match (size, next) {
                 (0, Some(next)) => next,
                 (0, None) => self.data_end(start + 1).max(start),
@@ -181,7 +181,7 @@ impl Program {
         Ok(())
     }
 
-    /// The parts of a function that are code.
+    /// Returns the parts of a function that are code.
     fn runs(&self, start: u32, end: u32) -> Vec<(u32, u32)> {
         let before = self.marks.range(..=start).next_back();
         let mut is_code = before.is_none_or(|(_, &code)| code);
@@ -209,7 +209,7 @@ impl Program {
             if *hardware {
                 continue;
             }
-            // Code counts as well: constants are between functions.
+            // Code is searched, too: constants lie between functions.
             let words = data.as_chunks::<4>().0;
             let words: Vec<u32> = words.iter().map(|&word| u32::from_le_bytes(word)).collect();
             let mut at = 0;
@@ -264,8 +264,8 @@ impl Program {
     }
 }
 
-/// Words of a trait object's method table, where one begins here: what drops it or
-/// 0, its size, its alignment, then one method or more.
+/// Returns the number of words of a trait object's method table that begins here, or 0: its drop
+/// function or 0, its size, its alignment, then one method or more.
 fn methods_of(words: &[u32], is_function: &impl Fn(u32) -> bool) -> usize {
     let begins = |words: &[u32]| match words {
         &[drop, size, align, method, ..] => {
@@ -340,7 +340,7 @@ fn decode_run(
     Ok(())
 }
 
-/// The number of a general register.
+/// Returns the number of a general register.
 fn number(decoder: &Capstone, register: RegId) -> Option<usize> {
     let name = decoder.reg_name(register)?;
     match name.as_str() {
@@ -364,7 +364,7 @@ mod tests {
         let is_function = |word: u32| word == 0x101 || word == 0x201;
         let table = [0, 8, 4, 0x101, 0x201, 7];
         assert_eq!(methods_of(&table, &is_function), 5);
-        // Dropped by a function, and behind it one that belongs to the next.
+        // A table with a drop function; the function behind it belongs to the next.
         let two = [0x201, 12, 4, 0x101, 0x201, 8, 4, 0x101];
         assert_eq!(methods_of(&two, &is_function), 4);
         for other in [

@@ -3,7 +3,7 @@
 use super::{Config, PHASE};
 use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Event, Message};
-use crate::stream::{Front, Step};
+use crate::stream::{Step, Window};
 use crate::time::Micros;
 
 impl Config {
@@ -135,8 +135,8 @@ pub const fn error_meaning(code: u8) -> &'static str {
 }
 
 /// What is made of bytes that may be an answer; `None` where they are not.
-pub(super) fn answer(parameter: u8, front: Front<'_>, alone: bool) -> Option<Step> {
-    let bytes = front.bytes;
+pub(super) fn answer(parameter: u8, window: Window<'_>, alone: bool) -> Option<Step> {
+    let bytes = window.bytes;
     let length = answer_bytes(parameter)?;
     let &first = bytes.first()?;
     let second = bytes.get(1).copied();

@@ -3,7 +3,7 @@
 use super::super::axes;
 use super::item::{Content, Form, Item};
 use super::numbers::{read_extended, read_fixed, read_whole, word_value};
-use super::{Misread, Read, Scale};
+use super::{ItemError, Read, Scale};
 use crate::decoder::DropReason;
 use crate::sample::{Head, Reading};
 use crate::time::DeviceTime;
@@ -26,26 +26,26 @@ pub(super) struct Values {
 
 impl Values {
     /// Takes one number of an item, if it has the item's form.
-    pub(super) fn put(&mut self, item: Item, place: usize, bytes: &[u8]) -> Result<(), Misread> {
+    pub(super) fn put(&mut self, item: Item, place: usize, bytes: &[u8]) -> Result<(), ItemError> {
         let value = match item.form {
             Form::Literal(literal) => return well_formed(bytes == literal),
             Form::SpaceAndDigit => return well_formed(matches!(bytes, [b' ', b'0' | b'1'])),
             Form::Bytes(_) => return Ok(()),
-            Form::Fixed(decimals) => read_fixed(bytes, decimals).ok_or(Misread::Shape)?,
-            Form::Extended => read_extended(bytes).ok_or(Misread::Shape)?,
-            Form::Whole(_) => read_whole(bytes).ok_or(Misread::Shape)? as f32,
-            Form::Float => f32::from_le_bytes(bytes.try_into().map_err(|_| Misread::Shape)?),
+            Form::Fixed(decimals) => read_fixed(bytes, decimals).ok_or(ItemError::Shape)?,
+            Form::Extended => read_extended(bytes).ok_or(ItemError::Shape)?,
+            Form::Whole(_) => read_whole(bytes).ok_or(ItemError::Shape)? as f32,
+            Form::Float => f32::from_le_bytes(bytes.try_into().map_err(|_| ItemError::Shape)?),
             Form::Word => {
                 self.words = true;
-                word_value(bytes).ok_or(Misread::Shape)?
+                word_value(bytes).ok_or(ItemError::Shape)?
             }
             Form::U32 => {
-                let number = u32::from_le_bytes(bytes.try_into().map_err(|_| Misread::Shape)?);
+                let number = u32::from_le_bytes(bytes.try_into().map_err(|_| ItemError::Shape)?);
                 if item.content == Content::Time {
                     self.whole_milliseconds = Some(number);
                 } else if number > 1 {
                     // A stylus button is up or down.
-                    return Err(Misread::Shape);
+                    return Err(ItemError::Shape);
                 }
                 return Ok(());
             }
@@ -67,7 +67,7 @@ impl Values {
         Ok(())
     }
 
-    pub(super) fn pose(&self, tracked: bool, scale: Scale) -> Result<Read, Misread> {
+    pub(super) fn pose(&self, tracked: bool, scale: Scale) -> Result<Read, ItemError> {
         let metres = if self.words {
             scale.word_metres
         } else {
@@ -92,7 +92,7 @@ impl Values {
             }
             rows => {
                 if rows.into_iter().flatten().any(|row| !row.is_finite()) {
-                    return Err(Misread::Value(DropReason::OutOfRange));
+                    return Err(ItemError::Value(DropReason::OutOfRange));
                 }
                 None
             }
@@ -108,7 +108,7 @@ impl Values {
             (Some(milliseconds), None) => {
                 // A month, at which an f32 no longer tells 128 ms apart.
                 if !(0.0..=2.6e9).contains(&milliseconds) {
-                    return Err(Misread::Value(DropReason::OutOfRange));
+                    return Err(ItemError::Value(DropReason::OutOfRange));
                 }
                 let whole = milliseconds as u64;
                 let part = (milliseconds - whole as f32) * 1_000.0;
@@ -130,6 +130,6 @@ impl Values {
     }
 }
 
-fn well_formed(is: bool) -> Result<(), Misread> {
-    if is { Ok(()) } else { Err(Misread::Shape) }
+fn well_formed(is: bool) -> Result<(), ItemError> {
+    if is { Ok(()) } else { Err(ItemError::Shape) }
 }

@@ -1,50 +1,50 @@
-//! What feature reports say and ask for.
+//! Feature reports: a device's capabilities, configuration and status, and its output.
 
-/// What a device can do, in metres; `None` where it does not say.
+/// Capabilities of a device, in metres; `None` if the device does not report one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Capabilities {
-    /// 1 where the gaze is good enough for fine work.
+    /// 1 if the gaze is accurate enough for fine work.
     pub quality: Option<u32>,
-    /// The nearest that a user may be.
+    /// Least distance of the user.
     pub nearest: Option<f32>,
-    /// The best distance.
+    /// Best distance of the user.
     pub best: Option<f32>,
-    /// The furthest that a user may be.
+    /// Greatest distance of the user.
     pub furthest: Option<f32>,
-    /// The widest screen that it can serve.
+    /// Greatest width of the screen.
     pub widest_screen: Option<f32>,
-    /// The highest screen that it can serve.
+    /// Greatest height of the screen.
     pub highest_screen: Option<f32>,
 }
 
-/// How a device was set up: the display, and its calibrated part in metres.
+/// Configuration of a device: the display, and its calibrated part in metres.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Configuration {
-    /// The display's maker, as in its EDID.
+    /// The display's manufacturer code, from its EDID.
     pub manufacturer: Option<u32>,
     /// The display's product number.
     pub product: Option<u32>,
     /// The display's serial number.
     pub serial_number: Option<u32>,
-    /// When the display was made.
+    /// The display's date of manufacture.
     pub manufacturer_date: Option<u32>,
-    /// How wide the calibrated part is.
+    /// Width of the calibrated part.
     pub screen_width: Option<f32>,
-    /// How high the calibrated part is.
+    /// Height of the calibrated part.
     pub screen_height: Option<f32>,
 }
 
-/// How a device is.
+/// Status of a device.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status {
-    /// By number, see [`status_name`].
+    /// The status's number: [`status_name`] has its meaning.
     pub configuration: Option<u32>,
     /// Samples per second.
     pub sampling_frequency: Option<f32>,
 }
 
-/// What a device's status means; empty where that is not known.
+/// Returns the meaning of a device's status; empty if it is not known.
 pub fn status_name(status: u32) -> &'static str {
     match status {
         1 => "ready",
@@ -55,33 +55,33 @@ pub fn status_name(status: u32) -> &'static str {
     }
 }
 
-/// What a device is asked to send; nothing of it is a request to stop.
+/// The data that a device is asked to send; no data asks it to stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Mode {
     /// The gaze point.
     pub gaze_point: bool,
-    /// Where the eyes are.
+    /// Positions of the eyes.
     pub eye_positions: bool,
-    /// Where the head is.
+    /// Pose of the head.
     pub head_position: bool,
 }
 
 impl Mode {
-    /// Nothing.
+    /// No data: a request to stop.
     pub const STOP: Self = Self {
         gaze_point: false,
         eye_positions: false,
         head_position: false,
     };
 
-    /// Everything.
+    /// All data.
     pub const ALL: Self = Self {
         gaze_point: true,
         eye_positions: true,
         head_position: true,
     };
 
-    /// As the device takes it.
+    /// Returns the bits of the feature report.
     pub const fn bits(self) -> u8 {
         self.gaze_point as u8 | (self.eye_positions as u8) << 1 | (self.head_position as u8) << 2
     }
@@ -95,20 +95,20 @@ pub enum ReportError {
     /// The device's descriptor has no such report.
     #[error("the device's descriptor has no such report")]
     NotDescribed,
-    /// It begins with another report id.
+    /// The report begins with another report id.
     #[error("a report with id {found:#04x} where {expected:#04x} was asked for")]
     ReportId {
-        /// The id of the report that was asked for.
+        /// The requested report's id.
         expected: u8,
-        /// The id found.
+        /// The id that came.
         found: u8,
     },
-    /// It is shorter than the descriptor says.
+    /// The report is shorter than the descriptor says.
     #[error("a report of {found} bytes where the descriptor says {expected}")]
     Length {
         /// Bytes of the report, with its id.
         expected: usize,
-        /// Bytes found.
+        /// Bytes that came.
         found: usize,
     },
 }

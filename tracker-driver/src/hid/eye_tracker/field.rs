@@ -1,4 +1,4 @@
-//! Where a value is in a report, and what it is worth.
+//! Where a value is in a report, and its unit and range.
 
 use super::super::descriptor::{Element, ReportKind, ReportSize, Reports, Unit, Usage};
 use super::super::usages::PAGE;
@@ -14,7 +14,7 @@ const POWERS: [f32; 16] = [
 const METRES_PER_CENTIMETRE: f32 = 0.01;
 const METRES_PER_INCH: f32 = 0.0254;
 const RADIANS_PER_DEGREE: f32 = 0.017_453_292;
-/// Two whole turns: what is beyond is no angle of a head.
+/// Largest angle of a head, radians: two whole turns.
 const LARGEST_ANGLE: f32 = 12.6;
 
 /// A value of a report.
@@ -23,7 +23,7 @@ pub(super) struct Field {
     bit_offset: u32,
     bits: u32,
     logical: [i32; 2],
-    /// What the smallest logical value stands for, and one more.
+    /// Physical value of the smallest logical one, and the step to the next.
     physical: Option<(f32, f32)>,
     unit: Unit,
     exponent: i8,
@@ -45,7 +45,7 @@ impl Field {
         }
     }
 
-    /// The bits, in the report without its id.
+    /// Returns the bits from a report without its id.
     fn raw(self, body: &[u8]) -> Option<u64> {
         let (first, shift) = ((self.bit_offset / 8) as usize, self.bit_offset % 8);
         let count = (shift + self.bits).div_ceil(8) as usize;
@@ -64,7 +64,7 @@ impl Field {
         Some(value & (u64::MAX >> (64 - self.bits.clamp(1, 64))))
     }
 
-    /// Puts bits into the report without its id; what does not fit is cut.
+    /// Writes bits into a report without its id; bits that do not fit are cut off.
     pub(super) fn write(self, body: &mut [u8], value: u64) {
         for n in 0..self.bits.min(64) {
             let at = self.bit_offset + n;
@@ -75,7 +75,7 @@ impl Field {
         }
     }
 
-    /// The value, unless it is outside its range.
+    /// Returns the value; `None` if it is outside its range.
     fn logical(self, body: &[u8]) -> Option<i64> {
         let raw = self.raw(body)?;
         let [smallest, largest] = self.logical.map(i64::from);
@@ -88,7 +88,7 @@ impl Field {
         (smallest..=largest).contains(&value).then_some(value)
     }
 
-    /// In the device's unit, with its exponent.
+    /// Returns the value in the device's unit, with its exponent.
     fn value(self, body: &[u8]) -> Option<f32> {
         let logical = self.logical(body)?;
         let value = match self.physical {
@@ -98,7 +98,7 @@ impl Field {
         Some(value * POWERS.get(usize::try_from(self.exponent + 8).ok()?)?)
     }
 
-    /// Whether it is a length.
+    /// Returns whether it is a length.
     pub(super) fn is_length(self) -> bool {
         matches!(self.unit, Unit::CENTIMETRE | Unit::INCH)
     }
@@ -123,17 +123,17 @@ impl Field {
         Some(field.value(body)? * unit).filter(|angle| angle.abs() <= LARGEST_ANGLE)
     }
 
-    /// Whatever its unit is.
+    /// Reads a value in any unit.
     pub(super) fn read_value(field: Option<Self>, body: &[u8]) -> Option<f32> {
         field?.value(body)
     }
 
-    /// A number that is no measure.
+    /// Reads a number without a unit.
     pub(super) fn read_number(field: Option<Self>, body: &[u8]) -> Option<u32> {
         u32::try_from(field?.logical(body)?).ok()
     }
 
-    /// A time, in microseconds without a unit; its range may be that of its single bytes.
+    /// Reads a time, in microseconds if it has no unit; its range may be that of its single bytes.
     pub(super) fn read_time(field: Option<Self>, body: &[u8]) -> Option<DeviceTime> {
         let field = field?;
         let exponent = match field.unit {
@@ -154,8 +154,8 @@ impl Field {
     }
 }
 
-/// What makes an element a certain field: the usage of the collection around it, or
-/// [`ANYWHERE`], and its own.
+/// The key of a field: the usage of the collection around the element, or [`ANYWHERE`], and the
+/// element's own usage.
 pub(super) type Key = (u16, u16);
 
 pub(super) const ANYWHERE: u16 = 0;
@@ -175,16 +175,16 @@ fn fits((parent, usage): Key, element: &Element<'_>) -> bool {
     element.usage == on_page(usage) && (parent == ANYWHERE || element.parent() == on_page(parent))
 }
 
-/// Fields that are in one report.
+/// Fields of one report.
 #[derive(Debug, Clone)]
 pub(super) struct Group<const N: usize> {
     size: ReportSize,
-    /// In the order of the keys.
+    /// The fields in the order of the keys.
     pub(super) fields: [Option<Field>; N],
 }
 
 impl<const N: usize> Group<N> {
-    /// No fields yet.
+    /// Returns a set without fields.
     pub(super) fn new(kind: ReportKind) -> Self {
         Self {
             size: ReportSize {
@@ -196,7 +196,7 @@ impl<const N: usize> Group<N> {
         }
     }
 
-    /// Takes an element that is one of the fields; bytes of one usage in a row are one field.
+    /// Takes an element if it is one of the fields; bytes of one usage in a row are one field.
     pub(super) fn offer(&mut self, element: &Element<'_>, keys: &[Key; N]) {
         let first = self.fields.iter().all(Option::is_none);
         if element.kind != self.size.kind || (!first && element.report_id != self.size.report_id) {
@@ -220,7 +220,7 @@ impl<const N: usize> Group<N> {
         }
     }
 
-    /// Looks up how long the report is.
+    /// Looks up the length of the report.
     pub(super) fn measure(&mut self, reports: &Reports) {
         let id = (self.size.kind, self.size.report_id);
         let size = reports
@@ -233,12 +233,12 @@ impl<const N: usize> Group<N> {
         }
     }
 
-    /// The report that the fields are in, if there are any.
+    /// Returns the size of the report with the fields, if there are any.
     pub(super) fn size(&self) -> Option<ReportSize> {
         (self.size.bits > 0).then_some(self.size)
     }
 
-    /// The report without its id, if it is the one with the fields.
+    /// Returns the report without its id, if it is the one with the fields.
     pub(super) fn body<'a>(&self, report: &'a [u8]) -> Result<&'a [u8], ReportError> {
         let size = self.size().ok_or(ReportError::NotDescribed)?;
         let body = match (size.report_id, report) {

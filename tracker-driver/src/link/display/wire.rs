@@ -1,7 +1,7 @@
 //! The bodies of reports and orders, field by field.
 
 use super::super::body::Body;
-use super::super::frame::{Content, Said};
+use super::super::frame::{Content, LinkMessage};
 use super::{
     CAPTURE, FRAME, FRAME_DONE, FrameDone, FrameStart, MOST_PIXELS, Order, PIXELS, PixelRun, READY,
     RENDERING, Ready, Rendering, Report, SCREEN, SCREENS, SLICE, Slice, Subject, TRACKER,
@@ -205,7 +205,7 @@ impl Field for FlatScreen {
     }
 }
 
-impl Said for Report {
+impl LinkMessage for Report {
     fn read(kind: u8, body: &[u8]) -> Result<Self, DropReason> {
         let body = &mut Body(body);
         let report = match kind {
@@ -222,7 +222,7 @@ impl Said for Report {
     }
 }
 
-impl Said for Order {
+impl LinkMessage for Order {
     fn read(kind: u8, body: &[u8]) -> Result<Self, DropReason> {
         let body = &mut Body(body);
         let order = match kind {

@@ -14,16 +14,16 @@ const ACCESSIBLE: u8 = 1 << 7;
 const RUNNING: u8 = 1 << 6;
 const RECEIVER: u8 = 1 << 5;
 
-/// The crystal of most birds, in MHz: the sources name none.
+/// The birds' crystal, MHz: that of most birds, as our sources do not name it.
 const MEGAHERTZ: u16 = 40;
 
-/// The code of a command that does not exist.
+/// Error code for a command that does not exist.
 const NO_COMMAND: u8 = 6;
 
-/// How far the birds of a group are from one another: metres to the right.
+/// Distance of each bird in a group to the right of the one before, metres.
 const APART: f32 = 0.1;
 
-/// The state of the birds beside their protocol.
+/// The birds' state that is not in their protocol.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct State {
     asleep: bool,
@@ -31,12 +31,12 @@ pub(super) struct State {
     error: u8,
     /// The address of the first bird.
     first: u8,
-    /// How many there are.
+    /// Number of birds.
     birds: u8,
 }
 
 impl Default for State {
-    /// One bird, at address 1.
+    /// Returns one bird, at address 1.
     fn default() -> Self {
         Self {
             asleep: false,
@@ -48,7 +48,7 @@ impl Default for State {
 }
 
 impl Device {
-    /// A Flock of Birds of this many birds, 1 to [`MOST_BIRDS`], with the addresses from
+    /// Returns a Flock of Birds with `birds` birds, 1 to [`MOST_BIRDS`], with the addresses from
     /// `first` on; in group mode it sends a record of each, 0.1 m to the right of the one
     /// before. Other devices stay as they are.
     #[must_use]
@@ -59,7 +59,7 @@ impl Device {
         self
     }
 
-    /// What its `n`th sensor, from 0, measures; `None` where it has fewer that send.
+    /// Returns what its `n`th sensor, from 0, measures; `None` if fewer sensors send.
     pub(in crate::mock) fn nth_sensor(&self, sample: &Sample, n: u8) -> Option<Sample> {
         let birds = match &self.protocol {
             Protocol::Flock(config) if config.group => self.flock.birds,
@@ -102,7 +102,7 @@ impl Device {
                 let running = if state.asleep { 0 } else { RUNNING };
                 let State { first, birds, .. } = *state;
                 for (unit, address) in units.iter_mut().zip(1..first.saturating_add(birds)) {
-                    // Before the birds there are transmitters.
+                    // The addresses before the birds' are transmitters.
                     let receiver = if address < first { 0 } else { RECEIVER };
                     *unit = ACCESSIBLE | running | receiver;
                 }
@@ -118,7 +118,7 @@ impl Device {
             [b'@'] => (self.streams, state.asleep) = (true, false),
             [b'G'] => (self.streams, state.asleep) = (false, true),
             [run] if run == config.run => state.asleep = false,
-            // The next command goes to a bird; those of a group are set up alike.
+            // Names the bird for the next command; all birds of a group are set up alike.
             [TO_BIRD..=u8::MAX] => {}
             _ => match mode {
                 Some(mode) => config.mode = mode,
@@ -130,7 +130,7 @@ impl Device {
 }
 
 impl State {
-    /// Master, initialised, and how it is.
+    /// Returns the status word: master, initialised, and its present state.
     fn word(self, mode: Mode, streams: bool) -> u16 {
         let mode: u16 = match mode {
             Mode::Position => 1,

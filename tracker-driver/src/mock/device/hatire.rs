@@ -1,6 +1,6 @@
 //! How a Hatire obeys commands.
 
-use super::{Device, Zero};
+use super::{Device, Reference};
 use crate::head::hatire::{Config, RESET_TIME, TEXT_BYTES};
 use crate::protocol::Protocol;
 use crate::time::Micros;
@@ -24,7 +24,7 @@ impl Device {
                 say(&config, INITIALISING, b"RESET\n", answer);
                 return self.restart(now, RESET_TIME);
             }
-            b'C' => self.front = Zero::Next,
+            b'C' => self.front = Reference::Next,
             b'V' => say(&config, INFO, b"SHISEN MOCK 0\n", answer),
             b'I' if self.streams => say(&config, INFO, b"SENDS\n", answer),
             b'I' => say(&config, INFO, b"STOPPED\n", answer),

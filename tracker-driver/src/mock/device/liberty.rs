@@ -1,6 +1,6 @@
 //! How a Liberty or a Patriot obeys commands.
 
-use super::{Device, Zero, line, relist};
+use super::{Device, Reference, line, relist};
 use crate::head::liberty::{RESET, RESET_TIME};
 use crate::head::polhemus::{Family, MOST_ITEMS, Units};
 use crate::protocol::Protocol;
@@ -28,7 +28,7 @@ impl Device {
             [b'C', ..] => self.streams = true,
             b"U0" => config.units = Units::Inches,
             b"U1" => config.units = Units::Centimetres,
-            b"Q0" => self.clock = Zero::Next,
+            b"Q0" => self.clock = Reference::Next,
             [WHO_ARE_YOU] => answer(NAME),
             [RESET] => return Some(self.restart(now, RESET_TIME)),
             command => {

@@ -9,7 +9,7 @@ use crate::mock::{Line, Source, Tracker, TrackerConfig};
 use crate::protocol::{Asked, Reader};
 use crate::testing::{tracker, tracker_at};
 
-/// Plays a script against the device, to its end.
+/// Plays a script against the device to the script's end.
 fn play(device: &mut Device, script: Script) {
     let mut session = Session::new(script);
     let mut adhawk = adhawk::AdHawk::new();
@@ -53,7 +53,7 @@ fn every_device_starts_and_stops_by_its_own_script() {
     }
 }
 
-/// Whatever it was set to before, it sends what its script asks for.
+/// A start script sets the device's records, whatever they were before.
 #[test]
 fn a_device_streams_as_it_is_told() {
     let list = |family, format, items: &[u8]| ItemList::new(family, format, items).unwrap();
@@ -79,7 +79,7 @@ fn a_device_streams_as_it_is_told() {
         play(&mut device, config.start(2, 1, false));
         assert_eq!(device.protocol(), &Protocol::Flock(config));
     }
-    // A list that is none changes nothing.
+    // A bad list changes nothing.
     let mut device = Device::new(&Protocol::named("fastrak").unwrap());
     device.feed(b"O1,2,11\rO1,999,0\rO1\r", Micros(0), &mut |_| {});
     assert_eq!(Some(device.protocol().clone()), Protocol::named("fastrak"));
@@ -92,7 +92,7 @@ struct Bench {
     line: std::vec::Vec<u8>,
 }
 
-/// 10 ms at 100 Hz: a sample a step.
+/// Time of one step: at 100 Hz each brings one sample.
 const STEP: Micros = Micros::from_millis(10);
 
 impl Bench {
@@ -127,7 +127,7 @@ impl Bench {
         }
     }
 
-    /// What a decoder for the present protocol makes of what was sent since.
+    /// Decodes the bytes sent since the last call, by the device's present protocol.
     fn heard(&mut self) -> std::vec::Vec<Event> {
         let mut reader = Reader::new(self.end.device().protocol()).unwrap();
         let mut events = std::vec::Vec::new();
@@ -153,7 +153,7 @@ impl Bench {
     }
 }
 
-/// One record a command, also of a stopped device; it stops a Liberty and a Flock.
+/// Each demand gets one record, also from a stopped device; it stops a Liberty and a Flock.
 #[test]
 fn a_record_is_sent_on_demand() {
     for (name, stop, demand, still_streams) in [
@@ -203,7 +203,7 @@ fn a_fastrak_refuses_what_it_does_not_know() {
         let letter = command.first().filter(|letter| letter.is_ascii_graphic());
         let letter = u32::from(*letter.unwrap_or(&b'?'));
         assert_eq!(bench.replies(), [(letter, code)], "{command:?}");
-        // The end of the line that was too long.
+        // Ends the line that was too long.
         bench.tell(b"\r");
         bench.line.clear();
     }
@@ -211,7 +211,7 @@ fn a_fastrak_refuses_what_it_does_not_know() {
     assert_eq!(Some(bench.end.device().protocol()), usual.as_ref());
 }
 
-/// A rate that is no part of the tracker's is kept on average.
+/// A rate that does not divide the tracker's is kept on average.
 #[test]
 fn a_device_sends_at_the_rate_that_it_was_told() {
     for (of, asked) in [(1_000_u32, 120), (500, 500), (240, 100)] {
@@ -281,7 +281,7 @@ fn a_flock_is_examined() {
         (b"?O\x00", &0xF009_u16.to_le_bytes()),
         (b"O\x0A", &[6]),
         (b"?O\x10", &[6, 0]),
-        // A hemisphere, a parameter, and whom the next is for.
+        // A hemisphere, a parameter, and the unit that the next command is for.
         (b"L\x06\x01P\x32\x01\xF1]O\x0A", &[0]),
         (b"GO\x00", &0xC030_u16.to_le_bytes()),
         (b"O\x24", &units(0xA0)),

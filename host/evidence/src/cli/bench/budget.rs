@@ -9,7 +9,7 @@ use shisen::cli::output::failure::Failure;
 use shisen::cli::play::{LiveArguments, Played, TimeArguments, paper_lod};
 use shisen::cli::tracker::{Interrupt, TrackerName};
 use shisen::live::quantiles::median;
-use shisen::live::{Alone, Display, FrameBudget, FrameRecord, SessionSettings};
+use shisen::live::{Display, FrameBudget, FrameRecord, SessionSettings, SingleMachine};
 use std::time::Duration;
 
 /// Frames at half of what they take without a budget: in time, and whole where one looks
@@ -72,7 +72,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
             })
         };
         let tracker = arguments.live.listen(&arguments.tracker.spec)?;
-        let played = prepared.play(&tracker, &settings, &mut counts, &mut Alone)?;
+        let played = prepared.play(&tracker, &settings, &mut counts, &mut SingleMachine)?;
         Ok::<_, Failure>((played, counts.seconds))
     };
     let (played, seconds) = play(FrameBudget::Off, HZ, arguments.frames.div_ceil(10))?;

@@ -15,7 +15,7 @@ use shisen::cli::output::picture_files::make_writable;
 use shisen::cli::play::{Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod};
 use shisen::cli::tracker::{Interrupt, goes_over_a_line, protocol};
 use shisen::live::{
-    Alone, Display, FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary,
+    Display, FrameRecord, Latch, Leg, SessionReport, SessionSettings, SingleMachine, Summary,
 };
 use shisen::tracker::pty::Pty;
 use shisen::tracker::{MockSpec, ProtocolSpec, Spec, TrackerKind, serve, simulated};
@@ -244,7 +244,7 @@ impl Arguments {
                 report,
                 interference,
                 ..
-            } = prepared.play(&tracker, &settings, &mut clock, &mut Alone)?;
+            } = prepared.play(&tracker, &settings, &mut clock, &mut SingleMachine)?;
             runs.push(Run {
                 tracker_hz: rate,
                 latch: name,
