@@ -16,6 +16,8 @@
 pub mod arguments;
 mod bake;
 mod cave;
+#[cfg(test)]
+mod checks;
 mod completions;
 mod dome;
 mod explain;
@@ -155,29 +157,17 @@ pub fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::{Arg, Command, CommandFactory as _};
-    use program::{Request, read, sections};
-    use serde_json::Value;
-    use std::iter;
+    use checks::commands;
+    use clap::{Arg, CommandFactory as _};
+    use program::read;
 
-    /// The names of all commands but those of other programs, with their arguments.
-    fn commands(command: &Command, names: &str) -> Vec<(String, Vec<Arg>)> {
-        let within = command.get_subcommands().filter(|one| {
-            let elsewhere = ["bench", "selftest", "tradeoff", "firmware"];
-            !elsewhere.contains(&one.get_name())
-        });
-        let within = within.flat_map(|one| {
-            let names = format!("{names} {}", one.get_name());
-            commands(one, names.trim())
-        });
-        let own = command.get_arguments().cloned().collect();
-        iter::once((names.to_owned(), own)).chain(within).collect()
-    }
+    /// Commands of other programs.
+    const ELSEWHERE: &[&str] = &["bench", "selftest", "tradeoff", "firmware"];
 
     #[test]
     fn errors_of_values_are_in_our_own_words() {
         let mut count = 0;
-        for (names, arguments) in commands(&Shisen::command(), "") {
+        for (names, arguments) in commands(&Shisen::command(), "", ELSEWHERE) {
             let values = arguments
                 .iter()
                 .filter(|one| one.get_action().takes_values());
@@ -198,45 +188,10 @@ mod tests {
         assert!(count > 300, "{count}");
     }
 
-    /// Splits a line as a shell does, up to a redirection.
-    fn words(line: &str) -> Vec<&str> {
-        let parts = line.split('\'').enumerate();
-        let words = parts.flat_map(|(number, part)| match number % 2 {
-            1 => vec![part],
-            _ => part.split_whitespace().collect(),
-        });
-        words
-            .take_while(|word| !matches!(*word, "<" | ">"))
-            .collect()
-    }
-
     #[cfg(unix)]
     #[test]
     fn every_command_has_three_examples_that_it_takes() {
-        let mut given: Vec<_> = sections(Shisen::EXAMPLES).collect();
-        given.sort_unstable();
-        let mut there = commands(&Shisen::command(), "");
-        there.sort_unstable_by(|a, b| a.0.cmp(&b.0));
-        assert_eq!(given.len(), there.len());
-        for ((names, section), (command, _)) in given.into_iter().zip(there) {
-            assert_eq!(names, command);
-            let lines = section.lines().take_while(|line| !line.is_empty());
-            let lines: Vec<_> = lines.collect();
-            assert_eq!(lines.len(), 6, "{names}");
-            for pair in lines.chunks(2) {
-                assert!(
-                    pair[0].starts_with("  ") && pair[0].ends_with(':'),
-                    "{pair:?}"
-                );
-                let line = pair[1].trim_start();
-                assert!(
-                    line.starts_with(format!("shisen {names}").trim_end()),
-                    "{line}"
-                );
-                let parsed = read::<Shisen>(words(line));
-                assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
-            }
-        }
+        checks::every_command_has_three_examples_that_it_takes::<Shisen>(ELSEWHERE);
     }
 
     #[test]
@@ -257,38 +212,8 @@ mod tests {
         assert!(places[0] == Some(0) && places.is_sorted(), "{help}");
     }
 
-    /// All properties of a schema, with what describes them.
-    fn properties(schema: &Value, found: &mut Vec<(String, bool)>) {
-        if let Some(own) = schema.get("properties").and_then(Value::as_object) {
-            for (key, value) in own {
-                let is_tag = value.get("const").is_some();
-                found.push((key.clone(), is_tag || value.get("description").is_some()));
-            }
-        }
-        match schema {
-            Value::Object(all) => all.values().for_each(|one| properties(one, found)),
-            Value::Array(all) => all.iter().for_each(|one| properties(one, found)),
-            _ => {}
-        }
-    }
-
     #[test]
     fn commands_with_json_describe_every_key() {
-        for (names, arguments) in commands(&Shisen::command(), "") {
-            let has_json = arguments.iter().any(|one| one.get_long() == Some("json"));
-            if !has_json || (cfg!(not(unix)) && names.starts_with("tracker")) {
-                continue;
-            }
-            let line = format!("shisen {names} --json-schema");
-            let Ok(Request::Print(text)) = read::<Shisen>(line.split(' ')) else {
-                panic!("{line}");
-            };
-            let schema = serde_json::from_str(&text).unwrap();
-            let mut found = Vec::new();
-            properties(&schema, &mut found);
-            assert!(found.len() > 4, "{line}: {text}");
-            found.retain(|(_, is_described)| !is_described);
-            assert!(found.is_empty(), "{line}: {found:?}");
-        }
+        checks::commands_with_json_describe_every_key::<Shisen>(ELSEWHERE);
     }
 }

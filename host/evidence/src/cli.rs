@@ -1,12 +1,16 @@
 //! The command line.
 
 mod bench;
+#[cfg(test)]
+#[path = "../../src/cli/checks.rs"]
+mod checks;
 mod selftest;
 mod tradeoff;
 
+use bench::frames::WithFrames;
 use clap::Parser;
 use shisen::cli::output::failure::Failure;
-use shisen::cli::program::{self, Examples, Program};
+use shisen::cli::program::{self, Examples, Program, Schemas, schema};
 use std::process::ExitCode;
 
 /// Measures Shisen: how fast, how right, and what accuracy costs.
@@ -21,6 +25,22 @@ enum Evidence {
 
 impl Program for Evidence {
     const EXAMPLES: Examples = include_str!("cli/examples.txt");
+    const SCHEMAS: Schemas = &[
+        ("bench rays", schema::<bench::rays::Report>),
+        ("bench table2", schema::<WithFrames<bench::table2::Report>>),
+        ("bench sweep", schema::<WithFrames<bench::sweep::Report>>),
+        ("bench fill", schema::<WithFrames<bench::fill::Report>>),
+        (
+            "bench foveated",
+            schema::<WithFrames<bench::foveated::Report>>,
+        ),
+        ("bench spectrum", schema::<bench::spectrum::Report>),
+        ("bench budget", schema::<bench::budget::Report>),
+        #[cfg(unix)]
+        ("bench latency", schema::<bench::latency::Report>),
+        ("selftest", schema::<selftest::Report>),
+        ("tradeoff", schema::<tradeoff::Written>),
+    ];
 
     fn run(&self) -> Result<(), Failure> {
         match self {
@@ -34,4 +54,20 @@ impl Program for Evidence {
 /// Runs the command that the process was started with.
 pub fn main() -> ExitCode {
     program::main::<Evidence>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn every_command_has_three_examples_that_it_takes() {
+        checks::every_command_has_three_examples_that_it_takes::<Evidence>(&[]);
+    }
+
+    #[test]
+    fn commands_with_json_describe_every_key() {
+        checks::commands_with_json_describe_every_key::<Evidence>(&[]);
+    }
 }

@@ -41,6 +41,7 @@ mod triangles;
 pub(crate) use input::Inputs;
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// How many inputs each case is given, and how much [`tradeoff`](crate::tradeoff) measures.
@@ -73,13 +74,13 @@ impl Effort {
 }
 
 /// A hard case.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct Case {
     /// The name, unique among all cases.
     pub name: &'static str,
     /// The reason why the inputs are hard.
     pub hard: &'static str,
-    /// The kind of error, with its unit; `unit` in JSON.
+    /// The kind of error, with its unit.
     #[serde(rename = "unit")]
     pub error: &'static str,
     /// The reference of the error.
@@ -141,18 +142,21 @@ impl Errors {
 }
 
 /// What a case measured, for people and programs.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct Row {
-    /// The name of one of [`GROUPS`].
+    /// The name of the case's group.
     pub group: &'static str,
     /// The case.
     #[serde(flatten)]
     pub case: &'static Case,
     /// Whether the error is within its bound.
     pub passed: bool,
-    /// The error of the built-in way; null in JSON where infinite.
+    /// The error of the built-in way; null if a result was not a number, or a verdict was wrong
+    /// beyond doubt.
+    #[schemars(with = "Option<f64>")]
     pub error: f64,
-    /// The error of the naive way; null in JSON where infinite.
+    /// The error of the naive way; null likewise.
+    #[schemars(with = "Option<f64>")]
     pub naive_error: f64,
     /// Whether the naive way is within the bound, too. Such a control shows that nothing is
     /// lost on easy inputs, or the price of a guarantee elsewhere.

@@ -26,6 +26,7 @@ pub(crate) use records::csv;
 
 use crate::measure::{Timed, in_turns_while, timed};
 use crate::selftest::{Effort, Row};
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use shisen::picture::Picture;
@@ -121,29 +122,37 @@ impl Bench<'_> {
     }
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Report {
+    /// The program's version.
     pub(crate) version: &'static str,
+    /// Whether pictures were small and settings few.
     pub(crate) quick: bool,
+    /// Threads that trace.
     pub(crate) threads: usize,
+    /// Instruction set that traces: avx2 or portable.
     pub(crate) simd: String,
+    /// How the program was built.
     pub(crate) build: Build,
+    /// The mesh's file as given, or quadruped.
     pub(crate) mesh: String,
+    /// Time of the whole run, seconds.
     pub(crate) seconds: f64,
-    /// The sections in the order of [`Topic::ALL`].
+    /// Sections, in the order of the page.
     pub(crate) sections: Vec<Section>,
 }
 
 /// What times depend on beside the machine's speed.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Build {
     /// Cargo's profile, and the level of optimisation.
     pub(crate) profile: String,
     /// Whether the program is optimised for speed, without the checks of development.
     /// Otherwise nothing is chosen by times.
     pub(crate) optimised: bool,
-    /// `SHISEN_COMMIT` when the program was built.
+    /// `SHISEN_COMMIT` when the program was built, or null.
     pub(crate) commit: Option<&'static str>,
+    /// What the processor has of sse2, avx, avx2, fma and avx512f.
     pub(crate) cpu_features: Vec<&'static str>,
 }
 
@@ -174,13 +183,17 @@ impl Build {
     }
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Section {
+    /// The name in files.
     pub(crate) id: &'static str,
+    /// The heading on the page.
     pub(crate) title: &'static str,
+    /// What is measured, and how.
     pub(crate) about: String,
     /// The setting to choose: a sentence, of the first comparison unless said otherwise.
     pub(crate) choice: String,
+    /// Comparisons.
     pub(crate) comparisons: Vec<Comparison>,
     /// Errors without a price, in the section cases alone.
     pub(crate) hard_cases: Vec<Row>,
@@ -212,11 +225,13 @@ impl Section {
 }
 
 /// The steps that a tile of a frame takes.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub(crate) struct TilePrice {
     /// The picture of the frame: screen by screen, the left eye's first.
     pub(crate) picture: usize,
+    /// Column of its first pixel.
     pub(crate) x: u32,
+    /// Row of its first pixel.
     pub(crate) y: u32,
     /// The least measured share of the frame's steps with which the tile is whole.
     pub(crate) percent: u32,
@@ -226,19 +241,24 @@ pub(crate) struct TilePrice {
 type Figure = (String, Picture);
 
 /// Points that were measured on the same work, against the same truth.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Comparison {
+    /// The name in files.
     pub(crate) id: &'static str,
+    /// The heading on the page.
     pub(crate) title: &'static str,
+    /// What is measured, and how.
     pub(crate) about: String,
-    /// The kinds of [`Point::errors`]. Less of the first is better; the front is by it.
+    /// The kinds of a point's errors. Less of the first is better; the front is by it.
     pub(crate) measures: Vec<Measure>,
     /// The limit of the first measure that counts as no error.
     pub(crate) limit: Limit,
-    /// Another limit, stricter or looser, for which the choice names the best setting, too.
+    /// Another limit, stricter or looser, for which the choice names the best setting, too; or
+    /// null.
     pub(crate) other_limit: Option<Limit>,
     /// The setting to choose: a sentence that follows from the points.
     pub(crate) choice: String,
+    /// Settings and what they cost.
     pub(crate) points: Vec<Point>,
     /// Charts beside the ones that every comparison has.
     #[serde(skip)]
@@ -248,9 +268,11 @@ pub(crate) struct Comparison {
 }
 
 /// An error up to which a setting is as good as the truth.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub(crate) struct Limit {
+    /// The error of the first measure.
     pub(crate) error: f64,
+    /// Why it counts as none.
     pub(crate) because: &'static str,
 }
 
@@ -259,7 +281,7 @@ const fn limit(error: f64, because: &'static str) -> Limit {
 }
 
 /// A kind of error.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub(crate) struct Measure {
     /// The name in files.
     pub(crate) id: &'static str,
@@ -271,22 +293,26 @@ const fn measure(id: &'static str, label: &'static str) -> Measure {
     Measure { id, label }
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub(crate) struct Point {
     /// The group of settings that it belongs to.
     pub(crate) series: &'static str,
     /// Short; unique in its comparison.
     pub(crate) name: String,
+    /// The settings by their names.
     pub(crate) settings: Map<String, Value>,
-    /// The errors by [`Comparison::measures`]; `None` where there is no such number, as the
+    /// The errors by the comparison's measures; null where there is no such number, as the
     /// signal-to-noise ratio of equal pictures.
     pub(crate) errors: Vec<Option<f64>>,
+    /// Median time, seconds.
     pub(crate) seconds: f64,
     /// The time between the quartiles, seconds.
     pub(crate) spread: f64,
-    /// Exact, where steps are counted.
+    /// Number of steps; null where none are counted.
     pub(crate) steps: Option<u64>,
+    /// Whether no other point is as good in the first error and in time, and better in one.
     pub(crate) best_by_time: bool,
+    /// Whether no other point is so by steps; false where none are counted.
     pub(crate) best_by_steps: bool,
 }
 

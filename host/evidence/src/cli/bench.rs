@@ -1,21 +1,23 @@
 //! `shisen-evidence bench`: how fast it is.
 
-mod budget;
-mod fill;
-mod foveated;
-mod frames;
+pub(super) mod budget;
+pub(super) mod fill;
+pub(super) mod foveated;
+pub(super) mod frames;
 #[cfg(unix)]
-mod latency;
-mod rays;
-mod spectrum;
-mod sweep;
-mod table2;
+pub(super) mod latency;
+pub(super) mod rays;
+pub(super) mod spectrum;
+pub(super) mod sweep;
+pub(super) mod table2;
 
 use crate::table::Table;
 use clap::Subcommand;
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::Serialize;
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::print_text;
+use shisen::cli::play::Prepared;
 
 /// Measures speed
 #[derive(Debug, Subcommand)]
@@ -46,30 +48,53 @@ pub(super) fn run(bench: &Bench) -> Result<(), Failure> {
 }
 
 /// Prints a report: its object, or else its text.
-pub(super) fn print(json: bool, object: &Value, text: &str) -> Result<(), Failure> {
-    print_text(&if json {
-        object.to_string()
-    } else {
-        text.to_owned()
-    })
+pub(super) fn print(json: bool, report: &impl Serialize, text: &str) -> Result<(), Failure> {
+    if !json {
+        return print_text(text);
+    }
+    print_text(&serde_json::to_string(report).map_err(Failure::from_error)?)
 }
 
-/// Adds numbers of objects to their table, each by its name, its path in the object, a factor
-/// and its digits after the point.
-fn numbers<'e>(table: Table<'e, Value>, fields: &[(&str, &str, f64, usize)]) -> Table<'e, Value> {
+/// A number of an entry: its name, the number, a factor, and its digits after the point.
+type Field<'n, E> = (&'n str, fn(&E) -> f64, f64, usize);
+
+/// Adds numbers of entries to their table, `-` for one that is not finite.
+fn numbers<'e, E>(table: Table<'e, E>, fields: &[Field<'_, E>]) -> Table<'e, E> {
     fields
         .iter()
-        .fold(table, |table, &(name, path, factor, digits)| {
-            table.number(name, digits, |object| {
-                Some(factor * object.pointer(path)?.as_f64()?)
+        .fold(table, |table, &(name, number, factor, digits)| {
+            table.number(name, digits, |entry| {
+                Some(factor * number(entry)).filter(|number| number.is_finite())
             })
         })
 }
 
-fn list<'r>(report: &'r Value, key: &str) -> &'r [Value] {
-    report[key].as_array().map_or(&[], Vec::as_slice)
+/// What frames that follow a tracker show, and how they are rendered.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Surroundings {
+    /// The scene's letter or name, or the path as given.
+    scene: String,
+    /// The mesh of a built-in scene, or null.
+    mesh: Option<String>,
+    /// Pixels along each side of a wall whose file does not say.
+    size: u32,
+    /// Threads that trace.
+    threads: usize,
+    /// Instruction set that traces: avx2 or portable.
+    simd: &'static str,
+    /// What follows the gaze: off, paper, paper-ellipse or foveated.
+    lod: &'static str,
 }
 
-fn text(object: &Value, key: &str) -> String {
-    object[key].as_str().unwrap_or_default().to_owned()
+impl Surroundings {
+    fn new(prepared: &Prepared) -> Self {
+        Self {
+            scene: prepared.scene.clone(),
+            mesh: prepared.mesh.clone(),
+            size: prepared.arguments.room.size,
+            threads: prepared.options.threads,
+            simd: prepared.simd().name(),
+            lod: prepared.arguments.lod.name(),
+        }
+    }
 }

@@ -4,7 +4,8 @@ use super::bench;
 use crate::selftest::{self, Effort, FRAMES, Row};
 use crate::table::Table;
 use clap::Args;
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 use shisen::cli::output::failure::{Failure, Fault};
 use shisen::cli::output::progress::Progress;
 use shisen::cli::output::say;
@@ -22,13 +23,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 ///
 /// Frames are compared by AVX2 and by portable code, which is the compiler's SSE2 on x86-64.
 /// A processor without AVX2 has portable code alone, and a note says so.
-///
-/// With --json, one object: quick, simd (the fastest path of this processor: avx2 or
-/// portable), `paths_compared` (the paths of the frames; empty without cases of frames),
-/// passed and failed (numbers of cases), and cases, each with group, name, hard (what is hard
-/// about it), unit (of the errors), reference, naive (the naive way), passed, error, bound,
-/// `naive_error` and control (whether the naive way is within the bound, too). An error is
-/// null where a result was not a number, or a verdict was wrong beyond doubt.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// Only cases whose name has this in it
@@ -43,6 +37,23 @@ pub(super) struct Arguments {
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+}
+
+/// What the hard cases gave.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Report {
+    /// Whether each case had a twenty-fifth of its inputs.
+    quick: bool,
+    /// The processor's fastest instruction set that traces: avx2 or portable.
+    simd: &'static str,
+    /// Instruction sets on which frames were compared; empty without cases of frames.
+    paths_compared: Vec<&'static str>,
+    /// Number of cases within their bounds.
+    passed: usize,
+    /// Number of cases beyond their bounds.
+    failed: usize,
+    /// Cases.
+    cases: Vec<Row>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -70,15 +81,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if paths_compared == [PORTABLE] {
         say(NO_AVX2);
     }
-    let report = json!({
-        "quick": arguments.quick,
-        "simd": simd,
-        "paths_compared": paths_compared,
-        "passed": total - failed,
-        "failed": failed,
-        "cases": cases,
-    });
-    bench::print(arguments.json, &report, &described(&cases, failed))?;
+    let text = described(&cases, failed);
+    let report = Report {
+        quick: arguments.quick,
+        simd,
+        paths_compared,
+        passed: total - failed,
+        failed,
+        cases,
+    };
+    bench::print(arguments.json, &report, &text)?;
     if failed > 0 {
         return Err(Fault::new(
             format!("{failed} of {total} hard cases exceed their error bounds"),

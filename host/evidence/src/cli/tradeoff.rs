@@ -5,7 +5,8 @@ use crate::selftest::Effort;
 use crate::tradeoff::{self, Bench, Build, Report, Topic};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 use shisen::cli::arguments::source::{BUILT_IN_MESH, load_mesh};
 use shisen::cli::arguments::threads;
 use shisen::cli::output::failure::{Failure, Fault};
@@ -27,19 +28,6 @@ use std::time::Instant;
 /// other file, and its numbers as tradeoff.csv and tradeoff.json. Times are medians of at
 /// least three; run it on a machine that does nothing else. In full it takes ten minutes on
 /// two processors (--only leaves sections out).
-///
-/// With --json, the object of tradeoff.json: version, quick, threads, simd, build (profile,
-/// optimised: whether settings are chosen by time, commit: `SHISEN_COMMIT` of the build, and
-/// `cpu_features`), mesh, seconds (of the whole run), html, csv and json (paths), sections: id,
-/// title, about, choice (a sentence), comparisons, `hard_cases` (in the section cases alone, as
-/// in `shisen-evidence selftest --json`) and tiles (in the section budget alone: picture, x, y
-/// and percent, the share of the steps with which the tile is whole). A comparison has id,
-/// title, about, choice, limit (the error of the first measure that counts as none, and
-/// because), `other_limit` (another one, or null), measures (id and label) and points: series,
-/// name, settings, errors (by measures; null for no such number), seconds, spread (between the
-/// quartiles of the times), steps (null where none are counted), `best_by_time` and
-/// `best_by_steps` (whether the point is on the Pareto front of the first measure and time, or
-/// steps).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// Small pictures and few settings, for less than a minute
@@ -64,6 +52,19 @@ pub(super) struct Arguments {
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+}
+
+/// A report and its files.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Written {
+    #[serde(flatten)]
+    report: Report,
+    /// Path of the page.
+    html: String,
+    /// Path of the numbers as a table.
+    csv: String,
+    /// Path of this object.
+    json: String,
 }
 
 fn topic() -> impl TypedValueParser<Value = Topic> {
@@ -116,29 +117,33 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         seconds: start.elapsed().as_secs_f64(),
         sections,
     };
-    let written = write(&report, &arguments.out)?;
-    let choices = report.sections.iter();
+    let written = write(report, &arguments.out)?;
+    let choices = written.report.sections.iter();
     let choices = choices.map(|one| format!("{}: {}\n", one.title, one.choice));
-    let text = choices.collect::<String>() + written["html"].as_str().unwrap_or_default();
+    let text = choices.collect::<String>() + &written.html;
     bench::print(arguments.json, &written, &text)
 }
 
 const PARTS: usize = 1_000;
 
-/// Writes all three files, and returns the report's object with their paths.
-fn write(report: &Report, folder: &Path) -> Result<Value, Failure> {
+/// Writes all three files.
+fn write(report: Report, folder: &Path) -> Result<Written, Failure> {
     let path = |ending: &str| folder.join(format!("tradeoff.{ending}"));
     let write = |ending: &str, text: &str| {
         let path = path(ending);
         write_atomically(&path, |file| file.write_all(text.as_bytes())).map_err(Fault::write(&path))
     };
-    let html = tradeoff::html(report).map_err(Failure::from_error)?;
+    let html = tradeoff::html(&report).map_err(Failure::from_error)?;
     write("html", &html)?;
-    write("csv", &tradeoff::csv(report).map_err(Failure::from_error)?)?;
-    let mut written = json!(report);
-    for ending in ["html", "csv", "json"] {
-        written[ending] = path(ending).display().to_string().into();
-    }
-    write("json", &format!("{written:#}"))?;
+    write("csv", &tradeoff::csv(&report).map_err(Failure::from_error)?)?;
+    let [html, csv, json] = ["html", "csv", "json"].map(|one| path(one).display().to_string());
+    let written = Written {
+        report,
+        html,
+        csv,
+        json,
+    };
+    let text = serde_json::to_string_pretty(&written).map_err(Failure::from_error)?;
+    write("json", &text)?;
     Ok(written)
 }

@@ -1,12 +1,13 @@
 //! `shisen-evidence bench budget`: frames at half of what they take.
 
-use super::{list, numbers, print, text};
+use super::{Surroundings, numbers, print};
 use crate::table::Table;
 use clap::Args;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 use shisen::cli::numbers::whole;
 use shisen::cli::output::failure::Failure;
-use shisen::cli::play::{LiveArguments, Played, TimeArguments, paper_lod};
+use shisen::cli::play::{Interference, LiveArguments, Played, TimeArguments, paper_lod};
 use shisen::cli::tracker::{Interrupt, TrackerName};
 use shisen::live::quantiles::median;
 use shisen::live::{Display, FrameBudget, FrameRecord, SessionSettings, SingleMachine};
@@ -18,19 +19,6 @@ use std::time::Duration;
 /// the medians; then all with half of the median steps, and all with half of the median time,
 /// a frame for each refresh of a display that is as fast as that. Each run begins with the
 /// tracker's first sample.
-///
-/// With --json, one object: scene, mesh, tracker, size, threads, simd, lod, free (frames,
-/// and medians: steps and milliseconds, from taking the gaze to the last pixel) and runs:
-/// for steps and for time budget, hz (a whole number: the time is a refresh of it, and
-/// at most half of the median), frames, `late_frames` (not there at their refresh),
-/// `late_share`, `over_budget_frames` (more steps than a budget of them allows),
-/// `over_time_frames` (longer than the budget, where that is a time),
-/// `frames_with_unfinished_fovea` (a tile within 5° of the line of sight not finished),
-/// `frames_with_unfinished_tiles`, `lowered_share` (of the frames, those whose quality was
-/// lowered), `quality_changes`, `spent_share` (of the budget, the median),
-/// `involuntary_switches` (how often the system took the processor away) and
-/// `stolen_seconds` (processor time that the hypervisor took; both null where the system
-/// does not say).
 #[derive(Debug, Args)]
 #[command(mut_arg("lod", paper_lod))]
 pub(in crate::cli) struct Arguments {
@@ -46,6 +34,59 @@ pub(in crate::cli) struct Arguments {
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+}
+
+/// Frames at half of what they take.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    #[serde(flatten)]
+    surroundings: Surroundings,
+    /// SPEC of the tracker.
+    tracker: String,
+    /// Frames without a budget.
+    free: Free,
+    /// Runs with a budget of steps and with one of time.
+    runs: Vec<Run>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Free {
+    /// Number of frames.
+    frames: u64,
+    /// Steps of a frame, the median.
+    steps: u64,
+    /// Time from taking the gaze to the last pixel, milliseconds, the median.
+    milliseconds: f64,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Run {
+    /// What a frame may take.
+    budget: String,
+    /// Refreshes per second. A budget of time is one refresh, at most half of the median time.
+    hz: u32,
+    /// Number of frames.
+    frames: u64,
+    /// Frames that were not there at their refresh.
+    late_frames: u64,
+    /// Share of late frames.
+    late_share: f64,
+    /// Frames with more steps than a budget of steps allows.
+    over_budget_frames: u64,
+    /// Frames that took longer than a budget of time.
+    over_time_frames: u64,
+    /// Frames with an unfinished tile within 5° of the line of sight.
+    frames_with_unfinished_fovea: u64,
+    /// Frames with an unfinished tile.
+    frames_with_unfinished_tiles: u64,
+    /// Share of frames of lowered quality.
+    lowered_share: f64,
+    /// How often the quality changed.
+    quality_changes: u64,
+    /// Share of the budget that a frame spent, the median; null without frames.
+    spent_share: Option<f64>,
+    #[serde(flatten)]
+    interference: Interference,
 }
 
 /// Refreshes a second of the frames without a budget.
@@ -92,63 +133,80 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
             runs.push(described(budget, hz as u32, &played));
         }
     }
-    let report = json!({
-        "scene": prepared.scene,
-        "mesh": prepared.mesh,
-        "tracker": arguments.tracker.to_string(),
-        "size": arguments.live.room.size,
-        "threads": prepared.options.threads,
-        "simd": prepared.simd().name(),
-        "lod": arguments.live.lod.name(),
-        "free": { "frames": free, "steps": steps, "milliseconds": milliseconds },
-        "runs": runs,
-    });
-    let [scene, tracker, lod] = ["scene", "tracker", "lod"].map(|key| text(&report, key));
+    let report = Report {
+        surroundings: Surroundings::new(&prepared),
+        tracker: arguments.tracker.to_string(),
+        free: Free {
+            frames: free,
+            steps,
+            milliseconds,
+        },
+        runs,
+    };
+    let Surroundings {
+        scene,
+        size,
+        threads,
+        lod,
+        ..
+    } = &report.surroundings;
     let said = format!(
-        "scene {scene}, {0} × {0} pixels a wall, {1} threads, tracker {tracker}, level of detail \
-         {lod}\n{free} frames without a budget: {milliseconds:.2} ms and {steps} steps at the \
-         median\n{2}",
-        report["size"],
-        report["threads"],
-        table(list(&report, "runs"))
+        "scene {scene}, {size} × {size} pixels a wall, {threads} threads, tracker {}, level of \
+         detail {lod}\n{free} frames without a budget: {milliseconds:.2} ms and {steps} steps at \
+         the median\n{}",
+        report.tracker,
+        table(&report.runs)
     );
     print(arguments.json, &report, &said)
 }
 
-fn table(runs: &[Value]) -> Table<'_, Value> {
+fn table(runs: &[Run]) -> Table<'_, Run> {
     numbers(
-        Table::new(runs).text("budget", |run| text(run, "budget")),
+        Table::new(runs).text("budget", |run| run.budget.clone()),
         &[
-            ("refreshes a second", "/hz", 1.0, 0),
-            ("frames", "/frames", 1.0, 0),
-            ("late", "/late_frames", 1.0, 0),
-            ("late, %", "/late_share", 1e2, 2),
-            ("over their time", "/over_time_frames", 1.0, 0),
-            ("over their steps", "/over_budget_frames", 1.0, 0),
-            ("unfinished", "/frames_with_unfinished_tiles", 1.0, 0),
+            ("refreshes a second", |run| run.hz.into(), 1.0, 0),
+            ("frames", |run| run.frames as f64, 1.0, 0),
+            ("late", |run| run.late_frames as f64, 1.0, 0),
+            ("late, %", |run| run.late_share, 1e2, 2),
+            ("over their time", |run| run.over_time_frames as f64, 1.0, 0),
             (
-                "unfinished near the line of sight",
-                "/frames_with_unfinished_fovea",
+                "over their steps",
+                |run| run.over_budget_frames as f64,
                 1.0,
                 0,
             ),
-            ("quality lowered, %", "/lowered_share", 1e2, 2),
-            ("quality changed", "/quality_changes", 1.0, 0),
+            (
+                "unfinished",
+                |run| run.frames_with_unfinished_tiles as f64,
+                1.0,
+                0,
+            ),
+            (
+                "unfinished near the line of sight",
+                |run| run.frames_with_unfinished_fovea as f64,
+                1.0,
+                0,
+            ),
+            ("quality lowered, %", |run| run.lowered_share, 1e2, 2),
+            ("quality changed", |run| run.quality_changes as f64, 1.0, 0),
             (
                 "of the budget spent, at the median, %",
-                "/spent_share",
+                |run| run.spent_share.unwrap_or(f64::NAN),
                 1e2,
                 2,
             ),
             (
                 "times the processor was taken away",
-                "/involuntary_switches",
+                |run| {
+                    let switches = run.interference.involuntary_switches;
+                    switches.map_or(f64::NAN, |count| count as f64)
+                },
                 1.0,
                 0,
             ),
             (
                 "processor time the hypervisor took, seconds",
-                "/stolen_seconds",
+                |run| run.interference.stolen_seconds.unwrap_or(f64::NAN),
                 1.0,
                 2,
             ),
@@ -173,23 +231,22 @@ impl Display for Counts<'_> {
     }
 }
 
-fn described(budget: FrameBudget, hz: u32, played: &Played) -> Value {
+fn described(budget: FrameBudget, hz: u32, played: &Played) -> Run {
     let report = &played.report;
     let share = |part: u64| part as f64 / report.frames.max(1) as f64;
-    json!({
-        "budget": budget.to_string(),
-        "hz": hz,
-        "frames": report.frames,
-        "late_frames": report.late_frames,
-        "late_share": share(report.late_frames),
-        "over_budget_frames": report.over_budget_frames,
-        "over_time_frames": report.over_time_frames,
-        "frames_with_unfinished_fovea": report.frames_with_unfinished_fovea,
-        "frames_with_unfinished_tiles": report.frames_with_unfinished_tiles,
-        "lowered_share": share(report.lowered_frames),
-        "quality_changes": report.quality_changes,
-        "spent_share": report.spent_share,
-        "involuntary_switches": played.interference.involuntary_switches,
-        "stolen_seconds": played.interference.stolen_seconds,
-    })
+    Run {
+        budget: budget.to_string(),
+        hz,
+        frames: report.frames,
+        late_frames: report.late_frames,
+        late_share: share(report.late_frames),
+        over_budget_frames: report.over_budget_frames,
+        over_time_frames: report.over_time_frames,
+        frames_with_unfinished_fovea: report.frames_with_unfinished_fovea,
+        frames_with_unfinished_tiles: report.frames_with_unfinished_tiles,
+        lowered_share: share(report.lowered_frames),
+        quality_changes: report.quality_changes,
+        spent_share: report.spent_share,
+        interference: played.interference,
+    }
 }

@@ -1,13 +1,14 @@
 //! `shisen-evidence bench fill`: the cost of filling the part of the walls that the gaze skips,
 //! and how far the filling is from full tracing.
 
-use super::frames::{FrameArguments, Frames, Look, Way, name};
+use super::frames::{Cell, FrameArguments, Frames, Look, Way};
 use super::numbers;
 use crate::measure::{Timed, in_turns};
 use crate::table::Table;
 use clap::Args;
 use glam::Quat;
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 use shisen::cli::arguments::filling::CaptureArguments;
 use shisen::cli::arguments::turn;
 use shisen::cli::output::failure::Failure;
@@ -22,13 +23,6 @@ use shisen::show::lod::OutsideDifference;
 /// capture of the surroundings through mirrored spheroids at the head, and the
 /// frame before, in which the viewer looked to one side by --turn. Frames are
 /// rendered in turns; times are medians.
-///
-/// With --json, one object: threads, size, mesh, turn (degrees), `fill_size` and
-/// cells: for each scene and state `plain_seconds`, `outside_pixels` and fills:
-/// for each mode (background, capture, previous) seconds, `capture_seconds`,
-/// `capture_steps`, `outside_rms` (root mean square difference to full tracing
-/// outside the visual field, of 255 codes) and `outside_psnr` (decibels; both
-/// null where no pixel is outside).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
@@ -40,50 +34,96 @@ pub(in crate::cli) struct Arguments {
     turn: f32,
 }
 
+/// What fills the part of the walls that the gaze skips.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// How far to the left the viewer looked in the frame before, degrees.
+    turn: f32,
+    /// Pixels along each side of a captured hemisphere.
+    fill_size: u32,
+    /// Scenes and states.
+    cells: Vec<FilledCell>,
+}
+
+/// The fillings of a scene in a state.
+#[derive(Debug, Serialize, JsonSchema)]
+struct FilledCell {
+    #[serde(flatten)]
+    cell: Cell,
+    /// Time of a frame in full, seconds.
+    plain_seconds: f64,
+    /// Pixels outside of the visual field.
+    outside_pixels: u64,
+    /// Fillings: background, capture and previous.
+    fills: Vec<Fill>,
+}
+
+impl FilledCell {
+    fn rms(&self, fill: usize) -> f64 {
+        self.fills[fill].outside_rms.unwrap_or(f64::NAN)
+    }
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Fill {
+    /// What fills: background, capture or previous.
+    mode: &'static str,
+    /// Time of a frame, seconds.
+    seconds: f64,
+    /// Time of its capture, seconds.
+    capture_seconds: f64,
+    /// Steps of its capture.
+    capture_steps: u64,
+    /// Root mean square difference to full tracing outside of the visual field, of 255 codes;
+    /// null if no pixel is outside.
+    outside_rms: Option<f64>,
+    /// The same as a ratio of signal to noise, decibels; null likewise, or if nothing differs.
+    outside_psnr: Option<f64>,
+}
+
 const MODES: [&str; 3] = ["background", "capture", "previous"];
 
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let cells = arguments.frames.cells(|frames, scene, state, look| {
+    let cells = arguments.frames.cells(|frames, cell, look| {
         let (plain, measured) = arguments.measure(frames, look)?;
         let (mut outside_pixels, mut fills) = (0, Vec::new());
         for (mode, (time, captures)) in MODES.into_iter().zip(measured) {
             let error = outside_difference(frames, look, &time.first, &plain.first)?;
             outside_pixels = error.pixels();
             let capture = time.first.capture.as_ref();
-            fills.push(json!({
-                "mode": mode,
-                "seconds": time.median(),
-                "capture_seconds": median(captures),
-                "capture_steps": capture.map_or(0, |one| one.statistics.steps),
-                "outside_rms": error.root_mean_square(),
-                "outside_psnr": error.psnr(),
-            }));
+            fills.push(Fill {
+                mode,
+                seconds: time.median(),
+                capture_seconds: median(captures),
+                capture_steps: capture.map_or(0, |one| one.statistics.steps),
+                outside_rms: error.root_mean_square(),
+                outside_psnr: error.psnr(),
+            });
         }
-        Ok(json!({
-            "scene": scene.name(),
-            "state": state,
-            "plain_seconds": plain.median(),
-            "outside_pixels": outside_pixels,
-            "fills": fills,
-        }))
+        Ok(FilledCell {
+            cell,
+            plain_seconds: plain.median(),
+            outside_pixels,
+            fills,
+        })
     })?;
     let table = numbers(
-        Table::new(&cells).text("", name),
+        Table::new(&cells).text("", |one| one.cell.to_string()),
         &[
-            ("plain", "/plain_seconds", 1e3, 2),
-            (MODES[0], "/fills/0/seconds", 1e3, 2),
-            (MODES[1], "/fills/1/seconds", 1e3, 2),
-            (MODES[2], "/fills/2/seconds", 1e3, 2),
+            ("plain", |one| one.plain_seconds, 1e3, 2),
+            (MODES[0], |one| one.fills[0].seconds, 1e3, 2),
+            (MODES[1], |one| one.fills[1].seconds, 1e3, 2),
+            (MODES[2], |one| one.fills[2].seconds, 1e3, 2),
             (
                 "time of the capture alone",
-                "/fills/1/capture_seconds",
+                |one| one.fills[1].capture_seconds,
                 1e3,
                 2,
             ),
-            ("error, background", "/fills/0/outside_rms", 1.0, 1),
-            ("error, capture", "/fills/1/outside_rms", 1.0, 1),
-            ("error, previous", "/fills/2/outside_rms", 1.0, 1),
-            ("pixels outside", "/outside_pixels", 1.0, 0),
+            ("error, background", |one| one.rms(0), 1.0, 1),
+            ("error, capture", |one| one.rms(1), 1.0, 1),
+            ("error, previous", |one| one.rms(2), 1.0, 1),
+            ("pixels outside", |one| one.outside_pixels as f64, 1.0, 0),
         ],
     );
     let (size, turn) = (arguments.capture.options().size, arguments.turn);
@@ -91,7 +131,11 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         ", hemispheres of {size}² pixels, {turn}° turned; milliseconds a frame, and codes of 255 \
          from full tracing outside the field\n{table}"
     );
-    let report = json!({ "turn": turn, "fill_size": size, "cells": cells });
+    let report = Report {
+        turn,
+        fill_size: size,
+        cells,
+    };
     arguments.frames.print(report, &text)
 }
 

@@ -1,13 +1,13 @@
 //! `shisen-evidence bench foveated`: what it saves to sample the periphery coarsely.
 
-use super::frames::{FrameArguments, Frames, Look, Way, name};
+use super::frames::{Cell, FrameArguments, Frames, Look, Way};
 use super::numbers;
 use crate::measure::in_turns;
 use crate::table::Table;
 use crate::tradeoff::{PictureDifference, Sight};
 use clap::Args;
+use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::{Value, json};
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::ray_counts::RayCounts;
 use shisen::live::{Engine, Quality, Share, with_engine};
@@ -28,12 +28,6 @@ use shisen_core::{Runs, Simd};
 ///
 /// Such sampling saves most where no samples are nearer to each other than acuity asks for:
 /// then each square takes its steps of full tracing over the pixels that a sample stands for.
-///
-/// With --json, one object: threads, size, mesh and cells: for each scene and state
-/// plain, paper and foveated, each with seconds, steps, rays (primary, reflected,
-/// refracted, shadow), `flip_weighted` and flip (of all pixels alike);
-/// `primary_ratio`, `steps_ratio` and `time_ratio`, plain by foveated; and
-/// `least_steps`, those that acuity asks for.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
@@ -43,66 +37,117 @@ pub(in crate::cli) struct Arguments {
 /// The ways to render a frame, in the order of their turns.
 const WAYS: [Way; 3] = [Way::Plain, Way::Lod, Way::Foveated];
 
-#[derive(Debug, Clone, Copy, Serialize)]
+/// Frames with fewer rays in the periphery beside others.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// Scenes and states.
+    cells: Vec<MeasuredCell>,
+}
+
+/// Frames of a scene in a state.
+#[derive(Debug, Serialize, JsonSchema)]
+struct MeasuredCell {
+    #[serde(flatten)]
+    cell: Cell,
+    /// Frames in full.
+    plain: Measured,
+    /// Frames by the paper's method.
+    paper: Measured,
+    /// Frames with fewer rays in the periphery.
+    foveated: Measured,
+    /// Steps that acuity asks for.
+    least_steps: u64,
+    /// Primary rays, plain by foveated.
+    primary_ratio: f64,
+    /// Steps, plain by foveated.
+    steps_ratio: f64,
+    /// Time, plain by foveated.
+    time_ratio: f64,
+}
+
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 struct Measured {
+    /// Time of tracing, seconds.
     seconds: f64,
+    /// Steps of a frame.
     steps: u64,
+    /// Rays of a frame.
     rays: RayCounts,
+    /// FLIP against full tracing, weighted by the part of the visual cortex that sees a pixel.
     flip_weighted: f64,
+    /// FLIP against full tracing, of all pixels alike.
     flip: f64,
 }
 
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = &arguments.frames;
     let rounds = frames.repeat as usize;
-    let cells = frames.cells(|frames, scene, state, look| {
+    let cells = frames.cells(|frames, cell, look| {
         let (least_steps, [plain, paper, foveated], time_ratio) = measure(frames, look, rounds)?;
-        Ok(json!({
-            "scene": scene.name(),
-            "state": state,
-            "plain": plain,
-            "paper": paper,
-            "foveated": foveated,
-            "least_steps": least_steps,
-            "primary_ratio": plain.rays.primary as f64 / foveated.rays.primary as f64,
-            "steps_ratio": plain.steps as f64 / foveated.steps as f64,
-            "time_ratio": time_ratio,
-        }))
+        Ok(MeasuredCell {
+            cell,
+            plain,
+            paper,
+            foveated,
+            least_steps,
+            primary_ratio: plain.rays.primary as f64 / foveated.rays.primary as f64,
+            steps_ratio: plain.steps as f64 / foveated.steps as f64,
+            time_ratio,
+        })
     })?;
     let table = numbers(
-        Table::new(&cells).text("", name),
+        Table::new(&cells).text("", |one| one.cell.to_string()),
         &[
-            ("plain", "/plain/seconds", 1e3, 1),
-            ("paper", "/paper/seconds", 1e3, 1),
-            ("foveated", "/foveated/seconds", 1e3, 1),
-            ("plain by foveated", "/time_ratio", 1.0, 2),
-            ("primary rays, plain", "/plain/rays/primary", 1.0, 0),
-            ("primary rays, paper", "/paper/rays/primary", 1.0, 0),
-            ("primary rays, foveated", "/foveated/rays/primary", 1.0, 0),
-            ("plain by foveated", "/primary_ratio", 1.0, 2),
-            ("steps, plain by foveated", "/steps_ratio", 1.0, 2),
+            ("plain", |one| one.plain.seconds, 1e3, 1),
+            ("paper", |one| one.paper.seconds, 1e3, 1),
+            ("foveated", |one| one.foveated.seconds, 1e3, 1),
+            ("plain by foveated", |one| one.time_ratio, 1.0, 2),
+            (
+                "primary rays, plain",
+                |one| one.plain.rays.primary as f64,
+                1.0,
+                0,
+            ),
+            (
+                "primary rays, paper",
+                |one| one.paper.rays.primary as f64,
+                1.0,
+                0,
+            ),
+            (
+                "primary rays, foveated",
+                |one| one.foveated.rays.primary as f64,
+                1.0,
+                0,
+            ),
+            ("plain by foveated", |one| one.primary_ratio, 1.0, 2),
+            ("steps, plain by foveated", |one| one.steps_ratio, 1.0, 2),
         ],
     )
-    .number("the same, at most", 2, |cell| {
-        let [plain, least] = [&cell["plain"]["steps"], &cell["least_steps"]].map(Value::as_f64);
-        Some(plain? / least.filter(|&least| least > 0.0)?)
+    .number("the same, at most", 2, |one| {
+        (one.least_steps > 0).then(|| one.plain.steps as f64 / one.least_steps as f64)
     });
     let table = numbers(
         table,
         &[
-            ("FLIP by acuity, paper", "/paper/flip_weighted", 1.0, 5),
             (
-                "FLIP by acuity, foveated",
-                "/foveated/flip_weighted",
+                "FLIP by acuity, paper",
+                |one| one.paper.flip_weighted,
                 1.0,
                 5,
             ),
-            ("FLIP, paper", "/paper/flip", 1.0, 5),
-            ("FLIP, foveated", "/foveated/flip", 1.0, 5),
+            (
+                "FLIP by acuity, foveated",
+                |one| one.foveated.flip_weighted,
+                1.0,
+                5,
+            ),
+            ("FLIP, paper", |one| one.paper.flip, 1.0, 5),
+            ("FLIP, foveated", |one| one.foveated.flip, 1.0, 5),
         ],
     );
-    let report = json!({ "cells": cells });
-    frames.print(report, &format!("; milliseconds a frame\n{table}"))
+    let text = format!("; milliseconds a frame\n{table}");
+    frames.print(Report { cells }, &text)
 }
 
 /// Pixels a side of the smallest squares with a distance of samples of their own.

@@ -1,9 +1,10 @@
 //! Frames of the paper's scenes with and without level of detail, in turns.
 
-use super::{print, text};
+use super::print;
 use clap::Args;
 use glam::Vec3;
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::Serialize;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
 use shisen::cli::arguments::source::{BUILT_IN_MESH, Loaded, Source, bake};
@@ -15,6 +16,7 @@ use shisen::render::{self, Filling, Frame, Observer, Options};
 use shisen::scene::builtin::PaperScene;
 use shisen_core::frame::LevelOfDetail;
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
+use std::fmt;
 use std::num::NonZeroUsize;
 
 #[derive(Debug, Args)]
@@ -82,22 +84,49 @@ const STATES: [Look; 2] = [
     },
 ];
 
-/// A cell's scene and state, such as A1.
-pub(super) fn name(cell: &Value) -> String {
-    format!("{}{}", text(cell, "scene"), cell["state"])
+/// A scene of the paper and a state of its viewer.
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+pub(super) struct Cell {
+    /// Scene of the paper: A, B, C or D.
+    pub(super) scene: &'static str,
+    /// What the viewer looks at: 1 the front wall, 2 the floor.
+    pub(super) state: usize,
+}
+
+/// The name of the cell, such as A1.
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{}", self.scene, self.state)
+    }
+}
+
+/// A report with the arguments of its frames.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct WithFrames<R> {
+    /// Threads that trace.
+    threads: usize,
+    /// Pixels along each side of a wall.
+    size: u32,
+    /// The mesh's file as given, or quadruped.
+    mesh: String,
+    #[serde(flatten)]
+    report: R,
 }
 
 impl FrameArguments {
     /// Prints a report with these frames in it: its object, or else its text after theirs.
-    pub(super) fn print(&self, mut report: Value, text: &str) -> Result<(), Failure> {
+    pub(super) fn print(&self, report: impl Serialize, text: &str) -> Result<(), Failure> {
         let (size, threads) = (self.size, self.options().threads);
         let mesh = self.model.mesh.as_ref();
         let mesh = mesh.map_or(BUILT_IN_MESH.to_owned(), |path| path.display().to_string());
         let counted = counted(threads as u64, "thread");
         let text = format!("{mesh}, {size} × {size} pixels × 6, {counted}{text}");
-        report["threads"] = threads.into();
-        report["size"] = size.into();
-        report["mesh"] = mesh.into();
+        let report = WithFrames {
+            threads,
+            size,
+            mesh,
+            report,
+        };
         print(self.json, &report, &text)
     }
 
@@ -118,13 +147,14 @@ impl FrameArguments {
     /// A scene that cannot be read, baked or traced, and the errors of `cell`.
     pub(super) fn cells<C>(
         &self,
-        mut cell: impl FnMut(&Frames, PaperScene, usize, Look) -> Result<C, Failure>,
+        mut cell: impl FnMut(&Frames, Cell, Look) -> Result<C, Failure>,
     ) -> Result<Vec<C>, Failure> {
         let mut cells = Vec::new();
         for scene in PaperScene::ALL {
             let frames = self.frames(scene)?;
             for (state, look) in (1..).zip(STATES) {
-                cells.push(cell(&frames, scene, state, look)?);
+                let scene = scene.name();
+                cells.push(cell(&frames, Cell { scene, state }, look)?);
             }
         }
         Ok(cells)

@@ -2,12 +2,12 @@
 
 mod files;
 
-use super::print;
+use super::{Surroundings, print};
 use crate::table::Table;
 use clap::builder::ArgPredicate;
 use clap::{Arg, Args};
+use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::json;
 use shisen::cli::arguments::span;
 use shisen::cli::numbers::whole;
 use shisen::cli::output::failure::Failure;
@@ -29,18 +29,6 @@ use std::time::{Duration, Instant};
 /// A simulated tracker behind a pseudo-terminal is read like one behind a serial port,
 /// at each rate; frames follow it as in `shisen run`, with the gaze
 /// taken at once and as late as the last frames allow, in turns.
-///
-/// With --json, one object: scene, mesh, size, threads, simd, lod, hz, budget,
-/// protocol, seconds (of each run) and runs: for each rate and latch `tracker_hz`,
-/// latch (early or late), frames, `late_frames`, samples (since the line was opened),
-/// `passed_over_samples` (of these, not used, as there were too many), stages (of
-/// `sample_to_arrive`, `arrive_to_latch`, `latch_to_first_ray`, `first_ray_to_done`,
-/// `done_to_present`, `arrive_to_first_ray` and `motion_to_wall`, each with frames, and
-/// least, p50, p95, p99 and most in milliseconds), `involuntary_switches` and
-/// `stolen_seconds`; gains: `tracker_hz` and `motion_to_wall_ms`, by which the late
-/// latch is ahead at the median; files (with --out: the paths of frames.csv, all times of
-/// each frame, latency.csv, the histograms of all legs, latency.svg, motion to wall, and
-/// legs.svg, all legs at the highest rate, taken late).
 #[derive(Debug, Args)]
 #[command(mut_arg("lod", paper_lod), mut_arg("budget", in_half_a_refresh))]
 pub(in crate::cli) struct Arguments {
@@ -83,14 +71,53 @@ fn in_half_a_refresh(budget: Arg) -> Arg {
         )
 }
 
-#[derive(Debug, Serialize)]
-struct Run {
+/// How long it takes from a movement of the eye to the wall.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    #[serde(flatten)]
+    surroundings: Surroundings,
+    /// Refreshes per second.
+    hz: u32,
+    /// What a frame may take.
+    budget: String,
+    /// What the tracker speaks.
+    protocol: &'static str,
+    /// Time of each run, seconds.
+    seconds: f64,
+    /// Runs at each rate with each latch.
+    runs: Vec<Run>,
+    /// What the late latch gains at each rate.
+    gains: Vec<Gain>,
+    /// Paths of the files of --out: frames.csv, all times of each frame; latency.csv, the
+    /// histograms of all legs; latency.svg, motion to wall; legs.svg, all legs at the highest
+    /// rate, taken late.
+    files: Vec<String>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Gain {
+    /// Samples per second of the tracker.
     tracker_hz: u64,
+    /// Time from the movement to the wall by which the late latch is ahead at the median,
+    /// milliseconds.
+    motion_to_wall_ms: f64,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Run {
+    /// Samples per second of the tracker.
+    tracker_hz: u64,
+    /// When a frame takes the gaze: early or late.
     latch: &'static str,
+    /// Number of frames.
     frames: u64,
+    /// Frames that were not there at their refresh.
     late_frames: u64,
+    /// Samples since the line was opened.
     samples: u64,
+    /// Samples that were not used because there were too many.
     passed_over_samples: u64,
+    /// Time of each stage from the sample to the wall, milliseconds; null without samples.
     stages: BTreeMap<&'static str, Option<Summary>>,
     #[serde(flatten)]
     interference: Interference,
@@ -123,9 +150,12 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
             run.report.latencies.summary(Leg::MotionToWall)
         };
         let ahead = times("early")?.p50 - times("late")?.p50;
-        Some((rate, ahead))
+        Some(Gain {
+            tracker_hz: rate,
+            motion_to_wall_ms: ahead,
+        })
     });
-    let gains: Vec<(u64, f64)> = gains.collect();
+    let gains: Vec<_> = gains.collect();
     let files = match &arguments.out {
         Some(folder) => files::write(folder, &runs).map_err(Failure::from_error)?,
         None => Vec::new(),
@@ -152,30 +182,23 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     );
     let ahead = gains
         .iter()
+        .map(|gain| (gain.tracker_hz, gain.motion_to_wall_ms))
         .map(|(rate, ahead)| format!("The late latch is ahead by {ahead:.2} ms at {rate} Hz."));
     let lines: Vec<String> = [text]
         .into_iter()
         .chain(ahead)
         .chain(files.clone())
         .collect();
-    let gains = gains
-        .iter()
-        .map(|(rate, ahead)| json!({ "tracker_hz": rate, "motion_to_wall_ms": ahead }));
-    let report = json!({
-        "scene": scene,
-        "mesh": prepared.mesh,
-        "size": size,
-        "threads": threads,
-        "simd": prepared.simd().name(),
-        "lod": arguments.live.lod.name(),
-        "hz": hz,
-        "budget": budget,
-        "protocol": protocol,
-        "seconds": arguments.seconds.as_secs_f64(),
-        "runs": runs,
-        "gains": gains.collect::<Vec<_>>(),
-        "files": files,
-    });
+    let report = Report {
+        surroundings: Surroundings::new(&prepared),
+        hz,
+        budget,
+        protocol,
+        seconds: arguments.seconds.as_secs_f64(),
+        runs,
+        gains,
+        files,
+    };
     print(arguments.json, &report, &lines.join("\n"))
 }
 

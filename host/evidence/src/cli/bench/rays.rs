@@ -4,7 +4,8 @@ use super::print;
 use clap::Args;
 use glam::Vec3;
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 use shisen::bake::{Baked, Layout, lone_mesh};
 use shisen::cli::arguments::source::load_mesh;
 use shisen::cli::arguments::{SimdChoice, threads};
@@ -30,11 +31,6 @@ const RAY_BYTES: usize = 24;
 /// The rays are little-endian f32, six a ray: origin x, y, z and direction
 /// x, y, z; there is no header. A ray with a value that is not finite or
 /// without a direction hits nothing.
-///
-/// With --json, one object: `mrays_per_second` (median, min and max of the
-/// repetitions, millions of rays), rays, hits, `steps_per_ray` (nodes visited
-/// and triangles tested), `build_seconds`, simd (the path taken: avx2 or
-/// portable), threads, repeat and layout (fast or compact).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// An OBJ, PLY or glTF file
@@ -64,6 +60,39 @@ pub(in crate::cli) struct Arguments {
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+}
+
+/// How fast the rays were traced.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// Millions of rays a second.
+    mrays_per_second: Rates,
+    /// Number of rays.
+    rays: usize,
+    /// Number of rays that hit.
+    hits: usize,
+    /// Nodes visited and triangles tested, per ray.
+    steps_per_ray: f64,
+    /// Time to bake the mesh, seconds.
+    build_seconds: f64,
+    /// Instruction set that traces: avx2 or portable.
+    simd: &'static str,
+    /// Threads that trace.
+    threads: usize,
+    /// How often all rays were traced.
+    repeat: u32,
+    /// Layout of the baked mesh: fast or compact.
+    layout: &'static str,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Rates {
+    /// The median.
+    median: f64,
+    /// The lowest.
+    min: f64,
+    /// The highest.
+    max: f64,
 }
 
 /// A ray's triangle and distance.
@@ -126,7 +155,7 @@ fn measure<const W: usize>(
     arguments: &Arguments,
     mesh: TriangleMesh,
     rays: &[Option<Ray>],
-) -> Result<(Value, String, Vec<RayHit>), Failure>
+) -> Result<(Report, String, Vec<RayHit>), Failure>
 where
     Simd: Runs<W>,
 {
@@ -166,17 +195,17 @@ where
          {layout} layout\n{rays} rays, {hit} hits, {steps:.1} steps a ray; built in \
          {build_seconds:.2} s"
     );
-    let report = json!({
-        "mrays_per_second": { "median": median, "min": min, "max": max },
-        "rays": rays,
-        "hits": hit,
-        "steps_per_ray": steps,
-        "build_seconds": build_seconds,
-        "simd": simd,
-        "threads": threads,
-        "repeat": arguments.repeat,
-        "layout": layout,
-    });
+    let report = Report {
+        mrays_per_second: Rates { median, min, max },
+        rays,
+        hits: hit,
+        steps_per_ray: steps,
+        build_seconds,
+        simd,
+        threads,
+        repeat: arguments.repeat,
+        layout,
+    };
     Ok((report, text, hits))
 }
 

@@ -1,11 +1,12 @@
 //! `shisen-evidence bench spectrum`: Kishioka's experiment, with numbers.
 
-use super::{list, numbers, print, text};
+use super::{numbers, print};
 use crate::measure::{Timed, in_turns};
 use crate::quartz::{Quartz, Truth, Window, mean, picture, share};
 use crate::table::Table;
 use clap::Args;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 use shisen::cave::Wall;
 use shisen::cli::arguments::threads;
 use shisen::cli::numbers::whole;
@@ -32,20 +33,6 @@ use std::path::{Path, PathBuf};
 /// comb is as close to it as the paper's method is found by more and more rays,
 /// of which each takes one wavelength, or some, or all. At the default scale all
 /// this takes some twenty minutes of one thread.
-///
-/// With --json, one object: threads, size, samples, repeat, `glass_share` (of the
-/// pixels, those that meet a ball), `reference_seconds`, rows: for each number of wavelengths and method (paper, fixed or comb)
-/// wavelengths, method, seconds, `time_ratio` (to one wavelength by the same
-/// method; null where one is not among them), rays, `rays_ratio` (the same of all
-/// rays), and against the reference `mean_difference` and `max_difference` of the
-/// pixels with glass and `mean_of_all` of all; `same_error`: the fastest comb
-/// that is as close to the reference as the paper's method with most wavelengths (null
-/// where that is faster): wavelengths, each (wavelengths of a ray), samples, seconds,
-/// `paper_seconds` (in turns with it), `mean_difference`, `speedup`; cost, where a tenth of
-/// the pixels meets glass: `glass_share`, samples, wavelengths, `comb_seconds`,
-/// `plain_seconds` (without dispersion), ratio; splits, where one ball fills the view and
-/// each ray is split, one ray a pixel: `glass_share`, `plain_seconds` and
-/// counts: wavelengths, seconds and ratio; images (paths).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// Pixels along each side of the picture
@@ -76,6 +63,110 @@ pub(in crate::cli) struct Arguments {
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+}
+
+/// Quartz balls by more and more wavelengths.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// Threads that trace.
+    threads: usize,
+    /// Pixels along each side of the picture.
+    size: u32,
+    /// Rays a pixel.
+    samples: u16,
+    /// How often each picture was rendered.
+    repeat: u32,
+    /// Share of the pixels that meet a ball.
+    glass_share: f64,
+    /// Time of the reference, seconds.
+    reference_seconds: f64,
+    /// Pictures by each number of wavelengths and each method.
+    rows: Vec<Row>,
+    /// The fastest comb that is as close to the reference as the paper's method with most
+    /// wavelengths; null if that is faster.
+    same_error: Option<SameError>,
+    /// What a comb costs where a tenth of the pixels meets glass.
+    cost: Cost,
+    /// What splitting each ray costs where one ball fills the view, one ray a pixel.
+    splits: Splits,
+    /// Paths of the pictures of --out.
+    images: Vec<String>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Row {
+    /// Number of wavelengths.
+    wavelengths: u32,
+    /// Method: paper, fixed or comb.
+    method: &'static str,
+    /// Time of the picture, seconds.
+    seconds: f64,
+    /// Time by that of one wavelength with the same method; null if that was not measured.
+    time_ratio: Option<f64>,
+    /// Number of rays.
+    rays: u64,
+    /// Rays by those of one wavelength likewise.
+    rays_ratio: Option<f64>,
+    /// Mean CIEDE2000 to the reference, of the pixels that meet glass.
+    mean_difference: f64,
+    /// Greatest CIEDE2000 of these pixels.
+    max_difference: f64,
+    /// Mean CIEDE2000 of all pixels.
+    mean_of_all: f64,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct SameError {
+    /// Number of wavelengths.
+    wavelengths: u32,
+    /// Wavelengths of a ray.
+    each: u32,
+    /// Rays a pixel.
+    samples: u16,
+    /// Time of the comb, seconds.
+    seconds: f64,
+    /// Time of the paper's method in turns with it, seconds.
+    paper_seconds: f64,
+    /// Mean CIEDE2000 to the reference, of the pixels that meet glass.
+    mean_difference: f64,
+    /// Time of the paper's method by that of the comb.
+    speedup: f64,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Cost {
+    /// Share of the pixels that meet a ball.
+    glass_share: f64,
+    /// Rays a pixel.
+    samples: u16,
+    /// Number of wavelengths.
+    wavelengths: u32,
+    /// Time of the comb, seconds.
+    comb_seconds: f64,
+    /// Time without dispersion, seconds.
+    plain_seconds: f64,
+    /// Time of the comb by time without dispersion.
+    ratio: f64,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Splits {
+    /// Share of the pixels that meet the ball.
+    glass_share: f64,
+    /// Time without dispersion, seconds.
+    plain_seconds: f64,
+    /// Times by the number of wavelengths.
+    counts: Vec<Split>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Split {
+    /// Wavelengths into which each ray is split.
+    wavelengths: u32,
+    /// Time of the picture, seconds.
+    seconds: f64,
+    /// Time by time without dispersion.
+    ratio: f64,
 }
 
 const METHODS: [Method; 3] = [Method::Paper, Method::Fixed, Method::Comb];
@@ -125,23 +216,23 @@ impl Arguments {
     }
 
     /// A view in which a tenth of the pixels meets glass.
-    fn cost(&self, size: u32, wavelengths: u32) -> Result<Value, Failure> {
+    fn cost(&self, size: u32, wavelengths: u32) -> Result<Cost, Failure> {
         let quartz = self.quartz(&WIDE, size)?;
         let ways = [dispersion(Method::Comb, wavelengths)?, Dispersion::Off];
         let ways = ways.map(|way| (way, COST_SAMPLES));
         let seconds = seconds(&quartz, &ways, self.repeat.max(COST_ROUNDS))?;
-        Ok(json!({
-            "glass_share": share(&quartz.glass()?),
-            "samples": COST_SAMPLES,
-            "wavelengths": wavelengths,
-            "comb_seconds": seconds[0],
-            "plain_seconds": seconds[1],
-            "ratio": seconds[0] / seconds[1],
-        }))
+        Ok(Cost {
+            glass_share: share(&quartz.glass()?),
+            samples: COST_SAMPLES,
+            wavelengths,
+            comb_seconds: seconds[0],
+            plain_seconds: seconds[1],
+            ratio: seconds[0] / seconds[1],
+        })
     }
 
     /// A view that a ball fills, each ray split.
-    fn splits(&self, size: u32) -> Result<Value, Failure> {
+    fn splits(&self, size: u32) -> Result<Splits, Failure> {
         let quartz = self.quartz(&CLOSE, size)?;
         let mut ways = vec![(Dispersion::Off, 1)];
         for count in SPLITS {
@@ -152,15 +243,16 @@ impl Arguments {
         let counts = SPLITS
             .iter()
             .zip(&seconds[1..])
-            .map(|(&wavelengths, &seconds)| {
-                let ratio = seconds / plain_seconds;
-                json!({ "wavelengths": wavelengths, "seconds": seconds, "ratio": ratio })
+            .map(|(&wavelengths, &seconds)| Split {
+                wavelengths,
+                seconds,
+                ratio: seconds / plain_seconds,
             });
-        Ok(json!({
-            "glass_share": share(&quartz.glass()?),
-            "plain_seconds": plain_seconds,
-            "counts": counts.collect::<Vec<_>>(),
-        }))
+        Ok(Splits {
+            glass_share: share(&quartz.glass()?),
+            plain_seconds,
+            counts: counts.collect(),
+        })
     }
 }
 
@@ -199,30 +291,30 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut rows = Vec::new();
     let mut paper = None;
     let most = arguments.wavelengths.iter().copied().max().unwrap_or(1);
-    for ((wavelengths, method, _), time) in ways.iter().zip(&timed) {
+    for (&(wavelengths, method, _), time) in ways.iter().zip(&timed) {
         let [all, own] = truth.differences(picture(&time.first));
         // The same method with one wavelength.
-        let base = ways.iter().position(|way| (way.0, way.1) == (1, *method));
+        let base = ways.iter().position(|way| (way.0, way.1) == (1, method));
         let base = base.map(|place| &timed[place]);
         let (seconds, rays) = (time.median(), time.first.statistics.rays());
-        if (*wavelengths, *method) == (most, Method::Paper) {
+        if (wavelengths, method) == (most, Method::Paper) {
             paper.get_or_insert((seconds, mean(&own)));
         }
-        rows.push(json!({
-            "wavelengths": wavelengths,
-            "method": method.name(),
-            "seconds": seconds,
-            "time_ratio": base.map(|base| seconds / base.median()),
-            "rays": rays,
-            "rays_ratio": base.map(|base| rays as f64 / base.first.statistics.rays() as f64),
-            "mean_difference": mean(&own),
-            "max_difference": own.iter().copied().fold(0.0, f64::max),
-            "mean_of_all": mean(&all),
-        }));
+        rows.push(Row {
+            wavelengths,
+            method: method.name(),
+            seconds,
+            time_ratio: base.map(|base| seconds / base.median()),
+            rays,
+            rays_ratio: base.map(|base| rays as f64 / base.first.statistics.rays() as f64),
+            mean_difference: mean(&own),
+            max_difference: own.iter().copied().fold(0.0, f64::max),
+            mean_of_all: mean(&all),
+        });
     }
     let same_error = match paper {
         Some(paper) => same_error(&quartz, &truth, paper, most, samples)?,
-        None => Value::Null,
+        None => None,
     };
     let pictures = ways.iter().zip(&timed);
     let pictures: Vec<(u32, &str, &Picture)> = pictures
@@ -232,81 +324,75 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(folder) => write(folder, &pictures, &truth.picture)?,
         None => Vec::new(),
     };
-    let report = json!({
-        "threads": quartz.options.threads,
-        "size": size,
-        "samples": samples,
-        "repeat": arguments.repeat,
-        "glass_share": share(&truth.glass),
-        "reference_seconds": reference.seconds,
-        "rows": rows,
-        "same_error": same_error,
-        "cost": arguments.cost(size, most)?,
-        "splits": arguments.splits(size)?,
-        "images": images,
-    });
+    let report = Report {
+        threads: quartz.options.threads,
+        size,
+        samples,
+        repeat: arguments.repeat,
+        glass_share: share(&truth.glass),
+        reference_seconds: reference.seconds,
+        rows,
+        same_error,
+        cost: arguments.cost(size, most)?,
+        splits: arguments.splits(size)?,
+        images,
+    };
     print(arguments.json, &report, &described(&report))
 }
 
-fn described(report: &Value) -> String {
-    let table = Table::new(list(report, "rows")).text("method", |row| text(row, "method"));
+fn described(report: &Report) -> String {
+    let table = Table::new(&report.rows).text("method", |row| row.method.to_owned());
     let table = numbers(
         table,
         &[
-            ("wavelengths", "/wavelengths", 1.0, 0),
-            ("seconds", "/seconds", 1.0, 3),
-            ("to one", "/time_ratio", 1.0, 3),
-            ("rays", "/rays_ratio", 1.0, 3),
-            ("ΔE2000 mean", "/mean_difference", 1.0, 2),
-            ("max", "/max_difference", 1.0, 1),
+            ("wavelengths", |row| row.wavelengths.into(), 1.0, 0),
+            ("seconds", |row| row.seconds, 1.0, 3),
+            ("to one", |row| row.time_ratio.unwrap_or(f64::NAN), 1.0, 3),
+            ("rays", |row| row.rays_ratio.unwrap_or(f64::NAN), 1.0, 3),
+            ("ΔE2000 mean", |row| row.mean_difference, 1.0, 2),
+            ("max", |row| row.max_difference, 1.0, 1),
         ],
     );
-    let of = |object: &Value, key: &str| object[key].as_f64().unwrap_or(f64::NAN);
-    let (same_error, cost, splits) = (&report["same_error"], &report["cost"], &report["splits"]);
-    let same = if same_error.is_null() {
-        "No comb is as close as paper in the same time.".to_owned()
-    } else {
-        format!(
+    let same = match &report.same_error {
+        None => "No comb is as close as paper in the same time.".to_owned(),
+        Some(comb) => format!(
             "A comb with {} of {} wavelengths a ray is as close as paper with {} rays a pixel (ΔE \
              {:.2}), {:.2} times as fast.",
-            same_error["each"],
-            same_error["wavelengths"],
-            same_error["samples"],
-            of(same_error, "mean_difference"),
-            of(same_error, "speedup")
-        )
+            comb.each, comb.wavelengths, comb.samples, comb.mean_difference, comb.speedup
+        ),
     };
-    let split = |one: &Value| format!("×{:.2} for {}", of(one, "ratio"), one["wavelengths"]);
-    let each = list(splits, "counts").iter().map(split);
+    let (cost, splits) = (&report.cost, &report.splits);
+    let split = |one: &Split| format!("×{:.2} for {}", one.ratio, one.wavelengths);
+    let each = splits.counts.iter().map(split);
     format!(
         "spheres, {0} × {0} pixels, {1} rays a pixel, {2}; {3:.0} % of the pixels meet glass\n\
          {table:#}\n{same}\nWhere {4:.0} % of the pixels meet glass, {5} rays a pixel: {6} \
          wavelengths take {7:.3} of the time without dispersion.\nWhere {8:.0} % do, every ray \
          split: {9}",
-        report["size"],
-        report["samples"],
-        counted(report["threads"].as_u64().unwrap_or(0), "thread"),
-        1e2 * of(report, "glass_share"),
-        1e2 * of(cost, "glass_share"),
-        cost["samples"],
-        cost["wavelengths"],
-        of(cost, "ratio"),
-        1e2 * of(splits, "glass_share"),
+        report.size,
+        report.samples,
+        counted(report.threads as u64, "thread"),
+        1e2 * report.glass_share,
+        1e2 * cost.glass_share,
+        cost.samples,
+        cost.wavelengths,
+        cost.ratio,
+        1e2 * splits.glass_share,
         each.collect::<Vec<_>>().join(", ")
     )
 }
 
 /// The fastest comb that is as close to the truth as the paper's pictures of most wavelengths,
-/// of which `paper` are the seconds and the mean difference; null where these are faster.
+/// of which `paper` are the seconds and the mean difference; `None` where these are faster.
 fn same_error(
     quartz: &Quartz,
     truth: &Truth,
     paper: (f64, f64),
     most: u32,
     samples: u16,
-) -> Result<Value, Failure> {
+) -> Result<Option<SameError>, Failure> {
     let Dispersion::Comb(wavelengths, _) = dispersion(Method::Comb, most)? else {
-        return Ok(Value::Null);
+        return Ok(None);
     };
     let (mut fastest, difference) = paper;
     let mut best = None;
@@ -326,18 +412,18 @@ fn same_error(
         }
     }
     let Some((way, each, own, mean_difference)) = best else {
-        return Ok(Value::Null);
+        return Ok(None);
     };
     let ways = [(dispersion(Method::Paper, most)?, samples), (way, own)];
     let seconds = seconds(quartz, &ways, ERROR_ROUNDS)?;
-    Ok(json!({
-        "wavelengths": most,
-        "each": each,
-        "samples": own,
-        "seconds": seconds[1],
-        "paper_seconds": seconds[0],
-        "mean_difference": mean_difference,
-        "speedup": seconds[0] / seconds[1],
+    Ok(Some(SameError {
+        wavelengths: most,
+        each,
+        samples: own,
+        seconds: seconds[1],
+        paper_seconds: seconds[0],
+        mean_difference,
+        speedup: seconds[0] / seconds[1],
     }))
 }
 

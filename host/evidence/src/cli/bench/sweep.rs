@@ -1,11 +1,12 @@
 //! `shisen-evidence bench sweep`: whether a gaze can make level of detail dearer.
 
 use super::frames::{FrameArguments, Frames, Look, Way};
-use super::{numbers, text};
+use super::{Field, numbers};
 use crate::table::Table;
 use clap::Args;
 use glam::DVec3;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 use shisen::cave::look::ViewDirection;
 use shisen::cli::numbers::whole;
 use shisen::cli::output::failure::Failure;
@@ -16,13 +17,9 @@ use shisen::scene::builtin::PaperScene;
 /// Level of detail against plain tracing for gazes all around
 ///
 /// For each of scenes A to D, directions spread evenly over the sphere; frames
-/// with and without level of detail are rendered in turns.
-///
-/// With --json, one object: threads, size, mesh, directions and scenes: for each
-/// `worst_steps` and `worst_time` (ratio to plain tracing, and the look with that ratio),
-/// `mean_steps` and `mean_time`. The time of a direction is the median of the ratios of pairs.
-/// The greatest of hundreds of medians is likely a disturbed one: the worst direction is
-/// measured again with ten times as many pairs, until the worst one has been.
+/// with and without level of detail are rendered in turns. The greatest of hundreds of medians
+/// is likely a disturbed one: the direction with the greatest ratio of times is measured again
+/// with ten times as many pairs, until that direction has been.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
@@ -31,6 +28,38 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 200,
           value_parser = whole::<u32>(1..=100_000))]
     directions: u32,
+}
+
+/// Level of detail against plain tracing for gazes all around.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// How many directions.
+    directions: u32,
+    /// Scenes A to D.
+    scenes: Vec<Scene>,
+}
+
+/// Ratios of level of detail to plain tracing in a scene.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Scene {
+    /// Scene of the paper: A, B, C or D.
+    scene: &'static str,
+    /// The greatest ratio of steps.
+    worst_steps: Worst,
+    /// The greatest ratio of times: each direction's is the median of the ratios of its pairs.
+    worst_time: Worst,
+    /// The mean ratio of steps.
+    mean_steps: f64,
+    /// The mean ratio of times.
+    mean_time: f64,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Worst {
+    /// The ratio.
+    ratio: f64,
+    /// Where the viewer looks with this ratio: x, y and z.
+    look: [f64; 3],
 }
 
 /// How many times as many pairs the worst gaze is measured with.
@@ -109,38 +138,35 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let (mean_steps, mean_time) = (mean(|gaze| gaze.steps), mean(Gaze::time));
         let mut worst = |ratio: fn(&Gaze) -> f64| {
             let gaze = worst(&mut gazes, ratio);
-            json!({ "ratio": ratio(gaze), "look": gaze.look.to_array() })
+            Worst {
+                ratio: ratio(gaze),
+                look: gaze.look.to_array(),
+            }
         };
-        scenes.push(json!({
-            "scene": scene.name(),
-            "worst_steps": worst(|gaze| gaze.steps),
-            "worst_time": worst(Gaze::time),
-            "mean_steps": mean_steps,
-            "mean_time": mean_time,
-        }));
+        scenes.push(Scene {
+            scene: scene.name(),
+            worst_steps: worst(|gaze| gaze.steps),
+            worst_time: worst(Gaze::time),
+            mean_steps,
+            mean_time,
+        });
     }
-    let look = |key: &'static str| {
-        move |scene: &Value| {
-            let look = scene[key]["look"].as_array().into_iter().flatten();
-            let look = look.map(|x| format!("{:.2}", x.as_f64().unwrap_or(f64::NAN)));
-            look.collect::<Vec<_>>().join(", ")
-        }
-    };
-    let table = Table::new(&scenes).text("scene", |one| text(one, "scene"));
-    let table = numbers(table, &[("steps at worst", "/worst_steps/ratio", 1.0, 3)])
-        .text("looking along", look("worst_steps"));
-    let fields = [
-        ("mean", "/mean_steps", 1.0, 3),
-        ("time at worst", "/worst_time/ratio", 1.0, 3),
-    ];
-    let table = numbers(table, &fields).text("looking along", look("worst_time"));
-    let table = numbers(table, &[("mean", "/mean_time", 1.0, 3)]);
-    let report = json!({ "directions": directions, "scenes": scenes });
-    let compared = "level of detail against plain tracing";
-    frames.print(
-        report,
-        &format!(", {directions} directions; {compared}\n{table:#}"),
+    let look = |worst: &Worst| worst.look.map(|x| format!("{x:.2}")).join(", ");
+    let table = Table::new(&scenes).text("scene", |one| one.scene.to_owned());
+    let table = numbers(
+        table,
+        &[("steps at worst", |one| one.worst_steps.ratio, 1.0, 3)],
     )
+    .text("looking along", |one| look(&one.worst_steps));
+    let fields: &[Field<'_, Scene>] = &[
+        ("mean", |one| one.mean_steps, 1.0, 3),
+        ("time at worst", |one| one.worst_time.ratio, 1.0, 3),
+    ];
+    let table = numbers(table, fields).text("looking along", |one| look(&one.worst_time));
+    let table = numbers(table, &[("mean", |one| one.mean_time, 1.0, 3)]);
+    let compared = "level of detail against plain tracing";
+    let text = format!(", {directions} directions; {compared}\n{table:#}");
+    frames.print(Report { directions, scenes }, &text)
 }
 
 /// A point of a Fibonacci spiral of `count` points, evenly spread over the sphere.

@@ -1,16 +1,16 @@
 //! `shisen-evidence bench table2`: the paper's measurement, here and now.
 
-use super::frames::{FrameArguments, Frames, Look, Way, name};
-use super::numbers;
+use super::frames::{Cell, FrameArguments, Frames, Look, Way};
+use super::{Field, numbers};
 use crate::measure::in_turns;
 use crate::table::Table;
 use clap::{Arg, Args};
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::ray_counts::RayCounts;
 use shisen::live::Table2;
 use shisen::render::Filling;
-use shisen::scene::builtin::PaperScene;
 
 /// The paper's Table 2: frames with and without level of detail
 ///
@@ -18,16 +18,6 @@ use shisen::scene::builtin::PaperScene;
 /// floor (state 2), three walls for two eyes. Frames with and without level of
 /// detail are rendered in turns; times are medians, and ratios of times medians of the
 /// ratios of frames of the same turn.
-///
-/// With --json, one object: threads, size, mesh, repeat (frames that a median is of) and cells: for each scene and
-/// state `lod_seconds`, `plain_seconds`, `paper_lod_seconds`, `paper_plain_seconds`, ratio,
-/// `paper_ratio`, `bound_ratio` (what it would be for the paper's cow if
-/// rays that meet nothing cost almost nothing and detail had no cost of its own), `lod_rays` and
-/// `plain_rays` (primary, reflected, refracted, shadow), `lod_steps`,
-/// `plain_steps`, `steps_ratio`, `cut_seconds` (the rays of the frame with level of
-/// detail, each with all faces and bounces), and bookkeeping: where
-/// the rays of the field take nearly all steps of the plain frame, the share of
-/// time that asking for their levels adds to it (else null).
 #[derive(Debug, Args)]
 #[command(mut_arg("repeat", often))]
 pub(in crate::cli) struct Arguments {
@@ -38,6 +28,53 @@ pub(in crate::cli) struct Arguments {
 /// The argument `--repeat`: ratios of a few frames differ by hundredths from run to run.
 fn often(repeat: Arg) -> Arg {
     repeat.default_value("25")
+}
+
+/// The paper's Table 2.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// Number of frames of each median.
+    repeat: u32,
+    /// Scenes and states.
+    cells: Vec<Measured>,
+}
+
+/// Frames of a scene in a state.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Measured {
+    #[serde(flatten)]
+    cell: Cell,
+    /// Time of a frame with level of detail, seconds.
+    lod_seconds: f64,
+    /// Time of a frame without, seconds.
+    plain_seconds: f64,
+    /// Time with level of detail in the paper, seconds.
+    paper_lod_seconds: f64,
+    /// Time without in the paper, seconds.
+    paper_plain_seconds: f64,
+    /// Time with level of detail by time without.
+    ratio: f64,
+    /// The same in the paper.
+    paper_ratio: f64,
+    /// The same for the paper's cow if rays that meet nothing cost almost nothing and detail had
+    /// no cost of its own.
+    bound_ratio: f64,
+    /// Rays with level of detail.
+    lod_rays: RayCounts,
+    /// Rays without.
+    plain_rays: RayCounts,
+    /// Steps with level of detail.
+    lod_steps: u64,
+    /// Steps without.
+    plain_steps: u64,
+    /// Steps with level of detail by steps without.
+    steps_ratio: f64,
+    /// Time of the rays of the frame with level of detail, each with all faces and bounces,
+    /// seconds.
+    cut_seconds: f64,
+    /// Share of time that asking for levels adds; null unless the rays of the visual field take
+    /// nearly all steps of the frame without level of detail.
+    bookkeeping: Option<f64>,
 }
 
 /// The ratios of scenes A to D in states 1 and 2 that follow from the paper's counts of rays
@@ -53,47 +90,56 @@ const WAYS: [Way; 4] = [Way::Plain, Way::Lod, Way::Cut, Way::Levels];
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = &arguments.frames;
     let rounds = frames.repeat as usize;
-    let cells =
-        frames.cells(|frames, scene, state, look| cell(frames, scene, (state, look), rounds))?;
+    let cells = frames.cells(|frames, cell, look| measured(frames, cell, look, rounds))?;
     let table = numbers(
-        Table::new(&cells).text("", name),
+        Table::new(&cells).text("", |one| one.cell.to_string()),
         &[
-            ("level of detail", "/lod_seconds", 1e3, 2),
-            ("its rays in full", "/cut_seconds", 1e3, 2),
-            ("plain", "/plain_seconds", 1e3, 2),
-            ("paper, detail", "/paper_lod_seconds", 1e3, 0),
-            ("paper, plain", "/paper_plain_seconds", 1e3, 0),
-            ("ratio", "/ratio", 1.0, 3),
-            ("ratio in the paper", "/paper_ratio", 1.0, 3),
-            ("bound, misses free", "/bound_ratio", 1.0, 2),
-            ("ratio of steps", "/steps_ratio", 1.0, 3),
-            ("bookkeeping, %", "/bookkeeping", 1e2, 1),
-            ("primary rays", "/lod_rays/primary", 1.0, 0),
+            ("level of detail", |one| one.lod_seconds, 1e3, 2),
+            ("its rays in full", |one| one.cut_seconds, 1e3, 2),
+            ("plain", |one| one.plain_seconds, 1e3, 2),
+            ("paper, detail", |one| one.paper_lod_seconds, 1e3, 0),
+            ("paper, plain", |one| one.paper_plain_seconds, 1e3, 0),
+            ("ratio", |one| one.ratio, 1.0, 3),
+            ("ratio in the paper", |one| one.paper_ratio, 1.0, 3),
+            ("bound, misses free", |one| one.bound_ratio, 1.0, 2),
+            ("ratio of steps", |one| one.steps_ratio, 1.0, 3),
+            (
+                "bookkeeping, %",
+                |one| one.bookkeeping.unwrap_or(f64::NAN),
+                1e2,
+                1,
+            ),
+            ("primary rays", |one| one.lod_rays.primary as f64, 1.0, 0),
         ],
     )
-    .count("secondary rays", |cell| secondary(&cell["lod_rays"]));
-    let fields = [
-        ("shadow rays", "/lod_rays/shadow", 1.0, 0),
-        ("primary, plain", "/plain_rays/primary", 1.0, 0),
+    .count("secondary rays", |one| secondary(&one.lod_rays));
+    let fields: &[Field<'_, Measured>] = &[
+        ("shadow rays", |one| one.lod_rays.shadow as f64, 1.0, 0),
+        (
+            "primary, plain",
+            |one| one.plain_rays.primary as f64,
+            1.0,
+            0,
+        ),
     ];
-    let table =
-        numbers(table, &fields).count("secondary, plain", |cell| secondary(&cell["plain_rays"]));
-    let table = numbers(table, &[("shadow, plain", "/plain_rays/shadow", 1.0, 0)]);
-    let report = json!({ "repeat": frames.repeat, "cells": cells });
-    frames.print(report, &format!("; milliseconds a frame\n{table}"))
+    let table = numbers(table, fields).count("secondary, plain", |one| secondary(&one.plain_rays));
+    let table = numbers(
+        table,
+        &[("shadow, plain", |one| one.plain_rays.shadow as f64, 1.0, 0)],
+    );
+    let text = format!("; milliseconds a frame\n{table}");
+    let report = Report {
+        repeat: frames.repeat,
+        cells,
+    };
+    frames.print(report, &text)
 }
 
-fn secondary(rays: &Value) -> u64 {
-    let kinds = ["reflected", "refracted"].into_iter();
-    kinds.filter_map(|kind| rays[kind].as_u64()).sum()
+const fn secondary(rays: &RayCounts) -> u64 {
+    rays.reflected + rays.refracted
 }
 
-fn cell(
-    frames: &Frames,
-    scene: PaperScene,
-    (state, look): (usize, Look),
-    rounds: usize,
-) -> Result<Value, Failure> {
+fn measured(frames: &Frames, cell: Cell, look: Look, rounds: usize) -> Result<Measured, Failure> {
     let timed = in_turns(&WAYS, rounds, |&way| {
         let frame = frames.frame(way, look, Filling::Background)?;
         Ok::<_, Failure>((frame.seconds, frame.statistics))
@@ -104,27 +150,26 @@ fn cell(
     let steps_ratio = |of: u64| of as f64 / plain.first.steps as f64;
     let same = steps_ratio(levels.first.steps);
     let rows = Table2::ROWS.iter().zip(BOUND);
-    let mut rows = rows.filter(|(row, _)| row.scene == scene);
+    let mut rows = rows.filter(|(row, _)| row.scene.name() == cell.scene);
     let Some((paper, bound)) = rows.next() else {
         unreachable!("the paper's table has all scenes")
     };
-    let paper_lod = paper.lod[state - 1];
-    Ok(json!({
-        "scene": scene.name(),
-        "state": state,
-        "lod_seconds": lod.median(),
-        "plain_seconds": plain.median(),
-        "paper_lod_seconds": paper_lod,
-        "paper_plain_seconds": paper.plain,
-        "ratio": lod.ratio_to(plain),
-        "paper_ratio": paper_lod / paper.plain,
-        "bound_ratio": bound[state - 1],
-        "lod_rays": RayCounts::from(lod.first),
-        "plain_rays": RayCounts::from(plain.first),
-        "lod_steps": lod.first.steps,
-        "plain_steps": plain.first.steps,
-        "steps_ratio": steps_ratio(lod.first.steps),
-        "cut_seconds": cut.median(),
-        "bookkeeping": (same > SAME_WORK).then(|| levels.ratio_to(plain) / same - 1.0),
-    }))
+    let paper_lod = paper.lod[cell.state - 1];
+    Ok(Measured {
+        cell,
+        lod_seconds: lod.median(),
+        plain_seconds: plain.median(),
+        paper_lod_seconds: paper_lod,
+        paper_plain_seconds: paper.plain,
+        ratio: lod.ratio_to(plain),
+        paper_ratio: paper_lod / paper.plain,
+        bound_ratio: bound[cell.state - 1],
+        lod_rays: RayCounts::from(lod.first),
+        plain_rays: RayCounts::from(plain.first),
+        lod_steps: lod.first.steps,
+        plain_steps: plain.first.steps,
+        steps_ratio: steps_ratio(lod.first.steps),
+        cut_seconds: cut.median(),
+        bookkeeping: (same > SAME_WORK).then(|| levels.ratio_to(plain) / same - 1.0),
+    })
 }
