@@ -193,10 +193,10 @@ fn broken_meshes_are_named() {
         &commands,
         &[
             ("text.txt", b"hello", ".obj, .ply, .gltf or .glb"),
-            ("words.obj", b"this is not a mesh", "words.obj"),
+            ("words.obj", b"this is not a mesh", "is this an OBJ file"),
             ("words.ply", b"this is not a mesh", "words.ply"),
             ("words.glb", b"this is not a mesh", "words.glb"),
-            ("empty.obj", b"", "no triangles"),
+            ("empty.obj", b"", "no line describes"),
             ("points.obj", TRIANGLE.as_bytes(), "no triangles"),
             ("nan.obj", &face("v nan 0 0\nf 1 2 3"), "nan.obj"),
             ("infinite.obj", &face("v 0 inf 0\nf 1 2 4"), "infinite.obj"),
