@@ -1,4 +1,4 @@
-//! What all decoders of byte streams have in common.
+//! The interface of all decoders: events, messages, counts.
 //!
 //! Each protocol's module says how strong its check is; its tests bound the wrong samples of each
 //! fault of one byte (dropped, changed, inserted, doubled) and the intact records that it costs.
@@ -7,38 +7,38 @@
 use crate::sample::{Parts, Sample};
 use crate::time::{DeviceTime, Micros};
 
-/// A state machine that bytes go into and events come out of. It keeps a bounded piece of
-/// the stream, never waits for more, is back in step after any garbage, and reports that.
+/// A state machine that takes bytes and hands out events. It keeps a bounded piece of the
+/// stream, never waits, finds records again after any garbage, and reports the garbage.
 pub trait Decoder {
     /// Takes the next bytes of the stream, of which the last came in at
     /// `arrival`, and hands each event to `sink`, in the order of the bytes.
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event));
 
-    /// What became of the bytes so far.
+    /// Returns counts of the bytes and events so far.
     fn counts(&self) -> &Counts;
 
     /// Forgets the record under way, as after a gap in the stream; the counts stay.
     fn reset(&mut self);
 
     /// Takes note of a command that was sent at `now`: a [`Flock`](crate::head::flock::Flock)'s
-    /// answers to `O` are told from garbage by that. Most decoders have nothing to note.
+    /// answers to `O` cannot be told from garbage otherwise. Most decoders ignore it.
     fn on_sent(&mut self, _command: &[u8], _now: Micros) {}
 
-    /// How many fields an ISCAN's records have where these are not as many as the decoder was
-    /// told; `None` where records are read, and of other devices.
+    /// Returns the number of fields in an ISCAN's records if the decoder expects another; `None`
+    /// if records can be read, and for other devices.
     fn fields_seen(&self) -> Option<usize> {
         None
     }
 }
 
-/// What a decoder found.
+/// An event that a decoder hands out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Event {
-    /// A record of a sensor.
+    /// A sample of a sensor.
     Sample(Sample),
-    /// The device said something that is no sample.
+    /// A message of the device that is not a sample.
     Message(Message),
     /// Bytes that belong to no record, or a record that cannot be used.
     Dropped(Dropped),
@@ -58,26 +58,26 @@ impl Event {
     }
 }
 
-/// Bytes that were thrown away.
+/// Bytes that were dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Dropped {
-    /// How many.
+    /// Number of bytes.
     pub bytes: u32,
-    /// Why.
+    /// The reason.
     pub reason: DropReason,
 }
 
-/// Why bytes were thrown away.
+/// Why bytes were dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum DropReason {
-    /// Between records: what stands there starts none.
+    /// Bytes between records that do not start a record.
     OutOfStep,
     /// A record broke off before its end.
     Truncated,
-    /// The record's length is not one that the protocol has.
+    /// The protocol has no record of this length.
     Length,
     /// The record's checksum does not match.
     Checksum,
@@ -87,14 +87,14 @@ pub enum DropReason {
     OutOfRange,
     /// A direction or a quaternion has no length.
     NotUnit,
-    /// A version or a kind of record that is not known here.
+    /// An unknown version or kind of record.
     Unknown,
     /// The record repeats the one before.
     Duplicate,
 }
 
 impl DropReason {
-    /// All of them, in the order of [`Counts::dropped`].
+    /// All reasons, in the order of [`Counts::dropped`].
     pub const ALL: [Self; 9] = [
         Self::OutOfStep,
         Self::Truncated,
@@ -107,7 +107,7 @@ impl DropReason {
         Self::Duplicate,
     ];
 
-    /// In words, for a report.
+    /// Returns the reason in words, for a report.
     pub const fn name(self) -> &'static str {
         match self {
             Self::OutOfStep => "out of step",
@@ -123,68 +123,68 @@ impl DropReason {
     }
 }
 
-/// Something that a device says beside its samples.
+/// A message that a device sends beside its samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Message {
     /// The device reports a fault, by its own number or letter.
     Fault {
-        /// As the device's manual lists it.
+        /// The number in the device's manual.
         code: u32,
-        /// What the manual says about it; empty where it says nothing.
+        /// The manual's meaning of it; empty if the manual has none.
         meaning: &'static str,
     },
     /// Text for a person.
     Text(Text),
     /// The device answers a command.
     Reply(Reply),
-    /// The device says how it is; no fault.
+    /// The device reports its state, which is not a fault.
     State {
-        /// As the device's manual lists it.
+        /// The number in the device's manual.
         code: u32,
-        /// What the manual says about it; empty where it says nothing.
+        /// The manual's meaning of it; empty if the manual has none.
         meaning: &'static str,
     },
-    /// The device found something in the eyes' movement by itself.
+    /// The device itself found an event in the eyes' movement.
     Eyes(EyeEvent),
-    /// From the next sample on the device sends these parts, and others no longer,
-    /// without a value, since it does not measure them: an eye that is shut.
+    /// From the next sample on the device sends exactly these parts without a value,
+    /// since it does not measure them: an eye that is shut.
     Unmeasured(Parts),
 }
 
-/// What a device found in the eyes' movement.
+/// An event in the eyes' movement that a device found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct EyeEvent {
-    /// What happened.
+    /// The kind of event.
     pub kind: EyeEventKind,
-    /// To which eye; `None` where the device does not tell them apart.
+    /// The eye; `None` if the device does not distinguish them.
     pub eye: Option<Side>,
-    /// When, by the device's clock.
+    /// Time by the device's clock.
     pub device_time: Option<DeviceTime>,
-    /// How long it took, where it is over.
+    /// Duration of an event that is over.
     pub duration: Option<Micros>,
 }
 
-/// What can happen to an eye.
+/// A kind of event in an eye's movement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EyeEventKind {
-    /// It closed and opened again.
+    /// The eye closed and opened again.
     Blink,
-    /// It closed.
+    /// The eye closed.
     Closed,
-    /// It opened.
+    /// The eye opened.
     Opened,
-    /// The device cannot find it any more.
+    /// The device cannot find the eye any more.
     Lost,
-    /// The device found it again.
+    /// The device found the eye again.
     Found,
-    /// It jumped.
+    /// The eye jumped.
     Saccade,
-    /// It rested.
+    /// The eye rested.
     Fixation,
 }
 
@@ -192,9 +192,9 @@ pub enum EyeEventKind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Side {
-    /// The left one.
+    /// The left eye.
     Left,
-    /// The right one.
+    /// The right eye.
     Right,
 }
 
@@ -209,7 +209,7 @@ pub struct Text {
 }
 
 impl Text {
-    /// The text up to its first zero byte, trimmed; what is not printable ASCII becomes `?`.
+    /// Reads the text up to its first zero byte, trimmed; other bytes than printable ASCII become `?`.
     pub fn new(bytes: &[u8]) -> Self {
         let end = bytes.iter().position(|&b| b == 0).unwrap_or(bytes.len());
         let mut text = Self {
@@ -224,7 +224,7 @@ impl Text {
         text
     }
 
-    /// The text.
+    /// Returns the text.
     pub fn as_str(&self) -> &str {
         let text = self.bytes.get(..usize::from(self.length));
         core::str::from_utf8(text.unwrap_or_default()).unwrap_or_default()
@@ -242,19 +242,19 @@ impl defmt::Format for Text {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reply {
-    /// Which command, as the protocol numbers them.
+    /// The command, by its number in the protocol.
     pub to: u32,
-    /// 0 where the device agrees.
+    /// The result; 0 if the device agrees.
     pub result: u32,
-    /// What the manual says about a refusal; empty where it says nothing.
+    /// The manual's meaning of a refusal; empty if the manual has none.
     pub meaning: &'static str,
 }
 
-/// What became of the bytes that a decoder took; each count stops at its largest value.
+/// Counts of a decoder's bytes and events; each count stops at its largest value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counts {
-    /// Bytes taken.
+    /// Bytes received.
     pub bytes: u64,
     /// Samples handed over.
     pub samples: u64,
@@ -262,19 +262,19 @@ pub struct Counts {
     pub messages: u64,
     /// Records that the device's own count says are missing.
     pub lost: u64,
-    /// Times that bytes were thrown away, in the order of [`DropReason::ALL`].
+    /// Number of times that bytes were dropped, in the order of [`DropReason::ALL`].
     pub dropped: [u32; DropReason::ALL.len()],
-    /// Bytes thrown away.
+    /// Bytes dropped.
     pub dropped_bytes: u64,
 }
 
 impl Counts {
-    /// No bytes taken yet.
+    /// Counts before the first byte.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// These and others, of the same device read by another decoder.
+    /// Returns the sum of these counts and those of another decoder of the same device.
     #[must_use]
     pub fn plus(&self, others: &Self) -> Self {
         let mut dropped = self.dropped;
@@ -291,12 +291,12 @@ impl Counts {
         }
     }
 
-    /// How often bytes were thrown away for this reason.
+    /// Returns how many times bytes were dropped for this reason.
     pub fn dropped_for(&self, reason: DropReason) -> u32 {
         self.dropped[reason as usize]
     }
 
-    /// Adds what an event says.
+    /// Counts an event.
     pub(crate) fn note(&mut self, event: &Event) {
         match event {
             Event::Sample(_) => self.samples = self.samples.saturating_add(1),

@@ -62,7 +62,7 @@ pub enum Protocol {
     EyeTracker(Screen, eye_tracker::Axes),
 }
 
-/// What a device is asked for beside its protocol's settings.
+/// Requests to a device beside its protocol's settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Asked {
     /// Samples per second, where the protocol can ask for them; `None`: as usual.
@@ -160,7 +160,7 @@ impl Protocol {
         )
     }
 
-    /// What makes its device send, after a reset where `reset` says so; it may be nothing.
+    /// Returns the script that makes its device send, after a reset if `reset`; it may be empty.
     pub fn start(&self, asked: &Asked, reset: bool) -> Script {
         match self {
             Self::Link => link::start(asked.rate),
@@ -178,7 +178,7 @@ impl Protocol {
         }
     }
 
-    /// What makes its device send no more; nothing where no command does.
+    /// Returns the script that makes its device stop; empty if no command does.
     pub fn stop(&self) -> Script {
         match self {
             Self::Link => link::stop(),
@@ -192,7 +192,7 @@ impl Protocol {
         }
     }
 
-    /// What changes the line's speed, bits per second; `None` where no command does.
+    /// Returns the script that changes the line's speed, bits per second; `None` if no command does.
     pub fn change_speed(&self, baud: u32) -> Option<Script> {
         match self {
             Self::Fastrak(_) => fastrak::change_speed(baud),
@@ -200,7 +200,7 @@ impl Protocol {
         }
     }
 
-    /// The line's speed where nobody says otherwise: bits per second.
+    /// Returns the line's default speed: bits per second.
     pub const fn baud(&self) -> u32 {
         match self {
             Self::Asl(_) => asl::BAUD,

@@ -13,13 +13,13 @@ use std::string::String;
 use std::time::Duration;
 use std::vec::Vec;
 
-/// How long [`Serial::read`] waits.
+/// Longest wait of [`Serial::read`].
 const READ_WAIT: Duration = Duration::from_millis(2);
 
 /// A serial port: 8 bits, no parity, one stop bit, no handshake.
 pub struct Serial {
     port: Box<dyn SerialPort>,
-    /// The same port to read from: a wait in vain in `serialport` allocates.
+    /// The same port for reading: a timeout in `serialport` would allocate.
     #[cfg(unix)]
     input: std::fs::File,
 }
@@ -33,19 +33,19 @@ impl fmt::Debug for Serial {
 }
 
 impl Serial {
-    /// Opens the port at `path`, for nobody else. What came in before is
-    /// forgotten.
+    /// Opens the port at `path` for exclusive use. Bytes that came in before are
+    /// dropped.
     ///
     /// # Errors
-    /// [`io::ErrorKind::NotFound`] where there is no such port,
-    /// [`io::ErrorKind::PermissionDenied`] where it may not be used,
-    /// [`io::ErrorKind::ResourceBusy`] where somebody else has it,
-    /// [`io::ErrorKind::InvalidInput`] where it is no port, and others of the system's.
+    /// [`io::ErrorKind::NotFound`] if there is no such port,
+    /// [`io::ErrorKind::PermissionDenied`] if the user may not use it,
+    /// [`io::ErrorKind::ResourceBusy`] if another program uses it,
+    /// [`io::ErrorKind::InvalidInput`] if it is not a port, and I/O errors from the system.
     pub fn open(path: &str, baud: u32) -> io::Result<Self> {
-        // What serialport makes of a failure does not tell these apart.
+        // Errors of serialport do not distinguish these.
         #[cfg(not(unix))]
         std::fs::metadata(path)?;
-        // Before serialport does, which keeps others out.
+        // Tried before serialport, whose open locks the port.
         #[cfg(unix)]
         let input = input::open(path)?;
         let port = serialport::new(path, baud).timeout(READ_WAIT).open();
@@ -65,29 +65,29 @@ impl Serial {
         })
     }
 
-    /// What has come in, after a wait of 2 ms at most for some; 0 where
-    /// nothing has. A byte that comes in ends the wait at once; on Unix it takes no
-    /// memory.
+    /// Reads the bytes that have come in, and returns their number: 0 if none came
+    /// within 2 ms. A byte that comes in ends the wait at once. Allocates nothing on
+    /// Unix.
     ///
     /// # Errors
-    /// Those of the system: the port is gone.
+    /// I/O errors from the system: the port is gone.
     pub fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         #[cfg(unix)]
         let read = input::read(&mut self.input, buffer, READ_WAIT);
         #[cfg(not(unix))]
         let read = self.port.read(buffer);
         match read {
-            // A port that is there never is at its end.
+            // A port that is present has no end of file.
             Ok(0) => Err(io::ErrorKind::BrokenPipe.into()),
             Err(error) if is_wait(&error) => Ok(0),
             read => read,
         }
     }
 
-    /// Sends all of it.
+    /// Sends all bytes.
     ///
     /// # Errors
-    /// Those of the system.
+    /// I/O errors from the system.
     pub fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.port.write_all(bytes)
     }
@@ -96,15 +96,15 @@ impl Serial {
     /// on most systems.
     ///
     /// # Errors
-    /// Those of the system: a pseudo-terminal, and some adapters, have no such line.
+    /// I/O errors from the system: a pseudo-terminal, and some adapters, have no such line.
     pub fn set_rts(&mut self, high: bool) -> io::Result<()> {
         Ok(self.port.write_request_to_send(high)?)
     }
 
-    /// Changes the speed once everything sent is out.
+    /// Changes the speed once all bytes are sent.
     ///
     /// # Errors
-    /// Those of the system, above all a speed that the port does not have.
+    /// I/O errors from the system, above all for a speed that the port does not have.
     pub fn set_speed(&mut self, baud: u32) -> io::Result<()> {
         self.port.flush()?;
         Ok(self.port.set_baud_rate(baud)?)
@@ -116,21 +116,21 @@ fn is_wait(error: &io::Error) -> bool {
     matches!(error.kind(), TimedOut | WouldBlock | Interrupted)
 }
 
-/// A port that a host has.
+/// A port of this host.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Port {
-    /// Its path, or its name.
+    /// The port's path, or its name.
     pub path: String,
-    /// Vendor and product, where it is on USB.
+    /// Vendor and product numbers of a USB device.
     pub usb_id: Option<(u16, u16)>,
-    /// What the device calls itself.
+    /// The product's name, by the device.
     pub product: Option<String>,
 }
 
-/// The ports of this host, in the order of their names.
+/// Returns the ports of this host, in the order of their names.
 ///
 /// # Errors
-/// Those of the system.
+/// I/O errors from the system.
 pub fn ports() -> io::Result<Vec<Port>> {
     let found = serialport::available_ports()?;
     let mut ports: Vec<_> = found

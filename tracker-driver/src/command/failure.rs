@@ -1,14 +1,14 @@
-//! What is wrong with a device or its line, in words.
+//! Failures of a device or its line, and their texts.
 
 use super::{Awaited, MOST_SCRIPT_BYTES, MOST_STEPS};
 use crate::decoder::DropReason;
 use core::fmt;
 
-/// What is wrong with a device or its line.
+/// A failure of a device or its line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Failure {
-    /// Nothing comes in.
+    /// No bytes come in.
     #[error(
         "nothing comes in: check that the device is on and the cable is the right one, with its \
          lines crossed or not"
@@ -21,7 +21,7 @@ pub enum Failure {
          and compare the settings with the device's"
     )]
     NoRecord {
-        /// How many bytes.
+        /// Number of bytes.
         bytes: u64,
     },
     /// Records come in whole, and few or none of them can be used.
@@ -30,9 +30,9 @@ pub enum Failure {
         .reason.name(), advice(*.reason)
     )]
     Unusable {
-        /// How many could not.
+        /// Number of records that cannot be used.
         records: u32,
-        /// Why the last of them could not.
+        /// Why the last of them cannot be used.
         reason: DropReason,
     },
     /// Records came in, and then the line fell silent within one.
@@ -59,19 +59,19 @@ pub enum Failure {
     /// Records come in, but not the one that was awaited.
     #[error(fmt = write_no_answer)]
     NoAnswer {
-        /// How many records.
+        /// Number of records.
         records: u64,
-        /// What was awaited.
+        /// The awaited answer.
         awaited: Awaited,
     },
     /// The device refused a command.
     #[error(fmt = write_refused)]
     Refused {
-        /// The command, as the protocol numbers it.
+        /// The command's number in the protocol.
         command: u32,
         /// The device's reason, by its number.
         result: u32,
-        /// What the manual says about that; empty where it says nothing.
+        /// The manual's meaning of that; empty if the manual has none.
         meaning: &'static str,
     },
     /// The script has more steps or bytes than a session plays.
@@ -110,7 +110,7 @@ fn write_refused(
     write!(f, ": {meaning} (code {result})")
 }
 
-/// A command: its letter, or its number.
+/// A command's name: its letter, or its number.
 struct Named(u32);
 
 impl fmt::Display for Named {
@@ -122,7 +122,7 @@ impl fmt::Display for Named {
     }
 }
 
-/// What to do about records that cannot be used.
+/// Returns advice about records that cannot be used.
 const fn advice(reason: DropReason) -> &'static str {
     match reason {
         DropReason::NotUnit => {

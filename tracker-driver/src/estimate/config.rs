@@ -31,7 +31,7 @@ impl RoomFromTracker {
     };
 }
 
-/// Which eye's line of sight is taken.
+/// The eye whose line of sight is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Eyes {
     /// The device's combined eye; without one, the mean of both, or the one that is seen.
@@ -41,7 +41,7 @@ pub enum Eyes {
     Left,
     /// The right one alone.
     Right,
-    /// None: there is no eye tracker, and the head's direction counts.
+    /// No eye: there is no eye tracker, and the head's direction is used.
     HeadOnly,
 }
 
@@ -58,7 +58,7 @@ pub struct Screen {
     pub size: Vec2,
 }
 
-/// What the eyes' directions pass through.
+/// The filter of the eyes' directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Filter {
     /// Nothing.
@@ -78,7 +78,7 @@ pub enum Filter {
 pub struct GazePrediction {
     /// By how much at most, for pursuit: up to 200 ms.
     pub horizon: Micros,
-    /// What pursuit is.
+    /// How pursuit is recognised.
     pub pursuit: PursuitConfig,
 }
 
@@ -92,13 +92,13 @@ impl Default for GazePrediction {
     }
 }
 
-/// Which sensors are the viewer's, by [`Sample::sensor`](crate::sample::Sample::sensor).
+/// The sensors that are the viewer's, by [`Sample::sensor`](crate::sample::Sample::sensor).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sensors {
     /// All of them.
     #[default]
     All,
-    /// The one of the first sample.
+    /// The sensor of the first sample.
     First,
     /// This one.
     Only(u8),
@@ -113,9 +113,9 @@ pub struct EstimatorConfig {
     pub resting_head: HeadPose,
     /// Whether there is a head tracker. Without one the head rests and is never stale.
     pub head_tracked: bool,
-    /// Which of a tracker's several stations count.
+    /// The sensors that are used, for a tracker with several.
     pub sensors: Sensors,
-    /// Which eyes count.
+    /// The eyes that are used.
     pub eyes: Eyes,
     /// The calibration of the left eye's directions.
     pub left: Option<Calibration>,
@@ -141,7 +141,7 @@ pub struct EstimatorConfig {
     /// [`Event::HeadStill`](super::Event::HeadStill) says so. `None` believes everything, for a
     /// script that moves the head, and then not, without noise.
     pub head_stuck_after: Option<Micros>,
-    /// What smooths the directions.
+    /// The filter that smooths the directions.
     pub filter: Filter,
     /// How saccades are recognised.
     pub saccades: SaccadeConfig,
@@ -149,7 +149,7 @@ pub struct EstimatorConfig {
     pub prediction: Option<GazePrediction>,
     /// How the head is continued.
     pub head: HeadConfig,
-    /// What to do when data are stale.
+    /// The fallback when data are stale.
     pub fallback: FallbackConfig,
 }
 

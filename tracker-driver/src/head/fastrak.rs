@@ -87,17 +87,17 @@ pub const BAUD_RATES: [u32; 7] = [2_400, 4_800, 9_600, 19_200, 38_400, 57_600, 1
 pub struct Config {
     /// The items of every station.
     pub items: ItemList,
-    /// What lengths are in.
+    /// Unit of lengths.
     pub units: Units,
     /// Stations, 1 to [`MOST_STATIONS`]; records of others are no records.
     pub stations: u8,
-    /// What the device's axes are.
+    /// The device's axes.
     pub axes: Axes,
     /// How long a device is away after a reset: a FASTRAK 10 s, an IS-900 20 s.
     pub reset_time: Micros,
-    /// What 1 stands for in item 18: metres, above 0.
+    /// Length of a 1 in item 18: metres, above 0.
     pub word_metres: f32,
-    /// What 1 stands for in item 19: degrees, above 0.
+    /// Angle of a 1 in item 19: degrees, above 0.
     pub word_degrees: f32,
 }
 
@@ -182,7 +182,7 @@ impl Config {
 
 pub(crate) const RESET: u8 = 0x19;
 
-/// What ends the stream of records.
+/// Returns the script that ends the stream of records.
 pub fn stop() -> Script {
     Script::sending(b"c")
 }
@@ -210,7 +210,7 @@ pub fn change_speed(baud: u32) -> Option<Script> {
     Some(script)
 }
 
-/// What the manual says about a status letter; empty of others.
+/// Returns the manual's meaning of a status letter; empty for others.
 pub const fn fault_meaning(letter: u8) -> &'static str {
     match letter {
         b'a' => "X driver at its limit",
@@ -285,7 +285,7 @@ impl Decoder for Fastrak {
 }
 
 impl Config {
-    /// What the front of a stream is; `last` are the stations' last statuses.
+    /// Decides about the bytes of a window; `last` are the stations' last statuses.
     fn step(&self, last: &mut [u8], window: Window<'_>) -> Step {
         let bytes = window.bytes;
         let nowhere = Step::Skip(DropReason::OutOfStep);

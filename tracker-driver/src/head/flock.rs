@@ -101,12 +101,12 @@ pub const MOST_RECORD_BYTES: usize = 2 * MOST_WORDS + 1;
 
 /// The bit that is set in a record's first byte only.
 const PHASE: u8 = 0x80;
-/// What 32768 is short of.
+/// The word that would stand for 1: one above the largest.
 const ONE: f32 = 32_768.0;
 /// Highest address of a bird.
 pub const HIGHEST_ADDRESS: u8 = 126;
 
-/// What a record holds.
+/// The contents of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Mode {
     /// Three angles.
@@ -199,7 +199,7 @@ impl Range {
 /// How a device is set up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Config {
-    /// What its records hold.
+    /// Contents of its records.
     pub mode: Mode,
     /// Whether each record ends with the address of its bird.
     pub group: bool,
@@ -211,9 +211,9 @@ pub struct Config {
     pub letter: Option<u8>,
     /// The command that wakes the birds: `F`.
     pub run: u8,
-    /// What 32768 stands for in an angle: degrees, above 0 and up to 360.
+    /// Angle of a word of 32768: degrees, above 0 and up to 360.
     pub half_turn: f32,
-    /// What the device's axes are.
+    /// The device's axes.
     pub axes: Axes,
     /// Whether a record is handed over only when the next one has begun behind it: that notices
     /// a byte too many, delays each sample, and loses a record before a damaged byte.
@@ -242,7 +242,7 @@ impl Config {
         2 * self.mode.words() + self.group as usize
     }
 
-    /// What a record's words say of the head.
+    /// Reads the head from a record's words.
     fn head(&self, words: [i16; MOST_WORDS]) -> Result<Head, DropReason> {
         let parts = words.map(|word| f32::from(word) / ONE);
         let [x, y, z, ..] = parts;
@@ -338,7 +338,7 @@ pub struct Flock {
     config: Config,
     /// A parameter that was asked for, and when.
     asked: Option<(u8, Micros)>,
-    /// What came last, since that was asked, belongs to nothing.
+    /// Whether the newest bytes since that question belong to no record.
     noisy: bool,
 }
 

@@ -64,10 +64,10 @@ pub const RESET_TIME: Micros = Micros::from_millis(2_000);
 const FIRST_TEXT: u16 = 2_000;
 const FIRST_ERROR: u16 = 9_000;
 
-/// What the second three numbers of a frame are.
+/// The meaning of a frame's second three numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Translation {
-    /// Something else, or nothing.
+    /// No positions: other values, or unused.
     #[default]
     None,
     /// A position in centimetres, opentrack's unit.
@@ -81,11 +81,11 @@ pub struct Config {
     pub big_endian: bool,
     /// The numbers of the frame, 0 to 2, that are azimuth, elevation and roll; higher ones are 2.
     pub order: [u8; 3],
-    /// Which of azimuth, elevation and roll grow the other way.
+    /// Whether azimuth, elevation and roll grow the other way.
     pub reversed: [bool; 3],
-    /// What the other three are.
+    /// The meaning of the other three numbers.
     pub translation: Translation,
-    /// What the device's axes are.
+    /// The device's axes.
     pub axes: Axes,
 }
 
@@ -114,17 +114,17 @@ pub fn start(reset: bool) -> Script {
     script
 }
 
-/// What ends the stream.
+/// Returns the script that ends the stream.
 pub fn stop() -> Script {
     Script::sending(b"s")
 }
 
-/// What makes the head's direction at that moment the device's front.
+/// Returns the script that makes the head's present direction the device's front.
 pub fn centre() -> Script {
     Script::sending(b"C")
 }
 
-/// What the sketch says about the code of an error; empty where it says nothing.
+/// Returns the sketch's meaning of an error code; empty if it has none.
 pub const fn error_meaning(code: u16) -> &'static str {
     match code {
         9_007 => "the sensor is not connected",
@@ -144,7 +144,7 @@ struct Frame {
 }
 
 impl Config {
-    /// From the device's order of bytes to little-endian, or back.
+    /// Converts the device's byte order to little-endian, or back.
     fn flip<const N: usize>(&self, mut bytes: [u8; N]) -> [u8; N] {
         if self.big_endian {
             bytes.reverse();
@@ -213,7 +213,7 @@ impl Config {
         bytes
     }
 
-    /// What a frame says of the head.
+    /// Reads the head from a frame.
     fn head(&self, frame: &Frame) -> Result<Head, DropReason> {
         let mut angles = [0.0; 3];
         for ((angle, place), reversed) in angles.iter_mut().zip(self.order).zip(self.reversed) {

@@ -61,7 +61,7 @@ pub const MOST_STATIONS: u8 = 16;
 /// Longest answer to a command that is read past, beside records.
 const MOST_REPLY_BYTES: usize = 128;
 
-/// Which of the devices it is.
+/// The model of the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Model {
     /// Liberty: up to 240 records per second and station.
@@ -76,7 +76,7 @@ pub enum Model {
 impl Model {
     const ALL: [Self; 3] = [Self::Liberty, Self::Patriot, Self::Latus];
 
-    /// What its records start with.
+    /// Returns the bytes that its records start with.
     pub const fn tag(self) -> [u8; 2] {
         match self {
             Self::Liberty => *b"LY",
@@ -86,7 +86,7 @@ impl Model {
     }
 }
 
-/// What bytes 6 and 7 of the header say.
+/// The meaning of bytes 6 and 7 of the header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Size {
     /// How many bytes follow, the low byte first: as the manuals have it.
@@ -94,7 +94,7 @@ pub enum Size {
     LittleEndian,
     /// How many follow, the high byte first.
     BigEndian,
-    /// Nothing that is looked at, as in VRPN: a record is as long as its list.
+    /// Ignored, as in VRPN: a record's length follows from its list.
     Unused,
 }
 
@@ -103,18 +103,18 @@ pub enum Size {
 pub struct Config {
     /// The items of every station.
     pub items: ItemList,
-    /// What lengths are in.
+    /// Unit of lengths.
     pub units: Units,
     /// Stations, 1 to [`MOST_STATIONS`]; records of others are no records.
     pub stations: u8,
-    /// What the device's axes are.
+    /// The device's axes.
     pub axes: Axes,
-    /// What [`Config::encode`] writes; the decoder takes all of them.
+    /// The model that [`Config::encode`] writes; the decoder takes all models.
     pub model: Model,
     /// Byte 3 of a record's header; others are answers. `None` does not look at it, as VRPN
     /// does not.
     pub records: Option<[u8; 2]>,
-    /// What bytes 6 and 7 of the header say.
+    /// The meaning of bytes 6 and 7 of the header.
     pub size: Size,
 }
 
@@ -197,7 +197,7 @@ pub(crate) const RESET: u8 = 0x19;
 /// How long a device is away after a reset.
 pub const RESET_TIME: Micros = Micros::from_millis(10_000);
 
-/// What ends the stream of records.
+/// Returns the script that ends the stream of records.
 pub fn stop() -> Script {
     Script::sending(b"P")
 }
@@ -238,13 +238,13 @@ impl Decoder for Liberty {
     }
 }
 
-/// What stands at byte `at`, where it is not such a character.
+/// Returns whether byte `at` is there and not allowed.
 fn lacks(bytes: &[u8], at: usize, allowed: impl Fn(u8) -> bool) -> bool {
     bytes.get(at).is_some_and(|&byte| !allowed(byte))
 }
 
 impl Config {
-    /// What the front of a stream is; `last` are the stations' last errors.
+    /// Decides about the bytes of a window; `last` are the stations' last errors.
     fn step(&self, last: &mut [u8], window: Window<'_>) -> Step {
         let bytes = window.bytes;
         let nowhere = Step::Skip(DropReason::OutOfStep);
@@ -270,7 +270,7 @@ impl Config {
             Size::LittleEndian => u16::from_le_bytes([sixth, seventh]).into(),
             Size::BigEndian => u16::from_be_bytes([sixth, seventh]).into(),
             Size::Unused if is_record => self.items.bytes(),
-            // How long another answer is nobody says.
+            // The length of other answers is not documented.
             Size::Unused => return nowhere,
         };
         let length = HEADER_BYTES + size;

@@ -14,8 +14,8 @@
 //! | 50 rendering, to the controller | u64 steps a frame, u32 steps a slice, u8 depth, u8 wavelengths, u8 whether detail follows the gaze, f32 metres from eye to eye (0: one eye), u32 microseconds from the gaze to the light, f32 radians that the gaze may move before a frame is cut short (0: any) |
 //! | 51 capture, to the controller | u16 pixels a side of a dome master, f32 x, y, z of its place |
 //!
-//! All numbers keep their bits, so that who knows the scene and the screens can
-//! make the same frame again.
+//! All numbers keep their bits, so that a host with the same scene and screens can
+//! render the same frame.
 
 mod wire;
 
@@ -41,7 +41,7 @@ const CAPTURE: u8 = 51;
 /// Most pixels of a [`Report::Pixels`].
 pub const MOST_PIXELS: usize = 8;
 
-/// What a controller starts with.
+/// A controller's scene and memory, reported at its start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Ready {
     /// Bytes of the scene.
@@ -50,7 +50,7 @@ pub struct Ready {
     pub effects: u32,
     /// The effects that the firmware has, as bits.
     pub linked: u32,
-    /// What is wrong with the scene; 0 for nothing.
+    /// Number of the scene's error; 0 for none.
     pub fault: u32,
     /// Bytes of code and constants.
     pub flash_bytes: u32,
@@ -60,57 +60,58 @@ pub struct Ready {
     pub picture_bytes: u32,
 }
 
-/// What a frame shows.
+/// The subject of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Subject {
     /// The screens, as the viewer's eyes see them.
     Screens,
-    /// A dome master, taken from where the left eye is said to be.
+    /// A dome master, taken from the reported place of the left eye.
     Capture {
         /// Pixels a side, 1 or more.
         size: u16,
     },
 }
 
-/// What a frame is made of, besides scene and screens.
+/// All that determines a frame, besides scene and screens.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameStart {
-    /// Counts frames, from 0.
+    /// The frame's number, from 0.
     pub number: u32,
-    /// How many orders were obeyed before it; wraps at 256.
+    /// Number of orders obeyed before it; wraps at 256.
     pub orders: u8,
-    /// Pictures of it: screen by screen, and eye by eye in each.
+    /// Number of its pictures, ordered by screen, then eye.
     pub pictures: u8,
-    /// What it shows.
+    /// The frame's subject.
     pub subject: Subject,
-    /// Its place in [`State::ALL`](crate::estimate::State::ALL); `None` without a gaze.
+    /// The gaze's state, as a place in [`State::ALL`](crate::estimate::State::ALL); `None`
+    /// without a gaze.
     pub state: Option<u8>,
     /// Steps that it may take.
     pub budget: u64,
     /// The left eye and the right one: metres, in the room; the same for one.
     pub eyes: [Vec3; 2],
-    /// Along the line of sight: a unit vector in the room.
+    /// The line of sight: a unit vector in the room.
     pub forward: Vec3,
-    /// Towards the top of the head, at right angles to that: a unit vector in the room.
+    /// The head's up direction, at right angles to that: a unit vector in the room.
     pub up: Vec3,
-    /// Radians by which the field of full detail is wider.
+    /// Angle by which the field of full detail is widened, radians.
     pub widen: f32,
 }
 
 /// Pixels of one row of a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PixelRun {
-    /// Which picture.
+    /// The picture's number.
     pub picture: u8,
     /// The column of the first pixel.
     pub column: u16,
-    /// The row of all of them.
+    /// The pixels' row.
     pub row: u16,
-    /// From left to right.
+    /// The pixels from left to right.
     pub pixels: Vec<Pixel, MOST_PIXELS>,
 }
 
-/// What one call of the renderer took.
+/// Costs of a slice: one call of the renderer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Slice {
     /// The frame's number.
@@ -121,16 +122,16 @@ pub struct Slice {
     pub steps: u32,
     /// Whether it finished a tile.
     pub ended_tile: bool,
-    /// When it was over, by the controller's clock.
+    /// Time of its end, by the controller's clock.
     pub time: Micros,
 }
 
-/// What a frame took.
+/// Costs of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FrameDone {
-    /// Its number.
+    /// The frame's number.
     pub number: u32,
-    /// Whether it was left early, since the viewer looks elsewhere; the tiles it has are whole.
+    /// Whether it was cut short because the viewer looks elsewhere; the tiles it has are whole.
     pub cut_short: bool,
     /// Tiles all of whose pixels were traced.
     pub whole: u32,
@@ -146,7 +147,7 @@ pub struct FrameDone {
     pub instructions: u64,
     /// Instructions before the first slice: gaze, views, order of tiles.
     pub preparation: u32,
-    /// Instructions from the last byte of a new gaze to the first tile; 0 where there was none.
+    /// Instructions from the last byte of a new gaze to the first tile; 0 without a new gaze.
     pub latency: u32,
     /// The part of the latency until the frame was begun.
     pub age: u32,
@@ -154,14 +155,14 @@ pub struct FrameDone {
     pub sent: u32,
 }
 
-/// What came from the tracker so far.
+/// Counts of the tracker's data so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TrackerState {
     /// Samples.
     pub records: u32,
-    /// Bytes of no record.
+    /// Bytes dropped between records.
     pub dropped: u32,
-    /// Bytes that came faster than they were taken.
+    /// Bytes lost because they were not taken in time.
     pub overrun: u32,
     /// Instructions of decoding and of estimating.
     pub instructions: u64,
@@ -169,10 +170,10 @@ pub struct TrackerState {
     pub stack_bytes: u32,
 }
 
-/// What a controller says.
+/// A report of a controller.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Report {
-    /// It has started.
+    /// The controller has started.
     Ready(Ready),
     /// A frame begins.
     Frame(FrameStart),
@@ -186,56 +187,56 @@ pub enum Report {
     Tracker(TrackerState),
 }
 
-/// How a controller is to render.
+/// A controller's settings of rendering.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rendering {
-    /// Steps a frame.
+    /// Most steps of a frame.
     pub budget: u64,
-    /// Steps a call.
+    /// Steps of a slice.
     pub slice: u32,
-    /// Bounces.
+    /// Most bounces.
     pub depth: u8,
-    /// Wavelengths that dispersive media tell apart; 1 for none.
+    /// Wavelengths that dispersive media distinguish; 1: no dispersion.
     pub wavelengths: u8,
     /// Whether detail follows the gaze.
     pub lod: bool,
-    /// Metres from eye to eye; 0 for one eye.
+    /// Distance of the eyes, metres; 0 for one eye.
     pub eye_distance: f32,
-    /// From the choice of the gaze to the light of the frame, microseconds.
+    /// Time from the estimate of the gaze to the display of the frame, microseconds.
     pub display_delay: u32,
-    /// Radians by which the line of sight may move before a frame is cut short and the next
-    /// begins; 0 or less: no frame is.
+    /// Angle by which the line of sight may move before a frame is cut short and the next begun,
+    /// radians; 0 or less: no frame is cut short.
     pub restart_angle: f32,
 }
 
 /// An order to a controller, in force from the next frame on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Order {
-    /// The number of screens; new ones show nothing until their place is ordered.
+    /// The number of screens; a new screen is invisible until an order gives its place.
     Screens {
-        /// How many.
+        /// Number of screens.
         count: u8,
     },
-    /// Where a screen is.
+    /// The place of a screen.
     Screen {
-        /// Which.
+        /// The screen's index.
         index: u8,
-        /// Where.
+        /// The screen's pixels in the room.
         screen: FlatScreen,
     },
-    /// How to render.
+    /// The settings of rendering.
     Rendering(Rendering),
     /// The next frame is a dome master.
     Capture {
         /// Pixels a side.
         size: u16,
-        /// Where it is taken: metres, in the room.
+        /// Its viewpoint: metres, in the room.
         place: Vec3,
     },
 }
 
 impl Encoder {
-    /// The frame of a report.
+    /// Encodes a report as a frame of the link.
     pub fn report(&mut self, report: &Report) -> Frame {
         match report {
             Report::Ready(it) => self.frame(READY, it),
@@ -253,7 +254,7 @@ impl Encoder {
         content.finish()
     }
 
-    /// The frame of [`Report::Pixels`], of the first [`MOST_PIXELS`] pixels.
+    /// Encodes the first [`MOST_PIXELS`] pixels as a frame of [`Report::Pixels`].
     pub fn pixels(&mut self, picture: u8, place: (u16, u16), pixels: &[Pixel]) -> Frame {
         let mut content = self.begin(PIXELS);
         picture.write(&mut content);
@@ -264,7 +265,7 @@ impl Encoder {
         content.finish()
     }
 
-    /// The frame of an order.
+    /// Encodes an order as a frame of the link.
     pub fn order(&mut self, order: &Order) -> Frame {
         match order {
             Order::Screens { count } => self.frame(SCREENS, count),
@@ -285,7 +286,7 @@ impl Encoder {
     }
 }
 
-/// The decoder of what a controller says.
+/// The decoder of a controller's reports.
 pub type Reports = Listener<Report>;
 
 /// The decoder of orders to a controller.

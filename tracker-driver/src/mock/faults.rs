@@ -1,15 +1,15 @@
-//! What goes wrong between a tracker and its reader.
+//! Simulated faults between a tracker and its reader.
 
 use super::random::Random;
 use crate::time::Micros;
 use heapless::Vec;
 
-/// Something that items come from, in the order of their arrival.
+/// A source of items, in the order of their arrival.
 pub trait Source {
-    /// What comes.
+    /// The type of its items.
     type Item;
 
-    /// The next item that arrives at `until` or before; `None` where none does.
+    /// Returns the next item that arrives at `until` or before, if there is one.
     fn poll(&mut self, until: Micros) -> Option<Self::Item>;
 }
 
@@ -18,17 +18,17 @@ pub const MOST_CHUNK_BYTES: usize = crate::head::polhemus::MOST_RECORD_BYTES;
 const _: () = assert!(MOST_CHUNK_BYTES >= crate::link::LONGEST_FRAME);
 const _: () = assert!(MOST_CHUNK_BYTES <= u8::MAX as usize);
 
-/// Bytes that come together: a report, a packet, what a port's buffer held.
+/// Bytes that arrive together: a report, a packet, the contents of a port's buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Chunk {
-    /// When they come.
+    /// Time of their arrival.
     pub arrival: Micros,
     bytes: [u8; MOST_CHUNK_BYTES],
     length: u8,
 }
 
 impl Chunk {
-    /// A chunk of at most [`MOST_CHUNK_BYTES`] bytes; the rest is cut off.
+    /// Returns a chunk of at most [`MOST_CHUNK_BYTES`] bytes; the rest is cut off.
     pub fn new(arrival: Micros, bytes: &[u8]) -> Self {
         let mut chunk = Self {
             arrival,
@@ -42,14 +42,14 @@ impl Chunk {
         chunk
     }
 
-    /// The bytes.
+    /// Returns the bytes.
     pub fn bytes(&self) -> &[u8] {
         self.bytes
             .get(..usize::from(self.length))
             .unwrap_or_default()
     }
 
-    /// One bit flips, or one byte is lost or doubled.
+    /// Flips one bit, or drops or doubles one byte.
     pub(super) fn corrupt(&mut self, random: &mut Random) {
         let length = usize::from(self.length);
         if length == 0 {
@@ -75,28 +75,29 @@ impl Chunk {
     }
 }
 
-/// Which faults. Probabilities are from 0 to 1, of each item.
+/// The faults and their probabilities, from 0 to 1 for each item.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FaultsConfig {
-    /// All items come later by this much; up to 10 s.
+    /// Delay of all items; up to 10 s.
     pub delay: Micros,
-    /// Each comes later by up to this much more; up to 1 s.
+    /// Most further delay of each item, random; up to 1 s.
     pub jitter: Micros,
-    /// It is lost.
+    /// Probability that an item is lost.
     pub drop: f32,
-    /// It comes twice.
+    /// Probability that an item comes twice.
     pub duplicate: f32,
-    /// It lets the next one pass.
+    /// Probability that an item comes after the next one.
     pub reorder: f32,
-    /// It is damaged.
+    /// Probability that an item is damaged.
     pub corrupt: f32,
-    /// From it on, the same item comes for [`stuck_for`](Self::stuck_for).
+    /// Probability that an item is repeated for [`stuck_for`](Self::stuck_for).
     pub stuck: f32,
-    /// How long; up to 60 s.
+    /// Duration of repetition; up to 60 s.
     pub stuck_for: Micros,
-    /// From it on, nothing comes for [`disconnected_for`](Self::disconnected_for).
+    /// Probability that from an item on nothing comes for
+    /// [`disconnected_for`](Self::disconnected_for).
     pub disconnect: f32,
-    /// How long; up to 60 s.
+    /// Duration of silence; up to 60 s.
     pub disconnected_for: Micros,
     /// Whether jitter keeps the order, as a serial line does.
     pub in_order: bool,
@@ -107,7 +108,7 @@ pub struct FaultsConfig {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[error("the faults' {field} is {found}: give 0 to {most}")]
 pub struct FaultsConfigError {
-    /// Which, and its unit where it has one.
+    /// The value's name, and its unit where it has one.
     pub field: &'static str,
     /// The value; it may be NaN.
     pub found: f32,
@@ -115,33 +116,33 @@ pub struct FaultsConfigError {
     pub most: f32,
 }
 
-/// Most items that jitter keeps under way; further ones wait in the source.
+/// Most items that jitter delays at a time; further ones wait in the source.
 const UNDER_WAY: usize = 64;
-/// What one item of the source can become: itself, a copy, and one it passes.
+/// Most items that one item of the source leads to: itself, a copy, and one that it lets pass.
 const MOST_OF_ONE: usize = 3;
 
-/// A source of bytes that faults happen to.
+/// A source whose items suffer faults.
 #[derive(Debug, Clone)]
 pub struct Faults<S> {
     source: S,
     config: FaultsConfig,
     random: Random,
-    /// In the order of their arrival.
+    /// Items under way, in the order of their arrival.
     under_way: Vec<Chunk, UNDER_WAY>,
-    /// The arrival of the newest item of the source.
+    /// Arrival of the source's newest item.
     reached: Option<Micros>,
-    /// The arrival of the newest item that was handed over.
+    /// Arrival of the newest item handed over.
     handed: Micros,
-    /// The latest arrival so far, for a source that keeps its order.
+    /// Latest arrival so far, for jitter that keeps the order.
     latest: Micros,
-    /// An item that lets the next one pass.
+    /// The item that waits for the next one to pass.
     aside: Option<Chunk>,
     stuck: Option<(Chunk, Micros)>,
     disconnected_until: Option<Micros>,
 }
 
 impl<S: Source<Item = Chunk>> Faults<S> {
-    /// Around a source.
+    /// Returns a source with these faults.
     ///
     /// # Errors
     /// Values outside the ranges at [`FaultsConfig`].
@@ -177,17 +178,17 @@ impl<S: Source<Item = Chunk>> Faults<S> {
         })
     }
 
-    /// What is behind the faults.
+    /// Returns the source without faults.
     pub fn source(&mut self) -> &mut S {
         &mut self.source
     }
 
-    /// What becomes of an item.
+    /// Applies the faults to an item.
     fn take(&mut self, mut item: Chunk) {
         let now = item.arrival;
         self.reached = Some(now);
         let config = self.config;
-        // All are drawn for each item: one setting does not move the others.
+        // All random numbers are drawn for each item, so that one setting does not change others.
         let [drop, duplicate, reorder, corrupt, stuck, disconnect] = [
             config.drop,
             config.duplicate,
@@ -246,11 +247,11 @@ impl<S: Source<Item = Chunk>> Faults<S> {
         }
     }
 
-    /// Puts an item behind all that arrive no later.
+    /// Inserts an item behind all that arrive no later.
     fn send(&mut self, item: &Chunk) {
         let earlier = |other: &&Chunk| other.arrival <= item.arrival;
         let behind = self.under_way.iter().take_while(earlier).count();
-        // There is room: `poll` sees to it.
+        // There is room, as `poll` ensures.
         let _ = self.under_way.insert(behind, *item);
     }
 }
@@ -259,12 +260,12 @@ impl<S: Source<Item = Chunk>> Source for Faults<S> {
     type Item = Chunk;
 
     fn poll(&mut self, until: Micros) -> Option<Chunk> {
-        // What is only delayed stays in the source.
+        // Items that are only delayed stay in the source.
         let delay = self.config.delay;
         let sent = until.0.checked_sub(delay.0).map(Micros)?;
         loop {
             let next = self.under_way.first().map(|item| item.arrival);
-            // Nothing that is still to come can be earlier.
+            // No later item can arrive earlier.
             let settled = next
                 .zip(self.reached)
                 .is_some_and(|(next, reached)| next <= reached.after(delay));

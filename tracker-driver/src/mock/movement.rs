@@ -1,4 +1,4 @@
-//! How a viewer's head and eyes move.
+//! Simulates how a viewer's head and eyes move.
 
 use super::noise::pink;
 use super::random::{Random, hash};
@@ -11,21 +11,21 @@ use glam::{Quat, Vec3};
 use shisen_core::gaze::HeadPose;
 use shisen_core::numeric::{basis_around, max, min, normalize, sin_cos, sqrt};
 
-/// How a viewer moves. Angles are radians, in the room. Numbers out of range
-/// are moved to the nearest that is in it, NaN to the least.
+/// Settings of a viewer's movement. Angles are radians, in the room. A number out
+/// of range is moved to the nearest one in it, NaN to the least.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViewerConfig {
-    /// The head's mean pose; what is no pose or beyond 10⁶ m becomes the identity.
+    /// The head's mean pose; a pose that is invalid or beyond 10⁶ m becomes the identity.
     pub resting_head: HeadPose,
-    /// How far the head strays, metres; 0 to 10.
+    /// Largest distance of the head from its mean place, metres; 0 to 10.
     pub head_sway: f32,
-    /// How far the head turns; 0 to 1.
+    /// Largest turn of the head; 0 to 1.
     pub head_turn: f32,
-    /// How far from the resting head's direction the eyes look; 0.01 to 1.5.
+    /// Largest angle of the gaze from the resting head's direction; 0.01 to 1.5.
     pub field: f32,
-    /// The median of a fixation, seconds; 0.06 to 3.
+    /// Median duration of fixations, seconds; 0.06 to 3.
     pub fixation: f32,
-    /// The standard deviation of its logarithm; 0 to 2.
+    /// Standard deviation of the duration's logarithm; 0 to 2.
     pub fixation_deviation: f32,
     /// The mean amplitude of saccades; 0.001 to 1.5.
     pub amplitude: f32,
@@ -35,7 +35,7 @@ pub struct ViewerConfig {
     pub duration_per_amplitude: f32,
     /// The standard deviation of the logarithm of a saccade's duration; 0 to 2.
     pub duration_deviation: f32,
-    /// The share of fixations after which something is followed; 0 to 1.
+    /// Share of fixations that a pursuit follows; 0 to 1.
     pub pursuit: f32,
     /// The fastest pursuit, radians per second; 0 to 10.
     pub pursuit_speed: f32,
@@ -43,11 +43,11 @@ pub struct ViewerConfig {
     pub microsaccades: f32,
     /// Blinks per minute; 0 to 600.
     pub blinks: f32,
-    /// The median of a blink, seconds; 0.02 to 2.
+    /// Median duration of blinks, seconds; 0.02 to 2.
     pub blink: f32,
-    /// The standard deviation of its logarithm; 0 to 2.
+    /// Standard deviation of the duration's logarithm; 0 to 2.
     pub blink_deviation: f32,
-    /// The jitter of a fixation, root mean square of each of two directions; 0 to 0.1.
+    /// RMS jitter of a fixation along each of two axes; 0 to 0.1.
     pub jitter: f32,
 }
 
@@ -113,44 +113,44 @@ impl Default for ViewerConfig {
     }
 }
 
-/// A place to look at from a time on.
+/// A direction to look in from a time on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScriptedTarget {
-    /// When the saccade to it starts; targets ascend.
+    /// When the saccade to it starts; targets are in ascending order.
     pub at: Micros,
-    /// In the room, of any length but zero.
+    /// Direction in the room, of any length but zero.
     pub direction: Vec3,
 }
 
-/// What the eyes really do.
+/// The true movement of the eyes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Kind {
-    /// They rest.
+    /// The eyes rest.
     Fixation,
-    /// They jump.
+    /// The eyes jump.
     Saccade,
-    /// They jump within a fixation.
+    /// The eyes jump within a fixation.
     Microsaccade,
-    /// They follow something.
+    /// The eyes follow something.
     Pursuit,
 }
 
-/// What is really the case at a time.
+/// The viewer's true state at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truth {
-    /// Where the head is, in the room.
+    /// Pose of the head in the room.
     pub head: HeadPose,
-    /// Where the eyes look: a unit vector in the room.
+    /// Line of sight: a unit vector in the room.
     pub direction: Vec3,
-    /// What they do.
+    /// The eyes' movement.
     pub kind: Kind,
-    /// When they began to.
+    /// When that movement began.
     pub start: Micros,
-    /// When they will stop.
+    /// When that movement will end.
     pub end: Micros,
-    /// How far they go meanwhile, radians.
+    /// Angle of the whole movement, radians.
     pub amplitude: f32,
-    /// From 0, shut, to 1, open.
+    /// Openness of the eyes, from 0, shut, to 1, open.
     pub openness: f32,
 }
 
@@ -161,14 +161,14 @@ struct Segment {
     start: u64,
     end: u64,
     from: Vec3,
-    /// A tangent at `from`, as long as the way.
+    /// The movement: a tangent at `from`, as long as its angle.
     way: Vec3,
 }
 
-/// Parts of the movement that are kept, some seconds' worth.
+/// Number of parts of the movement that are kept: some seconds of them.
 const SEGMENTS: usize = 48;
 
-/// Seconds that pursuit takes to come up to its speed.
+/// Seconds that a pursuit takes to reach its speed.
 const PURSUIT_START: f32 = 0.08;
 
 impl Segment {
@@ -194,14 +194,14 @@ impl Segment {
     }
 }
 
-/// Occurrences of an [`Episodes`] that are kept; the last is the newest.
+/// Number of episodes of an [`Episodes`] that are kept; the last is the newest.
 const KEPT: usize = 8;
 
-/// Something that comes and goes: its newest occurrences.
+/// Random episodes, such as blinks: the newest of them.
 #[derive(Debug, Clone)]
 pub(super) struct Episodes {
     random: Random,
-    /// Mean microseconds from one's end to the next one's start; 0: there are none.
+    /// Mean time from an episode's end to the next one's start, microseconds; 0: no episodes.
     pause: f32,
     median: f32,
     deviation: f32,
@@ -220,7 +220,7 @@ impl Episodes {
         }
     }
 
-    /// The one at a time: its start and end.
+    /// Returns the start and end of the episode at a time, if there is one.
     pub(super) fn at(&mut self, time: u64) -> Option<(u64, u64)> {
         if self.pause <= 0.0 {
             return None;
@@ -239,32 +239,32 @@ impl Episodes {
     }
 }
 
-/// A viewer whose movements are made up as time goes on, by a seed.
+/// A viewer whose movements follow from a seed and are computed as time goes on.
 ///
-/// The time of a call decides how much has to be made up: asking for an hour
-/// ahead takes as long as going there step by step.
+/// A call computes all movement up to its time: one call for an hour ahead takes as
+/// long as many calls on the way there.
 #[derive(Debug, Clone)]
 pub struct Viewer<'a> {
     config: ViewerConfig,
     seed: u64,
     random: Random,
     script: &'a [ScriptedTarget],
-    /// Ascending; the last ends last.
+    /// Parts of the movement in ascending order; the last one ends last.
     segments: [Segment; SEGMENTS],
-    /// When the fixation under way is over.
+    /// When the fixation under way ends.
     fixation_end: u64,
-    /// Where it is at home, and microsaccades lead back to.
+    /// Centre of the fixation, to which microsaccades lead back.
     home: Vec3,
     blinks: Episodes,
 }
 
 impl<'a> Viewer<'a> {
-    /// A viewer who looks around.
+    /// Returns a viewer who looks around.
     pub fn new(config: ViewerConfig, seed: u64) -> Self {
         Self::with_script(config, seed, &[])
     }
 
-    /// A viewer who looks at one target after another; around where there are none.
+    /// Returns a viewer who looks at one target after another, and around without targets.
     pub fn with_script(config: ViewerConfig, seed: u64, script: &'a [ScriptedTarget]) -> Self {
         let config = config.in_range();
         let forward = rotate(config.resting_head.orientation, Vec3::NEG_Z);
@@ -294,7 +294,7 @@ impl<'a> Viewer<'a> {
         viewer
     }
 
-    /// What is the case at `time`; `None` too long before the latest time asked for.
+    /// Returns the true state at `time`; `None` if that is too long before the latest call's time.
     pub fn truth(&mut self, time: Micros) -> Option<Truth> {
         // Each part lasts 10 ms at least.
         while self.last().end <= time.0 {
@@ -329,7 +329,7 @@ impl<'a> Viewer<'a> {
         let Some((start, end)) = self.blinks.at(time.0) else {
             return 1.0;
         };
-        // A third down, a fifth shut, the rest up again.
+        // A third of a blink goes down, a fifth is shut, the rest goes up.
         let u = (time.0 - start) as f32 / (end - start) as f32;
         let open = if u < 0.33 {
             1.0 - minimum_jerk(u / 0.33).0
@@ -339,7 +339,7 @@ impl<'a> Viewer<'a> {
         open.clamp(0.0, 1.0)
     }
 
-    /// Slow sums of sines, whose periods have no common measure.
+    /// Returns slow sums of sines, whose periods have no common multiple.
     fn head(&self, time: Micros) -> HeadPose {
         let wave = |lane: u32| {
             let mut sum = 0.0;
@@ -364,7 +364,7 @@ impl<'a> Viewer<'a> {
         }
     }
 
-    /// When a fixation that starts now ends.
+    /// Returns when a fixation that starts now ends.
     fn fixation(&mut self) -> u64 {
         let config = self.config;
         let lasts = self
@@ -386,7 +386,7 @@ impl<'a> Viewer<'a> {
         };
     }
 
-    /// The next part of the movement.
+    /// Returns the next part of the movement.
     fn go_on(&mut self) {
         let last = self.last();
         let now = last.end;
@@ -406,7 +406,7 @@ impl<'a> Viewer<'a> {
             }
         }
         if now < self.rest_until(now) {
-            // The fixation was cut short for this.
+            // The fixation ended early for this movement.
             return self.microsaccade();
         }
         if self.random.chance(self.config.pursuit) {
@@ -416,7 +416,7 @@ impl<'a> Viewer<'a> {
         self.jump(Kind::Saccade, way);
     }
 
-    /// When the eyes jump or pursue next, if they rest at `now`.
+    /// Returns when the eyes jump or pursue next, if they rest at `now`.
     fn rest_until(&self, now: u64) -> u64 {
         if self.script.is_empty() {
             return self.fixation_end;
@@ -425,12 +425,12 @@ impl<'a> Viewer<'a> {
         next.map_or(u64::MAX, |next| next.at.0)
     }
 
-    /// Fixation until a microsaccade or the end.
+    /// Returns a fixation until its next microsaccade or its end.
     fn rest(&mut self) {
         let now = self.last().end;
         let over = self.rest_until(now);
         let pause = self.random.exponential() / self.config.microsaccades.max(1.0e-3);
-        // Not right after a saccade.
+        // No microsaccade comes right after a saccade.
         let pause = now + 50_000 + (pause * 1.0e6) as u64;
         self.push(Kind::Fixation, Vec3::ZERO, over.min(pause));
     }
@@ -438,10 +438,10 @@ impl<'a> Viewer<'a> {
     fn microsaccade(&mut self) {
         let now = self.last();
         let here = now.direction(now.end);
-        // 0.1° to 1°, evenly in the logarithm.
+        // Its amplitude is 0.1° to 1°, evenly distributed in the logarithm.
         let amplitude = 0.001_745 * libm::expf(core::f32::consts::LN_10 * self.random.uniform());
         let away = arc(here, self.home);
-        // Back home from farther than the amplitude, anywhere else.
+        // It leads back to the centre from farther than its amplitude, otherwise anywhere.
         let way = if sqrt(away.dot(away)) > amplitude {
             away
         } else {
@@ -456,7 +456,7 @@ impl<'a> Viewer<'a> {
         x * cos + y * sin
     }
 
-    /// To somewhere in the field.
+    /// Returns a random direction in the field.
     fn way(&mut self) -> Vec3 {
         let last = self.last();
         let here = last.direction(last.end);
@@ -471,7 +471,7 @@ impl<'a> Viewer<'a> {
             }
             way = self.tangent(here) * amplitude;
         }
-        // Towards the centre, then.
+        // Outside the field: towards its centre instead.
         let back = arc(here, centre);
         normalize(back).map_or(way, |back| back * amplitude)
     }

@@ -1,5 +1,5 @@
-//! The host's end of a line: a tracker is told what to send, and read, in one step of a
-//! firmware's loop.
+//! The host's end of a line: sends a tracker its commands and reads it, one step in each
+//! round of a firmware's loop.
 
 use super::drain;
 use crate::command::{Action, Bytes, Failure, Script, Session};
@@ -7,17 +7,17 @@ use crate::decoder::{Decoder, Event};
 use crate::time::Micros;
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 
-/// A decoder and what is said to its device, at a port, served without waiting.
+/// A port with the decoder and the set-up session of its device; no step waits.
 #[derive(Debug, Clone)]
 pub struct HostEnd<D> {
     decoder: D,
     session: Session,
-    /// A command that the port has not taken whole, and how many of its bytes it has.
+    /// A command that the port has taken in part, and the number of bytes it took.
     command: Bytes,
     written: usize,
 }
 
-/// What is due after a step.
+/// The caller's duty after a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Due {
     /// The port is full; the rest of a command waits for it.
@@ -25,16 +25,16 @@ pub enum Due {
     /// The caller changes the line to this speed, baud, once what was written is out
     /// (`embedded_io::Write::flush` waits for that), before the next step.
     Speed(u32),
-    /// Nothing is to be said before this time, unless something comes in.
+    /// No command is due before this time, unless bytes come in.
     Wait(Micros),
-    /// All was said and answered.
+    /// All commands are sent and answered.
     Nothing,
-    /// The device does not do as it was told. It is read all the same.
+    /// The set-up has failed. The device is still read.
     Failed(Failure),
 }
 
 impl<D: Decoder> HostEnd<D> {
-    /// The end for a device that is to be told this.
+    /// Returns the end for a device that gets these commands.
     pub fn new(decoder: D, script: Script) -> Self {
         Self {
             decoder,
@@ -44,24 +44,24 @@ impl<D: Decoder> HostEnd<D> {
         }
     }
 
-    /// What reads the device.
+    /// Returns the device's decoder.
     pub const fn decoder(&self) -> &D {
         &self.decoder
     }
 
-    /// Whether nothing is left to be said, see [`Session::has_said_all`].
+    /// Returns whether all commands are sent, see [`Session::has_said_all`].
     pub fn has_said_all(&self) -> bool {
         self.written >= self.command.len() && self.session.has_said_all()
     }
 
-    /// Says something else from now on, such as to stop, after a command that was begun.
+    /// Sends another script from now on, such as one to stop, after any command under way.
     pub fn say(&mut self, script: Script) {
         self.session = Session::new(script);
     }
 
-    /// One step: feeds the decoder what the port has received by `now`, `most` bytes or a few
-    /// more, then writes what is due as far as the port takes it. It never waits; call it again
-    /// before long, and after [`Due::Room`] once the port has room.
+    /// Feeds the decoder the bytes that the port has received by `now`, `most` or a few more, then
+    /// writes the next command as far as the port takes it. Never waits; call it again soon, and
+    /// after [`Due::Room`] once the port has room.
     ///
     /// # Errors
     /// Those of the port: reading as [`drain`], writing with the rest left to the next call.
@@ -103,7 +103,7 @@ impl<D: Decoder> HostEnd<D> {
             match self.session.poll(now) {
                 Action::Send(bytes) => {
                     self.command.clear();
-                    // No command of a script is longer.
+                    // A script's commands are no longer.
                     let _ = self.command.extend_from_slice(bytes);
                     self.written = 0;
                 }
