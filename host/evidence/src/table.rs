@@ -32,16 +32,16 @@ impl<'e, E> Table<'e, E> {
         self.text(name, |entry| cell(entry).to_string())
     }
 
-    /// Adds a field of numbers, rounded to `digits` after the point; `-` for no number.
-    pub fn number(
+    /// Adds a field of numbers, rounded to `digits` after the point; `-` for no finite number.
+    pub fn number<N: Into<Option<f64>>>(
         self,
         name: impl Into<String>,
         digits: usize,
-        cell: impl Fn(&E) -> Option<f64>,
+        cell: impl Fn(&E) -> N,
     ) -> Self {
-        self.text(name, |entry| match cell(entry) {
-            Some(number) => format!("{number:.digits$}"),
-            None => "-".to_owned(),
+        self.text(name, |entry| match cell(entry).into() {
+            Some(number) if number.is_finite() => format!("{number:.digits$}"),
+            _ => "-".to_owned(),
         })
     }
 }

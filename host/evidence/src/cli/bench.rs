@@ -11,7 +11,6 @@ pub(super) mod spectrum;
 pub(super) mod sweep;
 pub(super) mod table2;
 
-use crate::table::Table;
 use clap::Subcommand;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -53,20 +52,6 @@ pub(super) fn print(json: bool, report: &impl Serialize, text: &str) -> Result<(
         return print_text(text);
     }
     print_text(&serde_json::to_string(report).map_err(Failure::from_error)?)
-}
-
-/// A number of an entry: its name, the number, a factor, and its digits after the point.
-type Field<'n, E> = (&'n str, fn(&E) -> f64, f64, usize);
-
-/// Adds numbers of entries to their table, `-` for one that is not finite.
-fn numbers<'e, E>(table: Table<'e, E>, fields: &[Field<'_, E>]) -> Table<'e, E> {
-    fields
-        .iter()
-        .fold(table, |table, &(name, number, factor, digits)| {
-            table.number(name, digits, |entry| {
-                Some(factor * number(entry)).filter(|number| number.is_finite())
-            })
-        })
 }
 
 /// What frames that follow a tracker show, and how they are rendered.

@@ -1,6 +1,6 @@
 //! `shisen-evidence bench budget`: frames at half of what they take.
 
-use super::{Surroundings, numbers, print};
+use super::{Surroundings, print};
 use crate::table::Table;
 use clap::Args;
 use schemars::JsonSchema;
@@ -83,7 +83,7 @@ struct Run {
     lowered_share: f64,
     /// How often the quality changed.
     quality_changes: u64,
-    /// Share of the budget that a frame spent, the median; null without frames.
+    /// Share of the budget that a frame spent, the median; null without a budget.
     spent_share: Option<f64>,
     #[serde(flatten)]
     interference: Interference,
@@ -161,57 +161,30 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn table(runs: &[Run]) -> Table<'_, Run> {
-    numbers(
-        Table::new(runs).text("budget", |run| run.budget.clone()),
-        &[
-            ("refreshes a second", |run| run.hz.into(), 1.0, 0),
-            ("frames", |run| run.frames as f64, 1.0, 0),
-            ("late", |run| run.late_frames as f64, 1.0, 0),
-            ("late, %", |run| run.late_share, 1e2, 2),
-            ("over their time", |run| run.over_time_frames as f64, 1.0, 0),
-            (
-                "over their steps",
-                |run| run.over_budget_frames as f64,
-                1.0,
-                0,
-            ),
-            (
-                "unfinished",
-                |run| run.frames_with_unfinished_tiles as f64,
-                1.0,
-                0,
-            ),
-            (
-                "unfinished near the line of sight",
-                |run| run.frames_with_unfinished_fovea as f64,
-                1.0,
-                0,
-            ),
-            ("quality lowered, %", |run| run.lowered_share, 1e2, 2),
-            ("quality changed", |run| run.quality_changes as f64, 1.0, 0),
-            (
-                "of the budget spent, at the median, %",
-                |run| run.spent_share.unwrap_or(f64::NAN),
-                1e2,
-                2,
-            ),
-            (
-                "times the processor was taken away",
-                |run| {
-                    let switches = run.interference.involuntary_switches;
-                    switches.map_or(f64::NAN, |count| count as f64)
-                },
-                1.0,
-                0,
-            ),
-            (
-                "processor time the hypervisor took, seconds",
-                |run| run.interference.stolen_seconds.unwrap_or(f64::NAN),
-                1.0,
-                2,
-            ),
-        ],
-    )
+    Table::new(runs)
+        .text("budget", |one| one.budget.clone())
+        .count("refreshes a second", |one| one.hz.into())
+        .count("frames", |one| one.frames)
+        .count("late", |one| one.late_frames)
+        .number("late, %", 2, |one| 1e2 * one.late_share)
+        .count("over their time", |one| one.over_time_frames)
+        .count("over their steps", |one| one.over_budget_frames)
+        .count("unfinished", |one| one.frames_with_unfinished_tiles)
+        .count("unfinished near the line of sight", |one| {
+            one.frames_with_unfinished_fovea
+        })
+        .number("quality lowered, %", 2, |one| 1e2 * one.lowered_share)
+        .count("quality changed", |one| one.quality_changes)
+        .number("of the budget spent, at the median, %", 2, |one| {
+            one.spent_share.map(|share| 1e2 * share)
+        })
+        .number("times the processor was taken away", 0, |one| {
+            let switches = one.interference.involuntary_switches;
+            switches.map(|count| count as f64)
+        })
+        .number("processor time the hypervisor took, seconds", 2, |one| {
+            one.interference.stolen_seconds
+        })
 }
 
 struct Counts<'i> {

@@ -2,7 +2,6 @@
 //! and how far the filling is from full tracing.
 
 use super::frames::{Cell, FrameArguments, Frames, Look, Way};
-use super::numbers;
 use crate::measure::{Timed, in_turns};
 use crate::table::Table;
 use clap::Args;
@@ -58,12 +57,6 @@ struct FilledCell {
     fills: Vec<Fill>,
 }
 
-impl FilledCell {
-    fn rms(&self, fill: usize) -> f64 {
-        self.fills[fill].outside_rms.unwrap_or(f64::NAN)
-    }
-}
-
 #[derive(Debug, Serialize, JsonSchema)]
 struct Fill {
     /// What fills: background, capture or previous.
@@ -107,25 +100,19 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
             fills,
         })
     })?;
-    let table = numbers(
-        Table::new(&cells).text("", |one| one.cell.to_string()),
-        &[
-            ("plain", |one| one.plain_seconds, 1e3, 2),
-            (MODES[0], |one| one.fills[0].seconds, 1e3, 2),
-            (MODES[1], |one| one.fills[1].seconds, 1e3, 2),
-            (MODES[2], |one| one.fills[2].seconds, 1e3, 2),
-            (
-                "time of the capture alone",
-                |one| one.fills[1].capture_seconds,
-                1e3,
-                2,
-            ),
-            ("error, background", |one| one.rms(0), 1.0, 1),
-            ("error, capture", |one| one.rms(1), 1.0, 1),
-            ("error, previous", |one| one.rms(2), 1.0, 1),
-            ("pixels outside", |one| one.outside_pixels as f64, 1.0, 0),
-        ],
-    );
+    let table = Table::new(&cells)
+        .text("", |one| one.cell.to_string())
+        .number("plain", 2, |one| 1e3 * one.plain_seconds)
+        .number(MODES[0], 2, |one| 1e3 * one.fills[0].seconds)
+        .number(MODES[1], 2, |one| 1e3 * one.fills[1].seconds)
+        .number(MODES[2], 2, |one| 1e3 * one.fills[2].seconds)
+        .number("time of the capture alone", 2, |one| {
+            1e3 * one.fills[1].capture_seconds
+        })
+        .number("error, background", 1, |one| one.fills[0].outside_rms)
+        .number("error, capture", 1, |one| one.fills[1].outside_rms)
+        .number("error, previous", 1, |one| one.fills[2].outside_rms)
+        .count("pixels outside", |one| one.outside_pixels);
     let (size, turn) = (arguments.capture.options().size, arguments.turn);
     let text = format!(
         ", hemispheres of {size}² pixels, {turn}° turned; milliseconds a frame, and codes of 255 \

@@ -1,7 +1,6 @@
 //! `shisen-evidence bench foveated`: what it saves to sample the periphery coarsely.
 
 use super::frames::{Cell, FrameArguments, Frames, Look, Way};
-use super::numbers;
 use crate::measure::in_turns;
 use crate::table::Table;
 use crate::tradeoff::{PictureDifference, Sight};
@@ -95,57 +94,26 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
             time_ratio,
         })
     })?;
-    let table = numbers(
-        Table::new(&cells).text("", |one| one.cell.to_string()),
-        &[
-            ("plain", |one| one.plain.seconds, 1e3, 1),
-            ("paper", |one| one.paper.seconds, 1e3, 1),
-            ("foveated", |one| one.foveated.seconds, 1e3, 1),
-            ("plain by foveated", |one| one.time_ratio, 1.0, 2),
-            (
-                "primary rays, plain",
-                |one| one.plain.rays.primary as f64,
-                1.0,
-                0,
-            ),
-            (
-                "primary rays, paper",
-                |one| one.paper.rays.primary as f64,
-                1.0,
-                0,
-            ),
-            (
-                "primary rays, foveated",
-                |one| one.foveated.rays.primary as f64,
-                1.0,
-                0,
-            ),
-            ("plain by foveated", |one| one.primary_ratio, 1.0, 2),
-            ("steps, plain by foveated", |one| one.steps_ratio, 1.0, 2),
-        ],
-    )
-    .number("the same, at most", 2, |one| {
-        (one.least_steps > 0).then(|| one.plain.steps as f64 / one.least_steps as f64)
-    });
-    let table = numbers(
-        table,
-        &[
-            (
-                "FLIP by acuity, paper",
-                |one| one.paper.flip_weighted,
-                1.0,
-                5,
-            ),
-            (
-                "FLIP by acuity, foveated",
-                |one| one.foveated.flip_weighted,
-                1.0,
-                5,
-            ),
-            ("FLIP, paper", |one| one.paper.flip, 1.0, 5),
-            ("FLIP, foveated", |one| one.foveated.flip, 1.0, 5),
-        ],
-    );
+    let table = Table::new(&cells)
+        .text("", |one| one.cell.to_string())
+        .number("plain", 1, |one| 1e3 * one.plain.seconds)
+        .number("paper", 1, |one| 1e3 * one.paper.seconds)
+        .number("foveated", 1, |one| 1e3 * one.foveated.seconds)
+        .number("plain by foveated", 2, |one| one.time_ratio)
+        .count("primary rays, plain", |one| one.plain.rays.primary)
+        .count("primary rays, paper", |one| one.paper.rays.primary)
+        .count("primary rays, foveated", |one| one.foveated.rays.primary)
+        .number("plain by foveated", 2, |one| one.primary_ratio)
+        .number("steps, plain by foveated", 2, |one| one.steps_ratio)
+        .number("the same, at most", 2, |one| {
+            (one.least_steps > 0).then(|| one.plain.steps as f64 / one.least_steps as f64)
+        })
+        .number("FLIP by acuity, paper", 5, |one| one.paper.flip_weighted)
+        .number("FLIP by acuity, foveated", 5, |one| {
+            one.foveated.flip_weighted
+        })
+        .number("FLIP, paper", 5, |one| one.paper.flip)
+        .number("FLIP, foveated", 5, |one| one.foveated.flip);
     let text = format!("; milliseconds a frame\n{table}");
     frames.print(Report { cells }, &text)
 }

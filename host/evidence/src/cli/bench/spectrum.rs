@@ -1,6 +1,6 @@
 //! `shisen-evidence bench spectrum`: Kishioka's experiment, with numbers.
 
-use super::{numbers, print};
+use super::print;
 use crate::measure::{Timed, in_turns};
 use crate::quartz::{Quartz, Truth, Window, mean, picture, share};
 use crate::table::Table;
@@ -341,18 +341,14 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn described(report: &Report) -> String {
-    let table = Table::new(&report.rows).text("method", |row| row.method.to_owned());
-    let table = numbers(
-        table,
-        &[
-            ("wavelengths", |row| row.wavelengths.into(), 1.0, 0),
-            ("seconds", |row| row.seconds, 1.0, 3),
-            ("to one", |row| row.time_ratio.unwrap_or(f64::NAN), 1.0, 3),
-            ("rays", |row| row.rays_ratio.unwrap_or(f64::NAN), 1.0, 3),
-            ("ΔE2000 mean", |row| row.mean_difference, 1.0, 2),
-            ("max", |row| row.max_difference, 1.0, 1),
-        ],
-    );
+    let table = Table::new(&report.rows)
+        .text("method", |one| one.method.to_owned())
+        .count("wavelengths", |one| one.wavelengths.into())
+        .number("seconds", 3, |one| one.seconds)
+        .number("to one", 3, |one| one.time_ratio)
+        .number("rays", 3, |one| one.rays_ratio)
+        .number("ΔE2000 mean", 2, |one| one.mean_difference)
+        .number("max", 1, |one| one.max_difference);
     let same = match &report.same_error {
         None => "No comb is as close as paper in the same time.".to_owned(),
         Some(comb) => format!(

@@ -1,7 +1,6 @@
 //! `shisen-evidence bench sweep`: whether a gaze can make level of detail dearer.
 
 use super::frames::{FrameArguments, Frames, Look, Way};
-use super::{Field, numbers};
 use crate::table::Table;
 use clap::Args;
 use glam::DVec3;
@@ -152,18 +151,14 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         });
     }
     let look = |worst: &Worst| worst.look.map(|x| format!("{x:.2}")).join(", ");
-    let table = Table::new(&scenes).text("scene", |one| one.scene.to_owned());
-    let table = numbers(
-        table,
-        &[("steps at worst", |one| one.worst_steps.ratio, 1.0, 3)],
-    )
-    .text("looking along", |one| look(&one.worst_steps));
-    let fields: &[Field<'_, Scene>] = &[
-        ("mean", |one| one.mean_steps, 1.0, 3),
-        ("time at worst", |one| one.worst_time.ratio, 1.0, 3),
-    ];
-    let table = numbers(table, fields).text("looking along", |one| look(&one.worst_time));
-    let table = numbers(table, &[("mean", |one| one.mean_time, 1.0, 3)]);
+    let table = Table::new(&scenes)
+        .text("scene", |one| one.scene.to_owned())
+        .number("steps at worst", 3, |one| one.worst_steps.ratio)
+        .text("looking along", |one| look(&one.worst_steps))
+        .number("mean", 3, |one| one.mean_steps)
+        .number("time at worst", 3, |one| one.worst_time.ratio)
+        .text("looking along", |one| look(&one.worst_time))
+        .number("mean", 3, |one| one.mean_time);
     let compared = "level of detail against plain tracing";
     let text = format!(", {directions} directions; {compared}\n{table:#}");
     frames.print(Report { directions, scenes }, &text)

@@ -1,7 +1,6 @@
 //! `shisen-evidence bench table2`: the paper's measurement, here and now.
 
 use super::frames::{Cell, FrameArguments, Frames, Look, Way};
-use super::{Field, numbers};
 use crate::measure::in_turns;
 use crate::table::Table;
 use clap::{Arg, Args};
@@ -91,42 +90,26 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = &arguments.frames;
     let rounds = frames.repeat as usize;
     let cells = frames.cells(|frames, cell, look| measured(frames, cell, look, rounds))?;
-    let table = numbers(
-        Table::new(&cells).text("", |one| one.cell.to_string()),
-        &[
-            ("level of detail", |one| one.lod_seconds, 1e3, 2),
-            ("its rays in full", |one| one.cut_seconds, 1e3, 2),
-            ("plain", |one| one.plain_seconds, 1e3, 2),
-            ("paper, detail", |one| one.paper_lod_seconds, 1e3, 0),
-            ("paper, plain", |one| one.paper_plain_seconds, 1e3, 0),
-            ("ratio", |one| one.ratio, 1.0, 3),
-            ("ratio in the paper", |one| one.paper_ratio, 1.0, 3),
-            ("bound, misses free", |one| one.bound_ratio, 1.0, 2),
-            ("ratio of steps", |one| one.steps_ratio, 1.0, 3),
-            (
-                "bookkeeping, %",
-                |one| one.bookkeeping.unwrap_or(f64::NAN),
-                1e2,
-                1,
-            ),
-            ("primary rays", |one| one.lod_rays.primary as f64, 1.0, 0),
-        ],
-    )
-    .count("secondary rays", |one| secondary(&one.lod_rays));
-    let fields: &[Field<'_, Measured>] = &[
-        ("shadow rays", |one| one.lod_rays.shadow as f64, 1.0, 0),
-        (
-            "primary, plain",
-            |one| one.plain_rays.primary as f64,
-            1.0,
-            0,
-        ),
-    ];
-    let table = numbers(table, fields).count("secondary, plain", |one| secondary(&one.plain_rays));
-    let table = numbers(
-        table,
-        &[("shadow, plain", |one| one.plain_rays.shadow as f64, 1.0, 0)],
-    );
+    let table = Table::new(&cells)
+        .text("", |one| one.cell.to_string())
+        .number("level of detail", 2, |one| 1e3 * one.lod_seconds)
+        .number("its rays in full", 2, |one| 1e3 * one.cut_seconds)
+        .number("plain", 2, |one| 1e3 * one.plain_seconds)
+        .number("paper, detail", 0, |one| 1e3 * one.paper_lod_seconds)
+        .number("paper, plain", 0, |one| 1e3 * one.paper_plain_seconds)
+        .number("ratio", 3, |one| one.ratio)
+        .number("ratio in the paper", 3, |one| one.paper_ratio)
+        .number("bound, misses free", 2, |one| one.bound_ratio)
+        .number("ratio of steps", 3, |one| one.steps_ratio)
+        .number("bookkeeping, %", 1, |one| {
+            one.bookkeeping.map(|share| 1e2 * share)
+        })
+        .count("primary rays", |one| one.lod_rays.primary)
+        .count("secondary rays", |one| secondary(&one.lod_rays))
+        .count("shadow rays", |one| one.lod_rays.shadow)
+        .count("primary, plain", |one| one.plain_rays.primary)
+        .count("secondary, plain", |one| secondary(&one.plain_rays))
+        .count("shadow, plain", |one| one.plain_rays.shadow);
     let text = format!("; milliseconds a frame\n{table}");
     let report = Report {
         repeat: frames.repeat,
