@@ -166,6 +166,7 @@ fn commands_that_are_elsewhere_say_where() {
         let said = refusal(shisen(folder.path()).args(words.split(' ')), 2);
         let (_, rest) = words.split_once(" --").unwrap();
         assert!(said.contains(place) && said.contains(rest), "{said}");
+        assert!(!said.contains("Usage"), "{said}");
     }
 }
 
