@@ -55,7 +55,7 @@
     (SHISEN_FRAME_SIZE + (pictures)*SHISEN_PICTURE_SIZE + (tiles)*SHISEN_TILE_SIZE)
 
 
-// The least status that is a failure: what failed has changed nothing, unless
+// Least status that is a failure: the failed call has changed nothing, unless
 // its description says otherwise.
 #define SHISEN_FIRST_FAILURE 16
 
@@ -72,10 +72,10 @@
 #define SHISEN_SCENE_SIZE 232
 #endif
 
-// What the address of a baked scene is a multiple of.
+// Alignment of a baked scene, bytes.
 #define SHISEN_BLOB_ALIGNMENT 32
 
-// Effect: light is kept off by what stands in its way.
+// Effect: objects cast shadows.
 #define SHISEN_EFFECT_SHADOWS 65536
 
 // Effect: mirrors.
@@ -84,13 +84,13 @@
 // Effect: clear bodies.
 #define SHISEN_EFFECT_REFRACTION 4
 
-// Effect: clear bodies bend each wavelength its own way.
+// Effect: clear bodies refract each wavelength differently.
 #define SHISEN_EFFECT_DISPERSION 256
 
-// Effect: clear bodies take light away along the way.
+// Effect: clear bodies absorb light.
 #define SHISEN_EFFECT_ABSORPTION 8
 
-// Effect: lights that have a size.
+// Effect: lights with a size.
 #define SHISEN_EFFECT_SOFT_LIGHT 131072
 
 // Effect: images on surfaces.
@@ -440,32 +440,32 @@ typedef struct shisen_spectrum shisen_spectrum;
 // A tracker, what is known of its clock, and where the viewer looks.
 typedef struct shisen_tracker shisen_tracker;
 
-// What is wrong with a scene.
+// Why a scene was refused.
 typedef struct shisen_scene_fault {
-    // The shisen_status that the scene was refused with.
+    // The shisen_status of the refusal.
     uint32_t status;
-    // As the status describes it: a byte, a record, or a size.
+    // A byte, a record or a size, by the status's description.
     uint64_t number;
-    // Which table or value it is about, in English: `what_length` bytes
-    // without a zero at their end. NULL where the status says all. The text is
-    // the library's and stays.
+    // The table or value at fault, in English: `what_length` bytes without a
+    // zero at their end. NULL if the status says all. The library owns the
+    // text, which stays valid.
     const char *what;
-    // Bytes of `what`.
+    // Number of bytes of `what`.
     size_t what_length;
 } shisen_scene_fault;
 
-// What a scene is like.
+// Facts about a scene.
 typedef struct shisen_scene_facts {
-    // The effects that it asks for: SHISEN_EFFECT_... bits. Those that are not
-    // among shisen_effects() are left out.
+    // The effects that it asks for: SHISEN_EFFECT_... bits. Effects outside
+    // shisen_effects() are not rendered.
     uint32_t effects;
-    // Bytes that it takes, in which it may be shorter than the memory given.
+    // Its length in bytes, which may be less than the length given.
     uint32_t byte_length;
-    // Meshes of its ladders of polygon levels; 1 where it was baked without.
+    // Number of polygon levels of its meshes; 1 if it was baked without levels.
     uint32_t polygon_levels;
-    // Placed shapes.
+    // Number of placed shapes.
     uint32_t objects;
-    // Lights.
+    // Number of lights.
     uint32_t lights;
 } shisen_scene_facts;
 
@@ -541,14 +541,13 @@ typedef struct shisen_setup {
     uint64_t until_us;
 } shisen_setup;
 
-// A flat screen: where its pixels are, whoever looks at them. Metres, in the
-// room.
+// A flat screen: the places of its pixels, for any eye. Metres, in the room.
 typedef struct shisen_screen {
     // The centre of its first pixel: upper left, seen from in front of it.
     float first_pixel[3];
-    // From a pixel to its right-hand neighbour.
+    // Step from a pixel to its right-hand neighbour.
     float column_step[3];
-    // From a pixel to the one below it.
+    // Step from a pixel to the one below it.
     float row_step[3];
     // Pixels in a row, 1 to 65,536.
     uint32_t columns;
@@ -651,29 +650,29 @@ extern "C" {
 // that are none. The text is the library's and stays.
 const char *shisen_status_name(uint32_t status);
 
-// What a status means and what to do, in one line without a full stop. The text
-// is the library's and stays.
+// Returns what a status means and what to do, in one line without a full stop.
+// The library owns the text, which stays valid.
 const char *shisen_status_message(uint32_t status);
 
 // Returns SHISEN_ALIGNMENT, the alignment of memory for handles.
 size_t shisen_alignment(void);
 
-// Bytes of memory for a scene's handle, as SHISEN_SCENE_SIZE.
+// Returns SHISEN_SCENE_SIZE, the bytes of memory for a scene's handle.
 size_t shisen_scene_size(void);
 
-// The effects that this library carries out: SHISEN_EFFECT_... bits.
+// Returns the effects that this library renders: SHISEN_EFFECT_... bits.
 uint32_t shisen_effects(void);
 
 // Checks a scene that was baked in the compact layout (`shisen bake --layout
-// compact`) and makes a handle of it. This reads all its bytes, once.
+// compact`) and makes a handle for it. This reads all its bytes, once.
 //
 // `memory`, `memory_size`: for the handle, which needs SHISEN_SCENE_SIZE bytes
 // at a multiple of SHISEN_ALIGNMENT.
-// `blob`, `blob_length`: the scene, at a multiple of SHISEN_BLOB_ALIGNMENT. What
-// follows its own length is ignored, so that a region of flash can be given
-// whole.
-// `scene`: the handle; NULL after a failure.
-// `fault`: what is wrong with a scene that is refused; may be NULL.
+// `blob`, `blob_length`: the scene, at a multiple of SHISEN_BLOB_ALIGNMENT. Bytes
+// after the scene's own length are ignored, so that a whole region of flash can
+// be given.
+// `scene`: receives the handle; NULL after a failure.
+// `fault`: receives the reason if the scene is refused; may be NULL.
 //
 // # Safety
 // Each pointer is NULL, misaligned, or valid: `memory` for `memory_size` bytes,
@@ -723,25 +722,25 @@ shisen_status shisen_tracker_init(void *memory,
                                   const struct shisen_tracker_settings *settings,
                                   struct shisen_tracker **tracker);
 
-// Takes the next bytes of the tracker's stream, of which the last came in at
-// `arrival_us` on the caller's clock, which never goes back: microseconds. In
-// pieces of any length; noise is thrown away and counted.
+// Takes the next bytes of the tracker's stream, in pieces of any length. The last
+// byte came in at `arrival_us` by the caller's clock, which must never go back:
+// microseconds. Noise is dropped and counted.
 //
 // # Safety
-// `tracker` is NULL or a tracker that was made, nobody else's meanwhile; `bytes`
+// `tracker` is NULL or a tracker that was made, used by nobody else during the call; `bytes`
 // is NULL or points to `length` bytes.
 shisen_status shisen_tracker_feed(struct shisen_tracker *tracker,
                                   const uint8_t *bytes,
                                   size_t length,
                                   uint64_t arrival_us);
 
-// Says where the viewer looks at `display_us`, which is when the frame will be
-// seen, on the clock of shisen_tracker_feed: microseconds. Whatever has been
-// fed, there is an answer; its `state` says what it is worth.
+// Estimates where the viewer looks at `display_us`, when the frame will be seen,
+// by the clock of shisen_tracker_feed: microseconds. There is always an answer;
+// its `state` says how far it can be relied on.
 //
 // # Safety
-// `tracker` is NULL or a tracker that was made, nobody else's meanwhile; `gaze`
-// is NULL, misaligned, or points to memory for one.
+// `tracker` is NULL or a tracker that was made, used by nobody else during the call; `gaze`
+// is NULL, misaligned, or points to memory for a gaze.
 shisen_status shisen_tracker_gaze(struct shisen_tracker *tracker,
                                   uint64_t display_us,
                                   struct shisen_gaze *gaze);
@@ -759,7 +758,7 @@ shisen_status shisen_tracker_count(const struct shisen_tracker *tracker,
 // gaze, and the counts, stay.
 //
 // # Safety
-// `tracker` is NULL or a tracker that was made, nobody else's meanwhile.
+// `tracker` is NULL or a tracker that was made, used by nobody else during the call.
 shisen_status shisen_tracker_resync(struct shisen_tracker *tracker);
 
 // Begins to set the device up: shisen_tracker_poll then says what to send. A
@@ -774,7 +773,7 @@ shisen_status shisen_tracker_resync(struct shisen_tracker *tracker);
 // seconds, or not (0).
 //
 // # Safety
-// `tracker` is NULL or a tracker that was made, nobody else's meanwhile;
+// `tracker` is NULL or a tracker that was made, used by nobody else during the call;
 // `memory` is NULL, misaligned, or points to `memory_size` bytes, which nobody
 // else uses until the set-up is done or has failed.
 shisen_status shisen_tracker_set_up(struct shisen_tracker *tracker,
@@ -791,7 +790,7 @@ shisen_status shisen_tracker_set_up(struct shisen_tracker *tracker,
 // `buffer`, `buffer_size`: for bytes to be sent; SHISEN_MOST_COMMAND_BYTES.
 //
 // # Safety
-// `tracker` is NULL or a tracker that was made, nobody else's meanwhile;
+// `tracker` is NULL or a tracker that was made, used by nobody else during the call;
 // `buffer` is NULL or points to `buffer_size` bytes; `setup` is NULL,
 // misaligned, or points to memory for one.
 shisen_status shisen_tracker_poll(struct shisen_tracker *tracker,
@@ -800,12 +799,12 @@ shisen_status shisen_tracker_poll(struct shisen_tracker *tracker,
                                   size_t buffer_size,
                                   struct shisen_setup *setup);
 
-// Works a screen out from three of its corners, seen from in front of it:
+// Computes a screen from three of its corners, seen from in front of it:
 // metres, in the room.
 //
 // # Safety
 // Each pointer is NULL, misaligned, or points to three numbers; `screen` to
-// memory for one.
+// memory for a screen.
 shisen_status shisen_screen_from_corners(const float lower_left[3],
                                          const float lower_right[3],
                                          const float upper_left[3],

@@ -1,5 +1,5 @@
-//! The protocols that the library was built for, each with its device as it is
-//! usually set up.
+//! The protocols that the library was built for, each with its device's usual
+//! settings.
 
 use crate::status::Status;
 use shisen_tracker::command::Script;

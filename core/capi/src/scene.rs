@@ -12,13 +12,13 @@ pub const SHISEN_SCENE_SIZE: usize = 120;
 /// Bytes of memory for a scene's handle.
 #[cfg(target_pointer_width = "64")]
 pub const SHISEN_SCENE_SIZE: usize = 232;
-/// What the address of a baked scene is a multiple of.
+/// Alignment of a baked scene, bytes.
 pub const SHISEN_BLOB_ALIGNMENT: usize = 32;
 
 /// Children of a node in the compact layout.
 pub(crate) const WIDTH: usize = 4;
 
-/// What the library was built for.
+/// Effects that the library was built for.
 pub(crate) const EFFECTS: u32 = if cfg!(feature = "dispersion") {
     EffectSet::ALL.bits()
 } else {
@@ -37,50 +37,50 @@ pub struct Scene {
 const _: () = assert!(needed::<Scene>() <= SHISEN_SCENE_SIZE);
 const _: () = assert!(shisen_core::scene::format::ALIGNMENT == SHISEN_BLOB_ALIGNMENT);
 
-/// What is wrong with a scene.
+/// Why a scene was refused.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct SceneFault {
-    /// The shisen_status that the scene was refused with.
+    /// The shisen_status of the refusal.
     pub status: u32,
-    /// As the status describes it: a byte, a record, or a size.
+    /// A byte, a record or a size, by the status's description.
     pub number: u64,
-    /// Which table or value it is about, in English: `what_length` bytes
-    /// without a zero at their end. NULL where the status says all. The text is
-    /// the library's and stays.
+    /// The table or value at fault, in English: `what_length` bytes without a
+    /// zero at their end. NULL if the status says all. The library owns the
+    /// text, which stays valid.
     pub what: *const c_char,
-    /// Bytes of `what`.
+    /// Number of bytes of `what`.
     pub what_length: usize,
 }
 
-/// What a scene is like.
+/// Facts about a scene.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct SceneFacts {
-    /// The effects that it asks for: SHISEN_EFFECT_... bits. Those that are not
-    /// among shisen_effects() are left out.
+    /// The effects that it asks for: SHISEN_EFFECT_... bits. Effects outside
+    /// shisen_effects() are not rendered.
     pub effects: u32,
-    /// Bytes that it takes, in which it may be shorter than the memory given.
+    /// Its length in bytes, which may be less than the length given.
     pub byte_length: u32,
-    /// Meshes of its ladders of polygon levels; 1 where it was baked without.
+    /// Number of polygon levels of its meshes; 1 if it was baked without levels.
     pub polygon_levels: u32,
-    /// Placed shapes.
+    /// Number of placed shapes.
     pub objects: u32,
-    /// Lights.
+    /// Number of lights.
     pub lights: u32,
 }
 
-/// Effect: light is kept off by what stands in its way.
+/// Effect: objects cast shadows.
 pub const SHISEN_EFFECT_SHADOWS: u32 = 0x10000;
 /// Effect: mirrors.
 pub const SHISEN_EFFECT_REFLECTION: u32 = 0x2;
 /// Effect: clear bodies.
 pub const SHISEN_EFFECT_REFRACTION: u32 = 0x4;
-/// Effect: clear bodies bend each wavelength its own way.
+/// Effect: clear bodies refract each wavelength differently.
 pub const SHISEN_EFFECT_DISPERSION: u32 = 0x100;
-/// Effect: clear bodies take light away along the way.
+/// Effect: clear bodies absorb light.
 pub const SHISEN_EFFECT_ABSORPTION: u32 = 0x8;
-/// Effect: lights that have a size.
+/// Effect: lights with a size.
 pub const SHISEN_EFFECT_SOFT_LIGHT: u32 = 0x20000;
 /// Effect: images on surfaces.
 pub const SHISEN_EFFECT_IMAGE_TEXTURE: u32 = 0x40;
@@ -104,28 +104,28 @@ const _: () = assert!(
         && EffectSet::GRATICULE.bits() == SHISEN_EFFECT_GRATICULE
 );
 
-/// Bytes of memory for a scene's handle, as SHISEN_SCENE_SIZE.
+/// Returns SHISEN_SCENE_SIZE, the bytes of memory for a scene's handle.
 #[unsafe(no_mangle)]
 pub extern "C" fn shisen_scene_size() -> usize {
     SHISEN_SCENE_SIZE
 }
 
-/// The effects that this library carries out: SHISEN_EFFECT_... bits.
+/// Returns the effects that this library renders: SHISEN_EFFECT_... bits.
 #[unsafe(no_mangle)]
 pub extern "C" fn shisen_effects() -> u32 {
     EFFECTS
 }
 
 /// Checks a scene that was baked in the compact layout (`shisen bake --layout
-/// compact`) and makes a handle of it. This reads all its bytes, once.
+/// compact`) and makes a handle for it. This reads all its bytes, once.
 ///
 /// `memory`, `memory_size`: for the handle, which needs SHISEN_SCENE_SIZE bytes
 /// at a multiple of SHISEN_ALIGNMENT.
-/// `blob`, `blob_length`: the scene, at a multiple of SHISEN_BLOB_ALIGNMENT. What
-/// follows its own length is ignored, so that a region of flash can be given
-/// whole.
-/// `scene`: the handle; NULL after a failure.
-/// `fault`: what is wrong with a scene that is refused; may be NULL.
+/// `blob`, `blob_length`: the scene, at a multiple of SHISEN_BLOB_ALIGNMENT. Bytes
+/// after the scene's own length are ignored, so that a whole region of flash can
+/// be given.
+/// `scene`: receives the handle; NULL after a failure.
+/// `fault`: receives the reason if the scene is refused; may be NULL.
 ///
 /// # Safety
 /// Each pointer is NULL, misaligned, or valid: `memory` for `memory_size` bytes,

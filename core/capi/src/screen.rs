@@ -5,16 +5,15 @@ use crate::status::{Status, settled};
 use glam::Vec3;
 use shisen_core::frame::FlatScreen;
 
-/// A flat screen: where its pixels are, whoever looks at them. Metres, in the
-/// room.
+/// A flat screen: the places of its pixels, for any eye. Metres, in the room.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct Screen {
     /// The centre of its first pixel: upper left, seen from in front of it.
     pub first_pixel: [f32; 3],
-    /// From a pixel to its right-hand neighbour.
+    /// Step from a pixel to its right-hand neighbour.
     pub column_step: [f32; 3],
-    /// From a pixel to the one below it.
+    /// Step from a pixel to the one below it.
     pub row_step: [f32; 3],
     /// Pixels in a row, 1 to 65,536.
     pub columns: u32,
@@ -33,13 +32,13 @@ impl Screen {
     }
 }
 
-/// Works a screen out from three of its corners, seen from in front of it:
+/// Computes a screen from three of its corners, seen from in front of it:
 /// metres, in the room.
 /// cbindgen:ptrs-as-arrays=[[lower_left;3], [lower_right;3], [upper_left;3]]
 ///
 /// # Safety
 /// Each pointer is NULL, misaligned, or points to three numbers; `screen` to
-/// memory for one.
+/// memory for a screen.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_screen_from_corners(
     lower_left: *const f32,

@@ -1,4 +1,4 @@
-//! What functions say about how they went.
+//! Results of functions.
 
 use core::ffi::{CStr, c_char};
 use shisen_core::frame::{DomeError, FrameError, TileError, ViewError};
@@ -6,7 +6,7 @@ use shisen_core::gaze::LineOfSightError;
 use shisen_core::scene::SceneError;
 use shisen_tracker::command::Failure;
 
-/// The least status that is a failure: what failed has changed nothing, unless
+/// Least status that is a failure: the failed call has changed nothing, unless
 /// its description says otherwise.
 pub const SHISEN_FIRST_FAILURE: u32 = 16;
 
@@ -182,8 +182,8 @@ pub extern "C" fn shisen_status_name(status: u32) -> *const c_char {
         .as_ptr()
 }
 
-/// What a status means and what to do, in one line without a full stop. The text
-/// is the library's and stays.
+/// Returns what a status means and what to do, in one line without a full stop.
+/// The library owns the text, which stays valid.
 #[unsafe(no_mangle)]
 pub extern "C" fn shisen_status_message(status: u32) -> *const c_char {
     described(status)

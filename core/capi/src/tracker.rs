@@ -342,12 +342,12 @@ fn hertz(settings: &TrackerSettings) -> Result<Option<u16>, Status> {
     }
 }
 
-/// Takes the next bytes of the tracker's stream, of which the last came in at
-/// `arrival_us` on the caller's clock, which never goes back: microseconds. In
-/// pieces of any length; noise is thrown away and counted.
+/// Takes the next bytes of the tracker's stream, in pieces of any length. The last
+/// byte came in at `arrival_us` by the caller's clock, which must never go back:
+/// microseconds. Noise is dropped and counted.
 ///
 /// # Safety
-/// `tracker` is NULL or a tracker that was made, nobody else's meanwhile; `bytes`
+/// `tracker` is NULL or a tracker that was made, used by nobody else during the call; `bytes`
 /// is NULL or points to `length` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_tracker_feed(
@@ -395,13 +395,13 @@ impl Tracker {
     }
 }
 
-/// Says where the viewer looks at `display_us`, which is when the frame will be
-/// seen, on the clock of shisen_tracker_feed: microseconds. Whatever has been
-/// fed, there is an answer; its `state` says what it is worth.
+/// Estimates where the viewer looks at `display_us`, when the frame will be seen,
+/// by the clock of shisen_tracker_feed: microseconds. There is always an answer;
+/// its `state` says how far it can be relied on.
 ///
 /// # Safety
-/// `tracker` is NULL or a tracker that was made, nobody else's meanwhile; `gaze`
-/// is NULL, misaligned, or points to memory for one.
+/// `tracker` is NULL or a tracker that was made, used by nobody else during the call; `gaze`
+/// is NULL, misaligned, or points to memory for a gaze.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_tracker_gaze(
     tracker: *mut Tracker,
@@ -465,7 +465,7 @@ pub unsafe extern "C" fn shisen_tracker_count(
 /// gaze, and the counts, stay.
 ///
 /// # Safety
-/// `tracker` is NULL or a tracker that was made, nobody else's meanwhile.
+/// `tracker` is NULL or a tracker that was made, used by nobody else during the call.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shisen_tracker_resync(tracker: *mut Tracker) -> Status {
     settled(|| {
@@ -488,7 +488,7 @@ pub unsafe extern "C" fn shisen_tracker_resync(tracker: *mut Tracker) -> Status 
 /// seconds, or not (0).
 ///
 /// # Safety
-/// `tracker` is NULL or a tracker that was made, nobody else's meanwhile;
+/// `tracker` is NULL or a tracker that was made, used by nobody else during the call;
 /// `memory` is NULL, misaligned, or points to `memory_size` bytes, which nobody
 /// else uses until the set-up is done or has failed.
 #[unsafe(no_mangle)]
@@ -521,7 +521,7 @@ pub unsafe extern "C" fn shisen_tracker_set_up(
 /// `buffer`, `buffer_size`: for bytes to be sent; SHISEN_MOST_COMMAND_BYTES.
 ///
 /// # Safety
-/// `tracker` is NULL or a tracker that was made, nobody else's meanwhile;
+/// `tracker` is NULL or a tracker that was made, used by nobody else during the call;
 /// `buffer` is NULL or points to `buffer_size` bytes; `setup` is NULL,
 /// misaligned, or points to memory for one.
 #[unsafe(no_mangle)]

@@ -11,17 +11,17 @@ use crate::trace::Pixel;
 use core::f32::consts::FRAC_2_PI;
 use glam::Vec3;
 
-/// What to fill skipped pixels with.
+/// The source of skipped pixels.
 #[derive(Debug, Clone, Copy)]
 pub enum Fill<'p> {
-    /// What is seen in their direction from the place of a capture.
+    /// A capture: the pixel in the same direction from its place.
     Surroundings(Surroundings<'p>),
-    /// As many pixels as the tile has, in rows, such as those of the frame before.
+    /// The tile's pixels, in rows, from elsewhere, such as the frame before.
     Pixels(&'p [Pixel]),
 }
 
-/// All that is around a place, captured in two dome masters: one of the side
-/// that its pose looks at, one of what is behind.
+/// The surroundings of a place, captured in two dome masters: one of the half that its
+/// pose looks at, one of the half behind.
 #[derive(Debug, Clone, Copy)]
 pub struct Surroundings<'p> {
     hemispheres: [&'p [Pixel]; 2],

@@ -8,25 +8,25 @@ use crate::simd::Simd;
 use core::cmp::Ordering;
 use glam::Vec3;
 
-/// One picture of a frame: its rays and what renders it.
+/// One picture of a frame: its rays and its renderer.
 #[derive(Debug, Clone, Copy)]
 pub struct Part<'r, 'a, const W: usize = 8> {
-    /// Its rays.
+    /// The picture's rays.
     pub view: View,
-    /// What renders it, along the gaze of the eye that sees it.
+    /// The picture's renderer, with the gaze of the eye that sees it.
     pub renderer: &'r Renderer<'a, W>,
 }
 
-/// The pictures of a frame: a slice of [`Part`]s, or what makes views when it is
-/// asked for them, where memory is dear.
+/// The pictures of a frame: a slice of [`Part`]s, or a type that computes views on
+/// demand, to save memory.
 pub trait Pictures<'a, const W: usize> {
-    /// Number of pictures.
+    /// Returns the number of pictures.
     fn count(&self) -> usize;
 
-    /// The rays of one: always the same while a frame is rendered.
+    /// Returns a picture's rays: always the same while a frame is rendered.
     fn view(&self, number: usize) -> Option<View>;
 
-    /// What renders it.
+    /// Returns a picture's renderer.
     fn renderer(&self, number: usize) -> Option<&Renderer<'a, W>>;
 }
 
@@ -92,18 +92,18 @@ pub enum FrameError {
     Places { needed: usize, given: usize },
 }
 
-/// What a call of [`FrameJob::render`] left behind.
+/// The result of a call of [`FrameJob::render`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[must_use]
 pub enum Progress {
-    /// A tile's pixels are there.
+    /// A tile is finished.
     Tile {
         /// Index of its picture.
         part: usize,
-        /// Which pixels these are.
+        /// The tile's place in the picture.
         tile: Tile,
-        /// Whether the budget lasted; if not, pixels show what a ray sees that meets nothing.
+        /// Whether the budget lasted; if not, some pixels show the background.
         whole: bool,
     },
     /// The call's budget ran out; call again to go on where it stopped.
@@ -116,8 +116,8 @@ pub enum Progress {
 /// frame whose budget runs out lacks its rim.
 ///
 /// The scene, the views, the [`Settings`](super::Settings), the gaze, the size of tiles and the
-/// frame's budget decide what is in it, not how it is cut into calls. For a frame whose budget
-/// runs out that holds in [`Mode::Single`](super::Mode) without foveation of several samples a
+/// frame's budget decide its pixels, not how it is cut into calls. For a frame whose budget
+/// runs out this holds in [`Mode::Single`](super::Mode) without foveation of several samples a
 /// pixel: an interrupted block or square takes more steps.
 #[derive(Debug)]
 pub struct FrameJob<'p> {

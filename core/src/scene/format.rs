@@ -51,8 +51,8 @@ pub struct Table {
     pub count: u32,
 }
 
-/// What a ray sees that meets nothing: a gradient by the height of its
-/// direction, linear RGB.
+/// The background: the colour of a ray that meets nothing, a gradient by the height of
+/// its direction, linear RGB.
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Background {
@@ -231,7 +231,7 @@ pub struct Mesh {
     pub reserved: [u32; 2],
 }
 
-/// What an instance places: the values of [`Instance::kind`].
+/// Kinds of shape: the values of [`Instance::kind`].
 pub mod kind {
     /// A mesh, by [`geometry`](super::Instance::geometry).
     pub const MESH: u32 = 0;
@@ -276,7 +276,7 @@ pub struct Instance {
     pub low: [f32; 3],
     /// Greatest corner: metres, in the world.
     pub high: [f32; 3],
-    /// Nodes of the cover, up to [`COVER_NODES`]; 0 where there is none.
+    /// Number of nodes of the cover, up to [`COVER_NODES`]; 0 without a cover.
     pub cover_nodes: u32,
     /// Zero.
     pub reserved: u32,
@@ -376,7 +376,7 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// Which of [`effect`] it is.
+    /// Returns its bit among [`effect`].
     pub const fn effect(&self) -> u32 {
         if self.kind == texture::IMAGE {
             effect::IMAGE_TEXTURE
@@ -391,44 +391,45 @@ pub type Texel = [u8; 4];
 
 /// The values of [`Light::kind`].
 pub mod light {
-    /// From a point, the same at any distance.
+    /// A point light, as bright at any distance.
     pub const POINT: u32 = 0;
-    /// From a point, by the inverse square of the distance.
+    /// A point light that falls off by the inverse square of the distance.
     pub const POINT_INVERSE_SQUARE: u32 = 1;
-    /// From infinitely far.
+    /// A light infinitely far away.
     pub const DIRECTIONAL: u32 = 2;
-    /// From all over a parallelogram, to the side from which
-    /// [`right`](super::Light::right) × [`up`](super::Light::up) comes. It is
-    /// not itself seen.
+    /// A parallelogram that shines to the side of
+    /// [`right`](super::Light::right) × [`up`](super::Light::up). It is itself
+    /// invisible.
     pub const RECTANGLE: u32 = 3;
-    /// The same to both sides.
+    /// A parallelogram that shines to both sides.
     pub const TWO_SIDED_RECTANGLE: u32 = 4;
 }
 
-/// Most points of a light that a surface looks at from each of its own.
+/// Most points of a light that each point of a surface samples.
 pub const MOST_LIGHT_SAMPLES: u32 = 64;
 
 /// A light.
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C, align(32))]
 pub struct Light {
-    /// Position, of its middle if it is large, or the unit vector towards it.
+    /// Position, for a rectangle that of its middle; for a directional light the unit
+    /// vector towards it.
     pub place: [f32; 3],
     /// One of [`light`].
     pub kind: u32,
-    /// Linear RGB irradiance, at 1 m where it falls off; radiance of what is
-    /// large. White of radiance 1 all round a surface, and of irradiance 1
-    /// head-on, gives it the colour of its reflectance.
+    /// Linear RGB irradiance, at 1 m if it falls off; for rectangles the radiance.
+    /// Light of radiance 1 from all around a surface, or of irradiance 1 head-on,
+    /// gives it the colour of its reflectance.
     pub colour: [f32; 3],
-    /// Points of it that are looked at from a point: 1 to
+    /// Points of it that each point of a surface samples: 1 to
     /// [`MOST_LIGHT_SAMPLES`] for rectangles, 0 for other kinds.
     pub samples: u32,
-    /// From the middle of a rectangle to that of its right side: metres. Zero
+    /// Vector from a rectangle's middle to that of its right side: metres. Zero
     /// for other kinds.
     pub right: [f32; 3],
     /// Zero.
     pub reserved: u32,
-    /// From the middle of a rectangle to that of its upper side: metres. Zero
+    /// Vector from a rectangle's middle to that of its upper side: metres. Zero
     /// for other kinds.
     pub up: [f32; 3],
     /// Zero.
@@ -436,13 +437,13 @@ pub struct Light {
 }
 
 impl Light {
-    /// Whether it has a size.
+    /// Returns whether it has a size.
     pub const fn is_large(&self) -> bool {
         matches!(self.kind, light::RECTANGLE | light::TWO_SIDED_RECTANGLE)
     }
 }
 
-/// What shading needs of a triangle beside its corners.
+/// A triangle's data for shading, beside its corners.
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Triangle {

@@ -90,7 +90,7 @@ impl Workspace {
         }
     }
 
-    /// Adds a ray to the tree. False if there is none, or no room.
+    /// Adds a ray to the tree, if there is one. Returns false without a ray or without room.
     pub(super) fn push(&mut self, next: Option<Pending>) -> bool {
         next.is_some_and(|next| self.pending.push(next).is_ok())
     }
@@ -105,10 +105,10 @@ impl Workspace {
 /// The detail of a primary ray and of the rays that follow from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RayDetail {
-    /// Most reflections and refractions after one another.
+    /// Most reflections and refractions in a row.
     pub depth: u8,
     /// The rung of each mesh's ladder of polygon levels, the finest being 0.
-    /// A mesh that has no such rung is seen as it is.
+    /// A mesh without such a rung is traced as it is.
     pub rung: u8,
     /// Wavelengths that dispersive media distinguish; 1 for no dispersion.
     pub wavelengths: u8,
@@ -118,14 +118,14 @@ pub struct RayDetail {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pending {
     pub(super) ray: Ray,
-    /// What its light counts for in the pixel.
+    /// Weight of its light in the pixel.
     pub(super) weight: Vec3,
-    /// What the background behind it takes from the pixel's coverage.
+    /// Share of the pixel's coverage that a transparent background behind it removes.
     pub(super) uncovered: f32,
     pub(super) bounces: u8,
     /// The effect that sent it, by its bit's number.
     pub(super) cause: u8,
-    /// Whether it is what glass reflects of a sample's wavelengths.
+    /// Whether glass reflects it with a sample's wavelengths.
     pub(super) is_tinted: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What shows where the gaze skips rays.
+//! Fills pixels that the gaze skips.
 
 use super::{
     Frame, Job, Observer, Options, RenderError, WallPicture, in_full, jobs, share_out, tiles,
@@ -16,17 +16,17 @@ use shisen_core::{Runs, Simd};
 use std::f32::consts::PI;
 use std::time::Instant;
 
-/// What shows where the gaze skips rays. At the border of the visual field
-/// traced pixels go over into it smoothly.
+/// What fills pixels that the gaze skips. At the border of the visual field
+/// traced pixels blend into it.
 #[derive(Debug, Clone, Copy, Default)]
 pub enum Filling<'f> {
-    /// What a ray sees that meets nothing, up to the border: the paper's.
+    /// The background, up to the border: the paper's choice.
     #[default]
     Background,
     /// The surroundings, captured once a frame through mirrored spheroids at the head.
     Capture(CaptureOptions),
-    /// What another frame of the same walls, eyes and sizes shows at the same
-    /// place, such as the one before.
+    /// The pixels of another frame of the same walls, eyes and sizes, such as the
+    /// frame before.
     Previous(&'f Frame),
 }
 
@@ -37,8 +37,8 @@ pub struct CaptureOptions {
     pub size: u32,
     /// The level of detail of all its rays, 0 to 1.
     pub level: f32,
-    /// The most steps to take, but for the last ray of each tile of 16² pixels; pixels that
-    /// they do not reach show the background. `None` for no limit.
+    /// Most steps to take, not counting the last ray of each tile of 16² pixels; pixels beyond
+    /// them show the background. `None` for no limit.
     pub steps: Option<u64>,
 }
 

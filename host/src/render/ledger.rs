@@ -1,4 +1,4 @@
-//! What each effect does in a frame.
+//! Counts the rays and steps of each effect in a frame.
 
 use super::{Observer, Options, RenderError, pool, renderer, share_out, tiles, view};
 use crate::bake::AnyScene;
@@ -9,12 +9,12 @@ use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use std::sync::Mutex;
 
-/// What each effect does in a frame, and what the frame takes without that: ray by ray.
+/// Counts of each effect in a frame, and of all its rays.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Account {
-    /// By effect.
+    /// Counts by effect.
     pub ledger: Ledger,
-    /// The counts of all rays: those that the ledger has, and the primary ones.
+    /// Counts of all rays: those in the ledger, and the primary ones.
     pub statistics: Statistics,
     /// The number of pixels of all pictures.
     pub pixels: u64,

@@ -1,6 +1,6 @@
 //! Light by its wavelengths: media by name, ways to choose wavelengths, prisms.
 //!
-//! What the tracer computes with is in [`shisen_core::spectrum`].
+//! The tracer's own types are in [`shisen_core::spectrum`].
 
 use crate::files::description::suggestion;
 use miette::Diagnostic;
