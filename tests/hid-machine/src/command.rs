@@ -116,7 +116,7 @@ pub fn says_that_a_request_is_refused(api: &mut HidApi) -> Result {
     let monitor = Monitor::new(&format!("hid:{}", path(api, documented::USB_ID)?))?;
     loop {
         let line = monitor.err.recv_timeout(SLOW)?;
-        if line.contains("did not take the request") {
+        if line.contains("refused the request") {
             return Ok(());
         }
     }
