@@ -35,12 +35,12 @@ pub(in crate::cli) struct Report {
     /// How many directions.
     directions: u32,
     /// Scenes A to D.
-    scenes: Vec<Scene>,
+    scenes: Vec<Ratios>,
 }
 
 /// Ratios of level of detail to plain tracing in a scene.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Scene {
+struct Ratios {
     /// Scene of the paper: A, B, C or D.
     scene: &'static str,
     /// The greatest ratio of steps.
@@ -142,7 +142,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 look: gaze.look.to_array(),
             }
         };
-        scenes.push(Scene {
+        scenes.push(Ratios {
             scene: scene.name(),
             worst_steps: worst(|gaze| gaze.steps),
             worst_time: worst(Gaze::time),
