@@ -105,7 +105,7 @@ impl Run {
             screenshots: 0,
         };
         // Waits for the first frame: before it the window shows only text, in few colours.
-        until(|| (colours(&run.screenshot(server)) > 20).then_some(()));
+        run.shows(server, |picture| colours(picture) > 20);
         run
     }
 
@@ -122,6 +122,11 @@ impl Run {
         let path = self.folder.path().join(name);
         until(|| path.is_file().then_some(()));
         image::open(path).expect("a picture").into_rgb8()
+    }
+
+    /// Takes screenshots until one shows what it should, and returns that.
+    fn shows(&mut self, server: &Server, is: impl Fn(&RgbImage) -> bool) -> RgbImage {
+        until(|| Some(self.screenshot(server)).filter(&is))
     }
 
     /// Waits for the run's end; returns its output and its report.
@@ -186,19 +191,18 @@ fn keys_change_what_is_seen_and_a_closed_window_ends_only_the_showing() {
     let plain = run.screenshot(&server);
     assert_eq!(plain.dimensions(), (960, 720));
     run.key(&server, "h");
-    let levels = run.screenshot(&server);
-    let [levels, none] = [&levels, &plain].map(yellow);
-    assert!(levels > 20_000 && none < 2_000, "{levels} {none}");
+    assert!(yellow(&plain) < 2_000);
+    run.shows(&server, |picture| yellow(picture) > 20_000);
     run.key(&server, "h");
     run.key(&server, "m");
     // On the front wall, away from its middle.
     server.xdotool(&["mousemove", "--window", &run.window, "400", "200"]);
-    let pointed = run.screenshot(&server);
-    assert!(is_marked(&pointed, 400, 200), "no cross at the mouse");
+    run.shows(&server, |picture| is_marked(picture, 400, 200));
     run.key(&server, "v");
-    let viewer = run.screenshot(&server);
-    let differing = viewer.pixels().zip(plain.pixels());
-    assert!(differing.filter(|(a, b)| a != b).count() > 100_000);
+    run.shows(&server, |viewer| {
+        let differing = viewer.pixels().zip(plain.pixels());
+        differing.filter(|(a, b)| a != b).count() > 100_000
+    });
     run.key(&server, "f");
     // Each of these keys changes the scene or its detail, and so begins another run of frames.
     run.key(&server, "b");

@@ -19,7 +19,7 @@ use std::io;
 use std::ops::Range;
 use std::path::Path;
 
-const SIZE: (u32, u32) = (800, 500);
+const SIZE: [u32; 2] = [800, 500];
 
 /// Drawing units a pixel: `plotters` has whole numbers only, and steps would show.
 const PARTS: u32 = 10;
@@ -173,7 +173,7 @@ impl Chart {
     ///
     /// # Errors
     /// A range that no axis can have.
-    pub fn svg(&self, size: (u32, u32)) -> io::Result<String> {
+    pub fn svg(&self, [width, height]: [u32; 2]) -> io::Result<String> {
         for axis in [&self.x, &self.y] {
             if !is_drawable(&axis.range, axis.logarithmic) {
                 let scale = if axis.logarithmic { "logarithmic " } else { "" };
@@ -183,7 +183,7 @@ impl Chart {
             }
         }
         let mut picture = String::new();
-        let size = (size.0, size.1 + self.names_height());
+        let size = (width, height + self.names_height());
         let (x, y) = (self.x.range.clone(), self.y.range.clone());
         match (self.x.logarithmic, self.y.logarithmic) {
             (false, false) => self.draw(&mut picture, size, x, y),
@@ -340,21 +340,6 @@ impl Chart {
             area.draw(&Text::new(line.name.clone(), at, style.clone()))?;
         }
         Ok(())
-    }
-
-    /// The number of circles in the picture if all dots are inside the axes: one for each dot,
-    /// and one beside each name.
-    pub fn circles(&self) -> usize {
-        let named = usize::from(self.lines.len() > 1);
-        let dotted = self.lines.iter().filter(|line| line.dots);
-        let of = |line: &Line| line.points.iter().filter(|point| point.1.is_some()).count();
-        dotted.map(|line| of(line) + named).sum()
-    }
-
-    /// The number of lines through two points or more.
-    pub fn strokes(&self) -> usize {
-        let joined = self.lines.iter().filter(|line| !line.dots);
-        joined.filter(|line| line.points.len() > 1).count()
     }
 
     fn shows(&self, (x, y): (f64, f64)) -> bool {

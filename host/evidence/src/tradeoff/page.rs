@@ -16,7 +16,7 @@ use std::io;
 use std::ops::Range;
 
 /// Columns and rows of a chart; two stand side by side.
-const CHART: (u32, u32) = (580, 400);
+const CHART: [u32; 2] = [580, 400];
 
 /// The page.
 ///
@@ -90,13 +90,7 @@ fn write_comparison(page: &mut String, comparison: &Comparison) -> io::Result<()
     page.push_str("<div class=\"charts\">\n");
     for chart in charts_of(comparison).iter().chain(&comparison.charts) {
         let picture = chart.svg(CHART)?;
-        let _ = writeln!(
-            page,
-            "<figure data-circles=\"{}\" data-strokes=\"{}\">{}</figure>",
-            chart.circles(),
-            chart.strokes(),
-            picture.trim()
-        );
+        let _ = writeln!(page, "<figure>{}</figure>", picture.trim());
     }
     page.push_str("</div>\n");
     write_points(page, comparison);
