@@ -271,7 +271,7 @@ pub unsafe extern "C" fn shisen_frame_begin(
             .iter()
             .map(|screen| Ok(screen.flat().view_from(eye)?));
         // SAFETY: as promised above.
-        let handle = unsafe { begin((memory, memory_size), &renderer, settings, views) }?;
+        let handle = unsafe { begin(memory, memory_size, &renderer, settings, views) }?;
         // SAFETY: as promised above.
         unsafe { write(frame, handle) }
     })
@@ -301,7 +301,7 @@ pub unsafe extern "C" fn shisen_frame_begin_dome(
         let renderer = unsafe { renderer(scene, settings) }?;
         let views = core::iter::once_with(|| dome.view());
         // SAFETY: as promised above.
-        let handle = unsafe { begin((memory, memory_size), &renderer, settings, views) }?;
+        let handle = unsafe { begin(memory, memory_size, &renderer, settings, views) }?;
         // SAFETY: as promised above.
         unsafe { write(frame, handle) }
     })
@@ -344,7 +344,8 @@ unsafe fn renderer(
 /// # Safety
 /// `memory` is NULL, misaligned, or valid for `memory_size` bytes, and the frame's from now on.
 unsafe fn begin(
-    (memory, memory_size): (*mut c_void, usize),
+    memory: *mut c_void,
+    memory_size: usize,
     renderer: &Renderer<'static, WIDTH>,
     settings: &FrameSettings,
     views: impl ExactSizeIterator<Item = Result<View, Status>> + Clone,

@@ -38,9 +38,9 @@ where
     ) -> Option<Hit> {
         let limit = f32::INFINITY;
         let hit = if Simd::HAS_VECTORS {
-            self.search(Nearest, rung, (ray, limit), budget, workspace)
+            self.search(Nearest, rung, ray, limit, budget, workspace)
         } else {
-            self.search_either(false, rung, (ray, limit), budget, workspace)
+            self.search_either(false, rung, ray, limit, budget, workspace)
         };
         (hit.instance != u32::MAX).then_some(hit)
     }
@@ -51,7 +51,8 @@ where
         &self,
         goal: S,
         rung: u8,
-        (ray, limit): (&Ray, f32),
+        ray: &Ray,
+        limit: f32,
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Hit {
@@ -74,11 +75,12 @@ where
         &self,
         is_any: bool,
         rung: u8,
-        within: (&Ray, f32),
+        ray: &Ray,
+        limit: f32,
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Hit {
-        self.search(is_any, rung, within, budget, workspace)
+        self.search(is_any, rung, ray, limit, budget, workspace)
     }
 
     // Not inlined: its stack frame must not be live during deeper searches.
@@ -141,7 +143,7 @@ where
                         .unwrap_or(Hit::NONE)
                 } else {
                     let best = hits.get(group, lane);
-                    self.nearer_in((instance, rung), &ray, best, budget, workspace)
+                    self.nearer_in(instance, rung, &ray, best, budget, workspace)
                 };
                 hits.set(group, lane, hit);
             }
@@ -152,7 +154,8 @@ where
     /// The nearest hit of a ray in an instance on a rung, or `best` if that is nearer.
     fn nearer_in(
         &self,
-        (instance, rung): (u32, u8),
+        instance: u32,
+        rung: u8,
         ray: &Ray,
         best: Hit,
         budget: &mut Budget,
@@ -201,7 +204,7 @@ where
                 let Some((ray, rung)) = rung(lane) else {
                     continue;
                 };
-                *best = self.nearer_in((instance, rung), &ray, *best, budget, workspace);
+                *best = self.nearer_in(instance, rung, &ray, *best, budget, workspace);
             }
         }
         Some(found)
@@ -217,9 +220,9 @@ where
         workspace: &mut Workspace,
     ) -> bool {
         let hit = if Simd::HAS_VECTORS {
-            self.search(Any, rung, (ray, limit), budget, workspace)
+            self.search(Any, rung, ray, limit, budget, workspace)
         } else {
-            self.search_either(true, rung, (ray, limit), budget, workspace)
+            self.search_either(true, rung, ray, limit, budget, workspace)
         };
         workspace.statistics.shadow += 1;
         hit.instance != u32::MAX

@@ -171,7 +171,8 @@ impl<const W: usize> TileInWorld<'_, '_, W> {
         &mut self,
         l: L,
         mesh: &Mesh,
-        (number, instance): (u32, &Instance),
+        number: u32,
+        instance: &Instance,
         groups: u8,
         path: &mut Path<'_>,
     ) -> bool {
@@ -259,7 +260,7 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
             });
             let mesh = self.scene.mesh_at(instance.geometry, rung);
             let together = match mesh.filter(|_| instance.kind == kind::MESH) {
-                Some(mesh) => self.in_mesh(l, mesh, (number, instance), groups, path),
+                Some(mesh) => self.in_mesh(l, mesh, number, instance, groups, path),
                 None => false,
             };
             if let Some((own, found)) = others {
