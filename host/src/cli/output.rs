@@ -5,7 +5,8 @@ pub mod picture_files;
 pub mod progress;
 pub mod ray_counts;
 
-use failure::{Failure, Fault, no_output};
+use crate::files::Fault;
+use failure::{Failure, no_output};
 use serde::Serialize;
 use std::fmt;
 use std::io::{self, IsTerminal as _, StdoutLock, Write};

@@ -3,9 +3,10 @@
 pub(super) use crate::bake::BakedScene;
 pub(super) use crate::cave::Cave;
 pub(super) use crate::cli::numbers::{number, whole, within};
-pub(super) use crate::cli::output::failure::{Failure, Fault, OrFail as _, misuse};
+pub(super) use crate::cli::output::failure::{Failure, OrFail as _, misuse};
 pub(super) use crate::cli::output::picture_files::{hexadecimal, is_png, make_writable, metadata};
 pub(super) use crate::cli::output::{counted, print, say, warn};
+pub(super) use crate::files::Fault;
 pub(super) use crate::with_scene;
 pub(super) use clap::{Args, ValueEnum};
 pub(super) use miette::Diagnostic;

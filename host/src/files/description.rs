@@ -145,6 +145,14 @@ impl Source<'_> {
     /// recognised by their first words.
     fn in_plain_words(&self, error: &toml::de::Error, syntax: &str) -> (String, String) {
         let message = error.message();
+        let Ok(root) = DeTable::parse(self.text) else {
+            let help = "a line is KEY = VALUE, with text in \"quotes\" and lists in [brackets], or \
+                        [NAME] or [[NAME]] before the keys of a table; a key stands once in a table";
+            return (
+                format!("this is not valid TOML: {message}"),
+                help.to_owned(),
+            );
+        };
         let mut names = message.split('`').skip(1).step_by(2);
         let mut name = || names.next().unwrap_or_default();
         if message.starts_with("unknown field") {
@@ -167,13 +175,10 @@ impl Source<'_> {
         let values = message.strip_prefix("invalid ");
         let Some((found, expected)) = values.and_then(|text| text.rsplit_once(", expected "))
         else {
-            let help = "a line is KEY = VALUE, with text in \"quotes\" and lists in [brackets], or \
-                        [NAME] or [[NAME]] before the keys of a table";
-            return (format!("this is not TOML: {message}"), help.to_owned());
+            return (message.to_owned(), syntax.to_owned());
         };
         let span = error.span().unwrap_or_default();
-        let root = DeTable::parse(self.text).ok();
-        let keys = root.iter().flat_map(Spanned::get_ref);
+        let keys = root.get_ref().iter();
         let keys = keys.filter_map(|(key, value)| key_of(value, key.get_ref(), &span));
         let (length, key) = keys.min().unwrap_or((span.len(), "KEY"));
         let is_within = length > span.len();

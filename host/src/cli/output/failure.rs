@@ -1,6 +1,6 @@
 //! Why a command ends without having done what it was asked to.
 
-pub use crate::files::Fault;
+use crate::files::Fault;
 use clap::error::ErrorKind;
 use miette::Diagnostic;
 use std::error::Error as StdError;

@@ -112,7 +112,8 @@ sphere = { radius = 0.5 } | sphere = { radius = true } | `radius` must be a numb
 position = [0, 1.0, -3.0] | position = [0, 1.0] | `position` must be three numbers
 position = [0, 1.0, -3.0] | position = [0, "a", 1] | a value of `position` must be a number, not "a"
 builtin = "quadruped" | builtin = 5 | `builtin` must be text in quotes, not 5
-[[light]] | [[light] | this is not TOML
+[[light]] | [[light] | this is not valid TOML
+builtin = "quadruped" | builtin = "quadruped | this is not valid TOML
 radius = 0.5 | radios = 0.5 | unknown key `radios`
 position = [0, 1.6, -2] | | the key `position` is missing | *
 scale = 2 | scale = [1, -1, 1] | `scale` is -1

@@ -111,7 +111,7 @@ pub(crate) struct Report {
     host_frame_hash: String,
     /// Whether all frames are the host's.
     equal: bool,
-    /// Of all frames of the screens, shading included.
+    /// Mean of all frames of the screens, shading included.
     instructions_per_primary_ray: Option<f64>,
     /// Decoding and estimating; null without a record.
     instructions_per_record: Option<f64>,

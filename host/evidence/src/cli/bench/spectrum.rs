@@ -256,6 +256,7 @@ impl Arguments {
     }
 }
 
+// Longer than 80 lines: the report takes a line a field.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(folder) = &arguments.out {
         make_writable(folder)?;
