@@ -38,6 +38,19 @@ pub fn run(target: &str, bytes: &[u8]) {
     }
 }
 
+/// The names of all targets.
+pub fn targets() -> impl Iterator<Item = &'static str> {
+    let others = [
+        "descriptor",
+        "device",
+        "i2c",
+        "items",
+        "scene-blob",
+        "scene-file",
+    ];
+    Protocol::NAMES.into_iter().chain(others)
+}
+
 /// Records of each protocol, to start from.
 pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
     let mut seeds: Vec<_> = Protocol::NAMES
