@@ -67,7 +67,7 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// The paper's three bounces, one ray a pixel.
+    /// Returns the paper's three bounces, one ray a pixel.
     fn default() -> Self {
         Self {
             depth: 3,
@@ -208,14 +208,14 @@ where
         }
     }
 
-    /// The same renderer without some effects.
+    /// Returns the same renderer without some effects.
     #[must_use]
     pub const fn without(mut self, effects: EffectSet) -> Self {
         self.tracer = self.tracer.without(effects);
         self
     }
 
-    /// The same renderer with wavelengths: see [`Tracer::with_spectrum`]. Before
+    /// Returns the same renderer with wavelengths: see [`Tracer::with_spectrum`]. Before
     /// any level of detail.
     ///
     /// # Errors
@@ -226,8 +226,8 @@ where
         Ok(self)
     }
 
-    /// The same renderer with all rays at a level, moved to the nearest from 0 to 1: bounces by
-    /// equation 9, the rung of meshes closest to equation 10.
+    /// Returns the same renderer with all rays at a level, moved to the nearest from 0 to 1:
+    /// bounces by equation 9, the rung of meshes closest to equation 10.
     #[must_use]
     pub fn at_level(mut self, level: f32) -> Self {
         let full = self.tracer.detail();
@@ -240,8 +240,8 @@ where
         self
     }
 
-    /// The same renderer with no more faces of a mesh than equation 10 gives a level, moved to the
-    /// nearest from 0 to 1. Before any level of detail.
+    /// Returns the same renderer with no more faces of a mesh than equation 10 gives a level, moved
+    /// to the nearest from 0 to 1. Before any level of detail.
     #[must_use]
     pub fn with_faces_of_level(mut self, level: f32) -> Self {
         let level = nearest_detail(level);
@@ -249,15 +249,15 @@ where
         self
     }
 
-    /// The same renderer with a detail that follows the gaze: as it is without in the central
-    /// field; outside the visual field pixels show what a ray sees that meets nothing.
+    /// Returns the same renderer with a detail that follows the gaze: as it is without in the
+    /// central field; outside the visual field pixels show what a ray sees that meets nothing.
     #[must_use]
     pub const fn with_level_of_detail(mut self, lod: LevelOfDetail) -> Self {
         self.lod = Some(lod);
         self
     }
 
-    /// The same renderer with only the rays that a gaze gives less than a
+    /// Returns the same renderer with only the rays that a gaze gives less than a
     /// level, each in full: for what is to fill the rest of a frame that follows
     /// that gaze. Other pixels show what a ray sees that meets nothing.
     #[must_use]
@@ -266,7 +266,7 @@ where
         self
     }
 
-    /// The gaze that its detail follows, if it follows one.
+    /// Returns the gaze that its detail follows, if it follows one.
     pub const fn gaze(&self) -> Option<&Gaze> {
         match &self.lod {
             Some(lod) => Some(&lod.gaze),
@@ -274,13 +274,13 @@ where
         }
     }
 
-    /// The tracer of its rays.
+    /// Returns the tracer of its rays.
     pub const fn tracer(&self) -> &Tracer<'a, W> {
         &self.tracer
     }
 
-    /// How pixel (x, y) of a view is traced; `None` where it is not, the view has no such pixel, or
-    /// its centre is outside a dome master's rim.
+    /// Returns how pixel (x, y) of a view is traced; `None` where it is not, the view has no such
+    /// pixel, or its centre is outside a dome master's rim.
     pub fn detail(&self, view: &View, x: u32, y: u32) -> Option<RayDetail> {
         if x >= view.columns() || y >= view.rows() {
             return None;
@@ -305,7 +305,8 @@ where
         }
     }
 
-    /// What is seen past all objects at a point of a view; nothing outside a dome master's rim.
+    /// Returns what is seen past all objects at a point of a view; nothing outside a dome master's
+    /// rim.
     fn past(&self, view: &View, x: f32, y: f32) -> Pixel {
         match view.direction(x, y) {
             Some(direction) => self.tracer.missed(direction),
@@ -313,7 +314,7 @@ where
         }
     }
 
-    /// Where the patch that contains pixel (x, y) lies in the visual field.
+    /// Returns where the patch that contains pixel (x, y) lies in the visual field.
     fn patch_region(&self, view: &View, x: u32, y: u32) -> Region {
         match &self.lod {
             None => Region::Central,
@@ -321,7 +322,8 @@ where
         }
     }
 
-    /// The detail of the pixels of the block that contains (x, y), given its patch's region.
+    /// Returns the detail of the pixels of the block that contains (x, y), given its patch's
+    /// region.
     // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
     fn block_detail(&self, patch: Region, view: &View, x: u32, y: u32) -> BlockDetail {
@@ -478,7 +480,7 @@ impl TileJob {
         Ok(Outcome::Finished)
     }
 
-    /// Ends a block or square: so many pixels of the tile are finished.
+    /// Ends a block or square, with `finished` pixels of the tile done.
     const fn end_part(&mut self, finished: u32) {
         self.finished = finished;
         self.begun = Begun::NOTHING;

@@ -39,7 +39,7 @@ pub struct HeadPose {
 }
 
 impl HeadPose {
-    /// At the room's origin, looking along −Z.
+    /// Returns a pose at the room's origin, looking along −Z.
     pub const IDENTITY: Self = Self {
         position: Vec3::ZERO,
         orientation: Quat::IDENTITY,

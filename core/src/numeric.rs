@@ -21,7 +21,7 @@ use glam::Vec3;
 /// Half the distance from 1 to the next f32: the unit roundoff, 2⁻²⁴.
 pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
 
-/// A hash of 32 bits in which each depends on all (Wellons' lowbias32, 2018).
+/// Returns a hash of 32 bits in which each depends on all (Wellons' lowbias32, 2018).
 #[inline]
 pub(crate) const fn lowbias32(word: u32) -> u32 {
     let word = (word ^ word >> 16).wrapping_mul(0x7feb_352d);
@@ -29,7 +29,7 @@ pub(crate) const fn lowbias32(word: u32) -> u32 {
     word ^ word >> 16
 }
 
-/// The largest magnitude among three components.
+/// Returns the largest magnitude among three components.
 #[inline(always)]
 pub fn largest_magnitude(v: Vec3) -> f32 {
     max(v.x.abs(), max(v.y.abs(), v.z.abs()))
@@ -103,8 +103,8 @@ const fn power_of_two(exponent: i32) -> f32 {
     f32::from_bits(((127 + exponent) as u32) << 23)
 }
 
-/// The angle from the x axis to (x, y), radians, 0 to π/2, for coordinates not below zero; 0
-/// where both are. Error ≤ 1.6e-7, by atan q = q + q³·N(q²)/D(q²) with minimax quadratics.
+/// Returns the angle from the x axis to (x, y), radians, 0 to π/2, for coordinates not below zero;
+/// 0 where both are. Error ≤ 1.6e-7, by atan q = q + q³·N(q²)/D(q²) with minimax quadratics.
 #[inline(always)]
 pub(crate) fn arctangent<const W: usize, L: Lanes<W>>(l: L, y: L::F, x: L::F) -> L::F {
     let flat = l.le(y, x);
@@ -121,7 +121,7 @@ pub(crate) fn arctangent<const W: usize, L: Lanes<W>>(l: L, y: L::F, x: L::F) ->
     l.select(flat, angle, l.sub(l.splat(FRAC_PI_2), angle))
 }
 
-/// The tangent of an angle from 0 to 1.57, to six digits, by Newton's method.
+/// Returns the tangent of an angle from 0 to 1.57, to six digits, by Newton's method.
 pub(crate) fn tangent(angle: f32) -> f32 {
     let part = angle / FRAC_PI_2;
     let mut tangent = angle / (1.0 - part * part);
@@ -132,9 +132,9 @@ pub(crate) fn tangent(angle: f32) -> f32 {
     tangent
 }
 
-/// The solutions of a·t² + 2·h·t + c = 0 in ascending order, given `discriminant` = h² − a·c in
-/// a form that does not cancel. `None` if there is no real solution or a is zero; a root that is
-/// too large for f32 is infinite. Neither root subtracts nearly equal numbers.
+/// Returns the solutions of a·t² + 2·h·t + c = 0 in ascending order, given `discriminant` = h² −
+/// a·c in a form that does not cancel. `None` if there is no real solution or a is zero; a root
+/// that is too large for f32 is infinite. Neither root subtracts nearly equal numbers.
 #[inline]
 pub fn quadratic_roots(a: f32, h: f32, c: f32, discriminant: f32) -> Option<(f32, f32)> {
     if !(discriminant >= 0.0) || a == 0.0 {
@@ -241,8 +241,8 @@ fn scale_by_power_of_two(magnitude: u64, exponent: i32) -> f32 {
     min(value, f32::MAX)
 }
 
-/// A right-handed orthonormal basis (x, y, `z`) around the unit vector `z` (Duff et al., "Building
-/// an Orthonormal Basis, Revisited", 2017).
+/// Returns a right-handed orthonormal basis (x, y, `z`) around the unit vector `z` (Duff et al.,
+/// "Building an Orthonormal Basis, Revisited", 2017).
 pub fn basis_around(z: Vec3) -> (Vec3, Vec3) {
     let sign = if z.z.is_sign_negative() { -1.0 } else { 1.0 };
     let a = -1.0 / (sign + z.z);
@@ -258,7 +258,7 @@ mod tests {
     use super::*;
     use crate::hostile::{is_unit, with_hostile_numbers};
 
-    /// The exact sign of a·b − c·d, by f64: two 48-bit products, compared.
+    /// Returns the exact sign of a·b − c·d, by f64: two 48-bit products, compared.
     fn exact_sign(a: f32, b: f32, c: f32, d: f32) -> i32 {
         let (p, q) = (a as f64 * b as f64, c as f64 * d as f64);
         p.partial_cmp(&q).map_or(0, |o| o as i32)

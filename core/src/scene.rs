@@ -86,28 +86,28 @@ impl<'a, const W: usize> Scene<'a, W> {
         Ok(scene)
     }
 
-    /// What a ray sees that meets nothing.
+    /// Returns what a ray sees that meets nothing.
     pub const fn background(&self) -> &'a Background {
         &self.header.background
     }
 
-    /// The placed shapes.
+    /// Returns the placed shapes.
     pub const fn instances(&self) -> &'a [Instance] {
         self.instances
     }
 
-    /// The meshes that instances place.
+    /// Returns the meshes that instances place.
     pub const fn meshes(&self) -> &'a [Mesh] {
         self.meshes
     }
 
-    /// Meshes of a ladder of polygon levels, the full one included; 1 where
+    /// Returns meshes of a ladder of polygon levels, the full one included; 1 where
     /// the scene was baked without.
     pub const fn rungs(&self) -> u8 {
         self.header.rungs as u8
     }
 
-    /// A mesh as rays of a rung see it: itself where it has no such rung.
+    /// Returns a mesh as rays of a rung see it: itself where it has no such rung.
     #[inline(always)]
     pub(crate) fn mesh_at(&self, geometry: u32, rung: u8) -> Option<&'a Mesh> {
         let full = self.meshes.get(geometry as usize)?;
@@ -118,27 +118,27 @@ impl<'a, const W: usize> Scene<'a, W> {
         self.meshes.get(geometry.checked_add(rung)? as usize)
     }
 
-    /// The materials.
+    /// Returns the materials.
     pub const fn materials(&self) -> &'a [Material] {
         self.materials
     }
 
-    /// What transparent materials are made of.
+    /// Returns what transparent materials are made of.
     pub const fn media(&self) -> &'a [Medium] {
         self.media
     }
 
-    /// The lights.
+    /// Returns the lights.
     pub const fn lights(&self) -> &'a [Light] {
         self.lights
     }
 
-    /// The effects that it asks for.
+    /// Returns the effects that it asks for.
     pub const fn effects(&self) -> EffectSet {
         EffectSet::from_bits_truncate(self.header.effects)
     }
 
-    /// What it asks them by.
+    /// Returns what it asks them by.
     pub const fn records(&self) -> Records<'a> {
         Records {
             instances: self.instances,
@@ -156,12 +156,12 @@ impl<'a, const W: usize> Scene<'a, W> {
         (self.nodes.len(), leaves, self.triangles.len())
     }
 
-    /// Bytes that the scene takes.
+    /// Returns bytes that the scene takes.
     pub const fn byte_len(&self) -> u32 {
         self.header.byte_len
     }
 
-    /// The most entries of the traversal stack that any ray can use.
+    /// Returns the most entries of the traversal stack that any ray can use.
     pub const fn stack_entries(&self) -> u32 {
         self.header.stack_entries
     }

@@ -37,9 +37,9 @@ pub trait Lanes<const W: usize>: Copy {
     fn min(self, a: Self::F, b: Self::F) -> Self::F;
     /// `a > b ? a : b`
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
-    /// The lesser of numbers that are not NaN, either of −0 and 0.
+    /// Returns the lesser of numbers that are not NaN, either of −0 and 0.
     fn lesser(self, a: Self::F, b: Self::F) -> Self::F;
-    /// The greater of numbers that are not NaN, either of −0 and 0.
+    /// Returns the greater of numbers that are not NaN, either of −0 and 0.
     fn greater(self, a: Self::F, b: Self::F) -> Self::F;
     /// Correctly rounded; NaN below zero.
     fn sqrt(self, x: Self::F) -> Self::F;
@@ -57,7 +57,7 @@ pub trait Lanes<const W: usize>: Copy {
     fn bits(self, m: Self::M) -> u32;
     /// Has a record brought near that will be read soon; changes no result.
     fn prefetch<T>(self, record: &T);
-    /// Four numbers of each lane, lane by lane.
+    /// Returns four numbers of each lane, lane by lane.
     fn interleave(self, of_lanes: [Self::F; 4]) -> [[f32; 4]; W];
     /// Writes the lanes set in `hit` to the fronts, in the sequence of `order` (lane numbers of
     /// three bits for eight lanes, two for four, lowest first); returns their number and the last
@@ -73,7 +73,7 @@ pub trait Lanes<const W: usize>: Copy {
     ) -> (usize, usize);
 }
 
-/// The dot product with a vector that is the same in all lanes, summed from x to z.
+/// Returns the dot product with a vector that is the same in all lanes, summed from x to z.
 #[inline(always)]
 pub(crate) fn dot<const W: usize, L: Lanes<W>>(l: L, axis: Vec3, [x, y, z]: [L::F; 3]) -> L::F {
     let x = l.mul(l.splat(axis.x), x);
@@ -260,7 +260,7 @@ impl Simd {
         target_arch = "xtensa"
     )));
 
-    /// The fastest that this processor has. Asks it once; keep the value.
+    /// Returns the fastest that this processor has. Asks it once; keep the value.
     pub fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
         if let Some(avx2) = Avx2::detect() {

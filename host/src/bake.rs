@@ -181,7 +181,7 @@ where
         Ok(baked)
     }
 
-    /// The bytes, as they go to a file or to flash.
+    /// Returns the bytes, as they go to a file or to flash.
     pub fn as_bytes(&self) -> &[u8] {
         self.bytes.as_bytes()
     }
@@ -202,7 +202,7 @@ where
         shisen_core::scene::Scene::from_bytes(self.as_bytes())
     }
 
-    /// The scene in these bytes.
+    /// Returns the scene in these bytes.
     ///
     /// # Panics
     /// Never: the bytes were checked when this value was made.
@@ -211,7 +211,7 @@ where
     }
 }
 
-/// One mesh as a scene of its own, in its own frame.
+/// Returns one mesh as a scene of its own, in its own frame.
 pub fn lone_mesh(mesh: TriangleMesh) -> Scene {
     Scene {
         name: "mesh".into(),
@@ -224,7 +224,7 @@ pub fn lone_mesh(mesh: TriangleMesh) -> Scene {
     }
 }
 
-/// The meshes, without coordinates where no object shows a texture on them.
+/// Returns the meshes, without coordinates where no object shows a texture on them.
 fn shown(scene: &Scene) -> Vec<Cow<'_, TriangleMesh>> {
     let meshes = scene.meshes.iter().enumerate();
     meshes

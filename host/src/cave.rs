@@ -124,8 +124,8 @@ impl Wall {
     /// Most bytes in a name; leaves room for the eye and the file type.
     const LONGEST_NAME: usize = 100;
 
-    /// A usable wall. Corners are metres in the room, as the wall's viewer sees them; `pixels` are
-    /// columns and rows, 1 to [`Self::MOST_PIXELS`] each.
+    /// Returns a usable wall. Corners are metres in the room, as the wall's viewer sees them;
+    /// `pixels` are columns and rows, 1 to [`Self::MOST_PIXELS`] each.
     ///
     /// # Errors
     /// As [`Self::validate`].
@@ -190,8 +190,7 @@ impl Wall {
             return Err(RoomError::new(
                 "upper_left",
                 format!("{wall}: its three corners lie on one line"),
-                "the edge from lower_left to upper_left stands on the edge from lower_left to \
-                 lower_right",
+                "move upper_left off the line through lower_left and lower_right",
             ));
         }
         Ok(())
@@ -237,7 +236,7 @@ impl<'a> Screen<'a> {
         }
     }
 
-    /// The rays from an eye at `eye` (metres, in the room) through its pixels.
+    /// Returns the rays from an eye at `eye` (metres, in the room) through its pixels.
     ///
     /// # Errors
     /// As [`Wall::view_from`] and [`DomeScreen::view_from`].
@@ -290,7 +289,7 @@ impl FromStr for BuiltInCave {
 }
 
 impl Cave {
-    /// A room of usable walls with names of their own.
+    /// Returns a room of usable walls with names of their own.
     ///
     /// # Errors
     /// The first wall that [`Wall::validate`] rejects or whose name another
@@ -340,7 +339,7 @@ impl Cave {
         Err(RoomError::new("name", message, help))
     }
 
-    /// All screens, in the order of their pictures: walls, then domes.
+    /// Returns all screens, in the order of their pictures: walls, then domes.
     pub fn screens(&self) -> impl Iterator<Item = Screen<'_>> {
         let walls = self.walls.iter().map(Screen::Wall);
         walls.chain(self.domes.iter().map(Screen::Dome))
@@ -355,7 +354,7 @@ impl Cave {
         screens.try_for_each(|screen| screen.view_from(eye).map(drop))
     }
 
-    /// A built-in room, every wall with `pixels` columns and rows, a dome with
+    /// Returns a built-in room, every wall with `pixels` columns and rows, a dome with
     /// as many columns and rows as `pixels` has columns.
     ///
     /// # Errors

@@ -48,14 +48,25 @@ pub(crate) const UNREAD: &str = "check the file's name and permissions";
 /// # Errors
 /// What the system says; [`io::ErrorKind::InvalidInput`] for anything that is not a regular file.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
-    if std::fs::metadata(path)?.is_file() {
-        std::fs::read(path)
+    if std::fs::metadata(path).map_err(in_words)?.is_file() {
+        std::fs::read(path).map_err(in_words)
     } else {
         Err(io::Error::new(
             io::ErrorKind::InvalidInput,
             "not a regular file",
         ))
     }
+}
+
+/// Returns the reason in words of ours where it is a common one.
+fn in_words(reason: io::Error) -> io::Error {
+    let words = match reason.kind() {
+        io::ErrorKind::NotFound => "there is no such file",
+        io::ErrorKind::PermissionDenied => "you may not read it",
+        io::ErrorKind::NotADirectory => "a part of the path is a file, not a folder",
+        _ => return reason,
+    };
+    io::Error::new(reason.kind(), words)
 }
 
 /// As [`read`], for text in UTF-8.
@@ -107,7 +118,7 @@ pub fn write_atomically(
     Ok(())
 }
 
-/// What a failure to write a file means, and what to do about it.
+/// Returns what a failure to write a file means, and what to do about it.
 pub fn explain(reason: &io::Error) -> (String, &'static str) {
     let (what, help) = match reason.kind() {
         io::ErrorKind::NotFound => ("the folder does not exist", "create it first"),
@@ -128,16 +139,16 @@ pub fn explain(reason: &io::Error) -> (String, &'static str) {
             "free some space, or choose another folder",
         ),
         io::ErrorKind::AlreadyExists => ("a file has this name", "choose another name"),
-        _ => ("this place cannot be used", "choose another path"),
+        _ => return (reason.to_string(), "choose another path"),
     };
-    (format!("{what} ({reason})"), help)
+    (what.to_owned(), help)
 }
 
-/// What a failure to make a folder means, and what to do about it.
+/// Returns what a failure to make a folder means, and what to do about it.
 pub fn explain_folder(reason: &io::Error) -> (String, &'static str) {
     match reason.kind() {
         io::ErrorKind::NotFound => (
-            format!("no folder can be made there ({reason})"),
+            "no folder can be made there".to_owned(),
             "choose another folder",
         ),
         _ => explain(reason),

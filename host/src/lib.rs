@@ -88,7 +88,7 @@ macro_rules! named {
             /// All of them, in order.
             pub const ALL: [Self; [$($name),+].len()] = [$(Self::$variant),+];
 
-            /// The name on command lines and in reports.
+            /// Returns the name on command lines and in reports.
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $name,)+

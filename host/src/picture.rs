@@ -56,7 +56,7 @@ pub struct Picture {
 pub struct PictureError(String);
 
 impl Picture {
-    /// A picture of transparent black.
+    /// Returns a picture of transparent black.
     ///
     /// # Errors
     /// More than [`MAX_PIXELS`] pixels, or no memory for them.
@@ -80,7 +80,7 @@ impl Picture {
         })
     }
 
-    /// A picture of linear premultiplied pixels, rows from the top.
+    /// Returns a picture of linear premultiplied pixels, rows from the top.
     ///
     /// # Errors
     /// Another number of pixels than `width * height`.
@@ -109,7 +109,7 @@ impl Picture {
         )))
     }
 
-    /// The pixel in column `x` from the left and row `y` from the top; `None` outside.
+    /// Returns the pixel in column `x` from the left and row `y` from the top; `None` outside.
     pub fn pixel(&self, x: u32, y: u32) -> Option<[f32; 4]> {
         self.pixels.get(self.index(x, y)?).copied()
     }
@@ -122,13 +122,13 @@ impl Picture {
         }
     }
 
-    /// The pixels as the core reads them.
+    /// Returns the pixels as the core reads them.
     pub fn core_pixels(&self) -> &[Pixel] {
         // Four floats of one size and alignment: nothing is left out.
         <[Pixel]>::ref_from_bytes(self.pixels.as_bytes()).unwrap_or_default()
     }
 
-    /// The pixels as the core writes them, in bands of `rows` rows.
+    /// Returns the pixels as the core writes them, in bands of `rows` rows.
     pub fn rows_mut(&mut self, rows: u32) -> impl Iterator<Item = &mut [Pixel]> {
         let band = self.width as usize * rows.max(1) as usize;
         let pixels = self.pixels.chunks_mut(band.max(1));
@@ -172,7 +172,7 @@ impl Picture {
         })
     }
 
-    /// A hash of the size and of every bit of the pixels, the same on every machine.
+    /// Returns a hash of the size and of every bit of the pixels, the same on every machine.
     pub fn hash(&self) -> u64 {
         let mut hash = Xxh3Default::new();
         hash.update(&self.width.to_le_bytes());
@@ -200,7 +200,7 @@ impl Picture {
         self.write_8_bit(path, metadata, ColorType::Rgb, srgb_of_pixel)
     }
 
-    /// The file that [`write_png`](Self::write_png) writes, without metadata.
+    /// Returns the file that [`write_png`](Self::write_png) writes, without metadata.
     ///
     /// # Errors
     /// A picture that is empty or has the wrong number of pixels.
@@ -319,8 +319,8 @@ impl Picture {
     }
 }
 
-/// The sRGB code of a linear value (IEC 61966-2-1), 0 to 255 for 0 to 1; clipped outside, 0 for
-/// NaN. Within 0.545 of the exact code, from a table: files are the same on every machine.
+/// Returns the sRGB code of a linear value (IEC 61966-2-1), 0 to 255 for 0 to 1; clipped outside, 0
+/// for NaN. Within 0.545 of the exact code, from a table: files are the same on every machine.
 pub fn srgb_from_linear(linear: f32) -> u8 {
     fast_srgb8::f32_to_srgb8(linear)
 }
@@ -376,8 +376,8 @@ fn write_file(
     })
 }
 
-/// How far apart the colours of two pictures are, pixel by pixel as far as both go: CIEDE2000 of
-/// the colours clipped to sRGB. A difference up to about 1 is not seen.
+/// Returns how far apart the colours of two pictures are, pixel by pixel as far as both go:
+/// CIEDE2000 of the colours clipped to sRGB. A difference up to about 1 is not seen.
 pub fn colour_differences(one: &Picture, other: &Picture) -> Vec<f32> {
     let pairs = one.pixels.par_iter().zip(&other.pixels);
     pairs

@@ -72,7 +72,7 @@ pub struct Options {
 }
 
 impl Default for Options {
-    /// All cores, tiles of 32 pixels.
+    /// Returns all cores, tiles of 32 pixels.
     fn default() -> Self {
         Self {
             settings: Settings::default(),

@@ -57,7 +57,7 @@ pub struct Object {
 }
 
 impl Object {
-    /// A shape at the origin with its own material, smooth, that blocks light.
+    /// Returns a shape at the origin with its own material, smooth, that blocks light.
     pub const fn new(shape: Shape) -> Self {
         Self {
             shape,
@@ -148,7 +148,7 @@ impl Default for Background {
 }
 
 impl Background {
-    /// The same colour everywhere, opaque.
+    /// Returns the same colour everywhere, opaque.
     pub const fn uniform(colour: [f32; 3]) -> Self {
         Self {
             zenith: colour,

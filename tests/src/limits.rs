@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-/// The numbers of a table of a TOML file, whose name may have dots.
+/// Returns the numbers of a table of a TOML file, whose name may have dots.
 ///
 /// # Errors
 /// A file that cannot be read, a table that is not there, and what is no number, in words.

@@ -8,14 +8,14 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::Once;
 
-/// The generated quadruped, and the cow where `SHISEN_COW` names its file.
+/// Returns the generated quadruped, and the cow where `SHISEN_COW` names its file.
 pub fn meshes() -> Vec<(&'static str, TriangleMesh)> {
     let mut meshes = vec![("quadruped", shisen::scene::quadruped::quadruped())];
     meshes.extend(cow().map(|cow| ("cow", cow)));
     meshes
 }
 
-/// The cow, where `SHISEN_COW` names its file; else says once that it is missing.
+/// Returns the cow, where `SHISEN_COW` names its file; else says once that it is missing.
 pub fn cow() -> Option<TriangleMesh> {
     static TOLD: Once = Once::new();
     let Some(file) = std::env::var_os("SHISEN_COW") else {
@@ -38,7 +38,7 @@ pub fn write_ball(folder: &Path) {
     std::fs::write(folder.join("ball.obj"), text).expect("a file");
 }
 
-/// A cube from −1 to 1, its faces cut into `cells`² squares of two triangles.
+/// Returns a cube from −1 to 1, its faces cut into `cells`² squares of two triangles.
 pub fn gridded_cube(cells: u32) -> TriangleMesh {
     let mut numbers = HashMap::new();
     let mut mesh = TriangleMesh::default();
@@ -67,7 +67,7 @@ pub fn gridded_cube(cells: u32) -> TriangleMesh {
     mesh
 }
 
-/// The vertices moved and scaled so that the box's centre is the origin and
+/// Returns the vertices moved and scaled so that the box's centre is the origin and
 /// the farthest vertex is at `radius`.
 pub fn normalised(mut mesh: TriangleMesh, radius: f32) -> TriangleMesh {
     let (low, high) = mesh.bounds();
@@ -81,7 +81,7 @@ pub fn normalised(mut mesh: TriangleMesh, radius: f32) -> TriangleMesh {
     mesh
 }
 
-/// A closed sphere of 20·4^`subdivisions` triangles about the origin.
+/// Returns a closed sphere of 20·4^`subdivisions` triangles about the origin.
 pub fn icosphere(subdivisions: u32) -> TriangleMesh {
     let g = f64::midpoint(1.0, 5f64.sqrt());
     let mut points: Vec<DVec3> = [-1.0, 1.0]
@@ -125,7 +125,7 @@ pub fn icosphere(subdivisions: u32) -> TriangleMesh {
     }
 }
 
-/// A turned ellipsoid with no symmetry to help, around the origin.
+/// Returns a turned ellipsoid with no symmetry to help, around the origin.
 pub fn ellipsoid() -> TriangleMesh {
     let map = DMat3::from_quat(DQuat::from_rotation_y(0.7) * DQuat::from_rotation_x(1.1))
         * DMat3::from_diagonal(DVec3::new(1.0, 2.3, 0.37));
@@ -138,12 +138,12 @@ pub fn ellipsoid() -> TriangleMesh {
     mesh
 }
 
-/// Where a vertex is.
+/// Returns where a vertex is.
 pub fn position(mesh: &TriangleMesh, vertex: u32) -> DVec3 {
     Vec3::from(mesh.positions[vertex as usize]).as_dvec3()
 }
 
-/// Each edge, once.
+/// Returns each edge, once.
 pub fn edges(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
     let mut sides = HashMap::new();
     for &[a, b, c] in &mesh.triangles {
@@ -160,7 +160,7 @@ pub fn edges(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
     edges
 }
 
-/// A closed torus about the Y axis of 2·`around`·`across` triangles, wobbling
+/// Returns a closed torus about the Y axis of 2·`around`·`across` triangles, wobbling
 /// so that it is nowhere the same.
 pub fn torus(around: u32, across: u32) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
@@ -178,7 +178,7 @@ pub fn torus(around: u32, across: u32) -> TriangleMesh {
     mesh
 }
 
-/// The same surface with three vertices and normals of its own for every
+/// Returns the same surface with three vertices and normals of its own for every
 /// triangle.
 pub fn faceted(mesh: &TriangleMesh) -> TriangleMesh {
     let mut facets = TriangleMesh::default();

@@ -28,7 +28,7 @@ impl Paths {
         }
     }
 
-    /// The nearest triangle of the first mesh, in its own frame.
+    /// Returns the nearest triangle of the first mesh, in its own frame.
     pub fn in_mesh(&self) -> Vec<Search<'_, MeshHit>> {
         let both = |simd| [in_mesh(&self.fast, simd), in_mesh(&self.compact, simd)];
         [Simd::detect(), Simd::PORTABLE]
@@ -37,7 +37,7 @@ impl Paths {
             .collect()
     }
 
-    /// The nearest hit in the scene.
+    /// Returns the nearest hit in the scene.
     pub fn in_scene(&self) -> Vec<Search<'_, Hit>> {
         let both = |simd| [in_scene(&self.fast, simd), in_scene(&self.compact, simd)];
         [Simd::detect(), Simd::PORTABLE]

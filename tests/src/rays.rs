@@ -56,13 +56,13 @@ fn ray(origin: DVec3, direction: DVec3) -> RawRay {
     [a, b, c, d, e, f]
 }
 
-/// Rays as the core has them.
+/// Returns rays as the core has them.
 pub fn to_rays(raw: &[RawRay]) -> Vec<Ray> {
     let ray = |&[a, b, c, d, e, f]: &RawRay| Ray::new([a, b, c].into(), [d, e, f].into());
     raw.iter().map(|raw| ray(raw).expect("a ray")).collect()
 }
 
-/// A pinhole picture of `side`² pixels of a mesh of radius 10 about the
+/// Returns a pinhole picture of `side`² pixels of a mesh of radius 10 about the
 /// origin; `half_width` is the tangent of half its field. 0.55 sees the whole
 /// object, 0.12 little but it.
 pub fn pinhole(side: u32, half_width: f64) -> Vec<RawRay> {

@@ -13,7 +13,7 @@ use shisen_core::frame::{
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 use shisen_core::{Runs, Simd};
 
-/// A scene without objects and lights, in light of 1 from everywhere, on black.
+/// Returns a scene without objects and lights, in light of 1 from everywhere, on black.
 pub fn empty() -> Scene {
     Scene {
         name: "test".into(),
@@ -27,7 +27,7 @@ pub fn empty() -> Scene {
     }
 }
 
-/// A faceted object of the scene's material of this number.
+/// Returns a faceted object of the scene's material of this number.
 pub fn object(shape: Shape, material: usize, world_from_object: DAffine3) -> Object {
     Object {
         shape,
@@ -38,29 +38,29 @@ pub fn object(shape: Shape, material: usize, world_from_object: DAffine3) -> Obj
     }
 }
 
-/// A sphere of the scene's material of this number.
+/// Returns a sphere of the scene's material of this number.
 pub fn sphere(radius: f32, material: usize, centre: impl Into<DVec3>) -> Object {
     let place = DAffine3::from_translation(centre.into());
     object(Shape::Sphere { radius }, material, place)
 }
 
-/// Front, right and floor, with so many pixels a side.
+/// Returns front, right and floor, with `side` pixels a side.
 pub fn three_walls(side: u32) -> Cave {
     Cave::built_in(BuiltInCave::ThreeWall, [side; 2]).expect("a room")
 }
 
-/// Both eyes of one in the middle of a room.
+/// Returns both eyes of one in the middle of a room.
 pub fn both_eyes() -> [Observer; 2] {
     Eye::STEREO.map(|eye| Observer::new(eye, Viewer::default().eye(eye)))
 }
 
-/// The paper's levels of detail along a line of sight from a place.
+/// Returns the paper's levels of detail along a line of sight from a place.
 pub fn lod(place: Vec3, forward: Vec3, up: Vec3) -> LevelOfDetail {
     let sight = LineOfSight::new(place, forward, up).expect("a line of sight");
     LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER))
 }
 
-/// All faces to the fewest, in `rungs` steps.
+/// Returns all faces to the fewest, in `rungs` steps.
 pub fn levels(rungs: u32) -> PolygonLevels {
     PolygonLevels::new(PolygonLevels::FEWEST_FACES..=u32::MAX, rungs).expect("levels")
 }
@@ -70,7 +70,7 @@ pub fn frame(scene: AnyScene<'_>, room: &Cave, eyes: &[Observer], options: &Opti
     render::cave(scene, room, eyes, options, &|_, _| {}).expect("a frame")
 }
 
-/// A tile of a view.
+/// Returns a tile of a view.
 pub const fn tile([x, y, width, height]: [u32; 4]) -> Tile {
     Tile {
         x,
@@ -88,7 +88,7 @@ where
     pixels_with(renderer, view, &mut Workspace::new())
 }
 
-/// The same, with a workspace.
+/// Returns the same, with a workspace.
 pub fn pixels_with<const W: usize>(
     renderer: &Renderer<'_, W>,
     view: &View,
@@ -106,7 +106,7 @@ where
     pixels
 }
 
-/// The bits of pixels.
+/// Returns the bits of pixels.
 pub fn bits(pixels: &[Pixel]) -> Vec<[u32; 4]> {
     let bits = |p: &Pixel| [p.red, p.green, p.blue, p.alpha].map(f32::to_bits);
     pixels.iter().map(bits).collect()

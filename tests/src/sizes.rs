@@ -1,6 +1,6 @@
 //! How large a test is made.
 
-/// The number of cases of a test: `quick`, or `heavy` where `SHISEN_HEAVY`
+/// Returns the number of cases of a test: `quick`, or `heavy` where `SHISEN_HEAVY`
 /// is set to 1. Prints which.
 pub fn cases(what: &str, quick: usize, heavy: usize) -> usize {
     let full = std::env::var_os("SHISEN_HEAVY").is_some_and(|value| value == "1");

@@ -10,7 +10,7 @@ use shisen_core::{Runs, Simd};
 use std::mem::offset_of;
 use zerocopy::FromBytes as _;
 
-/// What the core says of a scene whose bytes were changed and sealed again.
+/// Returns what the core says of a scene whose bytes were changed and sealed again.
 fn changed<const W: usize>(
     baked: &Baked<W>,
     change: impl FnOnce(&mut [u8]),
@@ -24,7 +24,7 @@ where
     try_out::<W>(copy.bytes(), "changed", &rays(24))
 }
 
-/// The same with `word` at byte `at`.
+/// Returns the same with `word` at byte `at`.
 fn with_word<const W: usize>(baked: &Baked<W>, at: usize, word: u32) -> Result<(), SceneError>
 where
     Simd: Runs<W>,
@@ -34,7 +34,7 @@ where
     })
 }
 
-/// Where the field of a record is.
+/// Returns where the field of a record is.
 fn field<T>(table: Table, record: usize, field: usize) -> usize {
     table.offset as usize + record * size_of::<T>() + field
 }

@@ -22,7 +22,7 @@ use shisen_tests::sizes::cases;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-/// Everything that a scene can have, little of each.
+/// Returns everything that a scene can have, little of each.
 // Longer than 80 lines: it is a table of values.
 pub(super) fn small_scene() -> Scene {
     let tetrahedron = TriangleMesh {
@@ -117,7 +117,7 @@ pub(super) fn small_scene() -> Scene {
     }
 }
 
-/// The same, the larger mesh at three levels of 20 to 8 faces.
+/// Returns the same, the larger mesh at three levels of 20 to 8 faces.
 pub(super) fn bake<const W: usize>() -> Baked<W>
 where
     Simd: Runs<W>,
@@ -176,7 +176,7 @@ pub(super) fn rays(count: usize) -> Vec<Ray> {
     rays
 }
 
-/// Rays of all kinds. Panics where a step count passes its bound.
+/// Traces rays of all kinds. Panics where a step count passes its bound.
 fn trace<const W: usize>(scene: scene::Scene<'_, W>, simd: Simd, rays: &[Ray])
 where
     Simd: Runs<W>,
@@ -235,7 +235,7 @@ where
     outcome.unwrap_or_else(|_| panic!("{W} wide, {what}: a panic"))
 }
 
-/// What one byte may become.
+/// Returns what one byte may become.
 fn damages_of(byte: u8) -> impl Iterator<Item = u8> {
     let flipped = (0..8).map(move |bit| byte ^ 1 << bit);
     flipped.chain([0, 0xff, 0x7f, 0x80, byte.wrapping_add(1)])

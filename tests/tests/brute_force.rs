@@ -37,7 +37,7 @@ fn point(random: &mut Random, size: f64) -> DVec3 {
 }
 
 impl Soup {
-    /// Coordinates are of about this magnitude.
+    /// Returns coordinates are of about this magnitude.
     fn size(self) -> f64 {
         if let Huge = self { 1e9 } else { 1.0 }
     }
@@ -97,7 +97,7 @@ impl Soup {
     }
 }
 
-/// A ray that means to meet the mesh, one way or another.
+/// Returns a ray that means to meet the mesh, one way or another.
 fn ray(mesh: &TriangleMesh, size: f64, random: &mut Random) -> Option<Ray> {
     let corner = |random: &mut Random| {
         let vertex = random.below(mesh.positions.len());
@@ -141,14 +141,14 @@ fn ray(mesh: &TriangleMesh, size: f64, random: &mut Random) -> Option<Ray> {
     Ray::new(origin, direction)
 }
 
-/// The largest coordinate.
+/// Returns the largest coordinate.
 fn extent(mesh: &TriangleMesh) -> f32 {
     let (low, high) = mesh.bounds();
     let all = low.iter().chain(&high);
     all.fold(0.0, |extent, c| extent.max(c.abs()))
 }
 
-/// The least (t, id) over all triangles.
+/// Returns the least (t, id) over all triangles.
 fn brute_force(mesh: &TriangleMesh, ray: &Ray) -> Option<(f32, u32)> {
     let extent = extent(mesh);
     let all = (0..).zip(&mesh.triangles).filter_map(|(id, corners)| {

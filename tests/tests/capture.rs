@@ -16,8 +16,8 @@ const NAMED: [SpheroidMirror; 5] = [
     SpheroidMirror::BEST,
 ];
 
-/// The named mirrors, viewpoints from next to the pole to next to infinity, and flat and long
-/// mirrors; each in both precisions.
+/// Returns the named mirrors, viewpoints from next to the pole to next to infinity, and flat and
+/// long mirrors; each in both precisions.
 fn mirrors() -> impl Iterator<Item = (SpheroidMirror, Mirror)> {
     let others = [0.5f32, 0.8, 1.0, 1.288, 2.35, 4.5, 10.0, 100.0]
         .into_iter()
@@ -47,7 +47,7 @@ fn ulps(found: f32, exact: f64) -> f64 {
     (f64::from(found) - exact).abs() / ulp
 }
 
-/// Places from 0 to 1: evenly, towards 0 by magnitudes and both ends.
+/// Returns places from 0 to 1: evenly, towards 0 by magnitudes and both ends.
 fn places(count: usize, random: &mut Random) -> Vec<f32> {
     let mut places = vec![0.0, 1.0e-20, 1.0e-12, 1.0f32.next_down(), 1.0];
     for i in 0..count {
@@ -87,7 +87,7 @@ fn the_mapping_is_within_its_bound_both_ways() {
     }
 }
 
-/// The pixels' part of an angle, at 4096.
+/// Returns the pixels' part of an angle, at 4096.
 fn pixels(angle: f64) -> f64 {
     angle / FRAC_PI_2 * 2048.0
 }
@@ -96,7 +96,7 @@ fn angle_between(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
 
-/// A pixel of the disc.
+/// Returns a pixel of the disc.
 fn pixel(place: f32, random: &mut Random) -> (f32, f32) {
     let (sin, cos) = random.range(0.0, 2.0 * PI).sin_cos();
     let (u, v) = (place * cos as f32, place * sin as f32);

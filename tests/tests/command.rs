@@ -10,7 +10,7 @@ use std::path::Path;
 const TWO_TRIANGLES: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 -1\nv 4 0 -1\nv 0 4 -1\n\
                              f 1 2 3\nf 4 5 6\n";
 
-/// The report of a small frame.
+/// Returns the report of a small frame.
 fn cave(folder: &Path, words: &str) -> Value {
     report(folder, &format!("cave --size 24 --view-size 32x24 {words}"))
 }

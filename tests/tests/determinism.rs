@@ -110,7 +110,7 @@ fn textures_soft_light_and_wavelengths_have_one_hash() {
 
 pub(crate) const SIDE: u32 = 27;
 
-/// A view whose edges are no edges of blocks. The axis of its screen goes
+/// Returns a view whose edges are no edges of blocks. The axis of its screen goes
 /// through the middle of a block: rays of it have all signs.
 pub(crate) fn view() -> View {
     let step = 2.0 / SIDE as f32;

@@ -35,7 +35,7 @@ fn room(size: u32) -> Cave {
 /// Off the dome's centre, by two thirds of its radius.
 const EYE: DVec3 = DVec3::new(-0.9, 0.6, 0.6);
 
-/// What an eye is shown.
+/// Returns what an eye is shown.
 fn shown(scene: &Scene, room: &Cave, eye: DVec3) -> Picture {
     let baked = Baked::<8>::new(scene).expect("a scene");
     let eyes = [Observer::new(Eye::Centre, eye)];
@@ -45,7 +45,7 @@ fn shown(scene: &Scene, room: &Cave, eye: DVec3) -> Picture {
         .picture
 }
 
-/// A ball alone, white before nothing.
+/// Returns a ball alone, white before nothing.
 fn ball(place: DVec3, radius: f64) -> Scene {
     Scene {
         materials: vec![Material {
@@ -61,7 +61,7 @@ fn ball(place: DVec3, radius: f64) -> Scene {
     }
 }
 
-/// The mean direction of what is opaque, each pixel by its solid angle;
+/// Returns the mean direction of what is opaque, each pixel by its solid angle;
 /// `direction` is that of a point of the picture, in pixels from its corner.
 fn middle(picture: &Picture, direction: impl Fn(DVec2) -> DVec3) -> DVec3 {
     let mut sum = DVec3::ZERO;
@@ -77,7 +77,7 @@ fn middle(picture: &Picture, direction: impl Fn(DVec2) -> DVec3) -> DVec3 {
     sum.normalize()
 }
 
-/// Where a point of a dome's picture is on it, seen from an eye.
+/// Returns where a point of a dome's picture is on it, seen from an eye.
 fn through(dome: &DomeScreen, eye: DVec3) -> impl Fn(DVec2) -> DVec3 {
     let side = f64::from(dome.size);
     move |at| {

@@ -82,7 +82,7 @@ fn options(effects: Effects) -> Options {
     }
 }
 
-/// What a renderer makes of 48² pixels from the origin, as bits.
+/// Returns what a renderer makes of 48² pixels from the origin, as bits.
 fn picture<const W: usize>(renderer: &Renderer<'_, W>) -> Vec<[u32; 4]>
 where
     Simd: Runs<W>,
@@ -90,7 +90,7 @@ where
     bits(&pixels(renderer, &small_view()))
 }
 
-/// A square of 3 m at 1.5 m.
+/// Returns a square of 3 m at 1.5 m.
 fn small_view() -> View {
     let (right, down) = (Vec3::X / 16.0, Vec3::NEG_Y / 16.0);
     let first = Vec3::new(-1.5, 1.5, -1.5) + (right + down) / 2.0;
@@ -327,7 +327,7 @@ fn scenes_ask_for_what_their_records_ask_for() {
     }
 }
 
-/// The effects of a list of the report.
+/// Returns the effects of a list of the report.
 fn names<'v>(report: &'v Value, key: &str) -> Vec<&'v str> {
     let all = list(report, key).iter();
     all.map(|one| one["effect"].as_str().unwrap()).collect()

@@ -4,7 +4,7 @@
 use shisen_tests::command::{example, folder};
 use std::path::Path;
 
-/// What an example prints, run in a folder.
+/// Returns what an example prints, run in a folder.
 fn printed(folder: &Path, name: &str) -> Vec<u8> {
     let output = example(name, folder).output().unwrap();
     assert!(

@@ -24,7 +24,7 @@ fn baked() -> Baked<4> {
     Baked::with_levels(&scene, &levels).expect("a baked scene")
 }
 
-/// A side of a 3 m cube, by the signs of its corners.
+/// Returns a side of a 3 m cube, by the signs of its corners.
 fn screen(lower_left: [f32; 3], lower_right: [f32; 3], upper_left: [f32; 3]) -> FlatScreen {
     let [a, b, c] = [lower_left, lower_right, upper_left].map(|at| 1.5 * Vec3::from_array(at));
     FlatScreen::from_corners(a, b, c, SIZE)
@@ -39,7 +39,7 @@ fn screens() -> [FlatScreen; 3] {
     ]
 }
 
-/// One eye's, along a line of sight or in full.
+/// Returns one eye's, along a line of sight or in full.
 fn renderer(baked: &Baked<4>, forward: Option<Vec3>, mode: Mode) -> Renderer<'_, 4> {
     let settings = ways::settings(mode, 1);
     let mut renderer = Renderer::for_effects::<ALL>(baked.scene(), Simd::detect(), settings);

@@ -39,7 +39,7 @@ const TELLING: [u8; 12] = [
     0x00, 0x01, 0x10, 0x20, 0x30, 0x44, 0x55, 0x7F, 0x80, 0xAA, 0xF0, 0xFF,
 ];
 
-/// One change of those that fuzzers make.
+/// Makes one change of those that fuzzers make.
 pub(crate) fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
     if bytes.is_empty() {
         bytes.push(random.bits() as u8);

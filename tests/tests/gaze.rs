@@ -91,7 +91,7 @@ fn at(radius: f64, turn: f64) -> Vec3 {
     single([(radius * across).tan(), (radius * along).tan(), -1.0])
 }
 
-/// Directions that are hard, by their components: along and next to the axes,
+/// Returns directions that are hard, by their components: along and next to the axes,
 /// the planes between them and the diagonals, at every distance; on the
 /// borders of the zones and next to them.
 fn hard(random: &mut Random) -> Vec3 {
@@ -187,7 +187,8 @@ fn errors_from_rays_in_the_world_are_below_their_bounds() {
     }
 }
 
-/// What pixels see, summed: central, peripheral and outside, the level, bounces, and their number.
+/// Returns what pixels see, summed: central, peripheral and outside, the level, bounces, and their
+/// number.
 fn sums(gaze: &Gaze, view: &View) -> [f64; 6] {
     let mut sums = [0.0; 6];
     for (x, y) in (0..view.rows()).flat_map(|y| (0..view.columns()).map(move |x| (x, y))) {

@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
 use std::io::{BufRead, BufReader, Write};
 use std::process::Stdio;
 
-/// What `shisen gaze` says of some directions, a line each.
+/// Returns what `shisen gaze` says of some directions, a line each.
 fn sights(words: &str, directions: &str) -> Vec<Value> {
     let folder = folder();
     let mut command = line(folder.path(), &format!("gaze --json {words}"));

@@ -43,7 +43,7 @@ fn without_times(value: Value) -> Value {
     }
 }
 
-/// The hash of a file's content: of a picture its pixels, of JSON lines what is no time.
+/// Returns the hash of a file's content: of a picture its pixels, of JSON lines what is no time.
 fn hash_of(name: &str, bytes: &[u8]) -> u64 {
     let mut hasher = Xxh3::new();
     if Path::new(name)
@@ -88,7 +88,7 @@ fn write_inputs(folder: &Path) {
     }
 }
 
-/// Every file in a folder and the folders in it, by its path from there.
+/// Lists every file in a folder and the folders in it, by its path from there.
 fn files_in(folder: &Path, from: &Path, found: &mut Vec<(String, PathBuf)>) {
     for entry in fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();

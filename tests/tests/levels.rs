@@ -12,7 +12,7 @@ fn levels(min: u32, max: u32, rungs: u32) -> PolygonLevels {
     PolygonLevels::new(min..=max, rungs).expect("levels that there can be")
 }
 
-/// One rung as a mesh.
+/// Returns one rung as a mesh.
 fn rung(ladder: &Ladder<'_>, number: usize) -> TriangleMesh {
     let mut mesh = ladder.versions().clone();
     let pick = |&triangle: &u32| mesh.triangles[triangle as usize];
@@ -21,7 +21,7 @@ fn rung(ladder: &Ladder<'_>, number: usize) -> TriangleMesh {
     mesh
 }
 
-/// What every ladder keeps to, where there is one.
+/// Returns what every ladder keeps to, where there is one.
 fn try_check(
     mesh: &TriangleMesh,
     (min, max, rungs): (u32, u32, u32),
@@ -58,7 +58,7 @@ fn try_check(
     Ok(faces)
 }
 
-/// The same, and that a mesh with room to simplify gets what was asked for.
+/// Returns the same, and that a mesh with room to simplify gets what was asked for.
 fn check(mesh: &TriangleMesh, asked: (u32, u32, u32)) -> Vec<u32> {
     let faces = try_check(mesh, asked).expect("a ladder");
     let (min, max, rungs) = asked;

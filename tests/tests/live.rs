@@ -21,7 +21,7 @@ fn baked() -> Baked<8> {
     Baked::with_levels(&scene, &levels).expect("a baked scene")
 }
 
-/// Both eyes of one who looks from front to floor and to the right, over 60 frames.
+/// Returns both eyes of one who looks from front to floor and to the right, over 60 frames.
 fn eyes(frame: u32) -> Vec<Observer> {
     let part = (frame % 60) as f32 / 60.0 * std::f32::consts::TAU;
     let forward = Vec3::new(0.6 * part.sin(), -0.5 + 0.7 * part.cos(), -1.0);
@@ -50,7 +50,7 @@ fn with<R>(baked: &Baked<8>, options: &Options, run: impl FnOnce(&mut dyn Engine
     with_engine(scene, &cave, &eyes, options, None, Share::ALL, run).expect("an engine")
 }
 
-/// A millisecond for so many steps.
+/// Returns a millisecond for so many steps.
 const fn taken(steps: u64) -> FrameCost {
     FrameCost {
         steps,
@@ -110,7 +110,7 @@ fn shares_of_a_frame_are_the_frame() {
 /// was, and its pictures.
 type Made = (u64, usize, bool, Vec<u64>);
 
-/// Frames of one who looks around, whose fovea is finished always, or as far as steps go.
+/// Returns frames of one who looks around, whose fovea is finished always, or as far as steps go.
 fn look_around(baked: &Baked<8>, threads: usize, steps: u64, whole_fovea: bool) -> Vec<Made> {
     with(baked, &options(threads, 16), |engine| {
         let mut one = |number: u32| {

@@ -12,7 +12,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-/// The objects of a log, a line each.
+/// Returns the objects of a log, a line each.
 fn logged(folder: &Path) -> Vec<Value> {
     let log = fs::read_to_string(folder.join("log")).expect("a log");
     let records = log
@@ -21,7 +21,7 @@ fn logged(folder: &Path) -> Vec<Value> {
     records.collect()
 }
 
-/// What a command says on standard error, and its report.
+/// Returns what a command says on standard error, and its report.
 fn warned(folder: &Path, words: &str) -> (Value, String) {
     let said = shisen_tests::command::run(folder, &format!("{words} --json"));
     (said.objects().remove(0), said.err)

@@ -51,7 +51,7 @@ fn add_sphere(scene: &mut Scene, radius: f32, centre: DVec3, material: Material)
     add(scene, Shape::Sphere { radius }, material, map);
 }
 
-/// The convex body of the half-spaces' corners, as a fan of quadrilaterals.
+/// Adds the convex body of the half-spaces' corners, as a fan of quadrilaterals.
 fn add_body(scene: &mut Scene, positions: &[[f32; 3]], faces: &[&[u32]], material: Material) {
     let triangles = faces
         .iter()
@@ -66,7 +66,7 @@ fn add_body(scene: &mut Scene, positions: &[[f32; 3]], faces: &[&[u32]], materia
     add(scene, mesh, material, DAffine3::IDENTITY);
 }
 
-/// A box from corner to corner, faces outwards.
+/// Adds a box from corner to corner, faces outwards.
 fn add_box(scene: &mut Scene, low: [f32; 3], high: [f32; 3], material: Material) {
     let corners: Vec<[f32; 3]> = (0..8)
         .map(|i| [0, 1, 2].map(|axis| if i >> axis & 1 == 0 { low } else { high }[axis]))
@@ -82,12 +82,12 @@ fn add_box(scene: &mut Scene, low: [f32; 3], high: [f32; 3], material: Material)
     add_body(scene, &corners, &faces, material);
 }
 
-/// A box of so many metres to all sides of the z axis, between two values of z.
+/// Adds a box that reaches `half` metres to all sides of the z axis, between two values of z.
 fn add_wall(scene: &mut Scene, half: f32, [from, to]: [f32; 2], material: Material) {
     add_box(scene, [-half, -half, from], [half, half, to], material);
 }
 
-/// What the eye sees, the same in both layouts.
+/// Returns what the eye sees, the same in both layouts.
 fn seen(scene: &Scene, depth: u8, origin: [f32; 3], direction: [f32; 3]) -> Pixel {
     let ray = Ray::new(origin.into(), direction.into()).expect("a ray");
     let (mut budget, mut workspace) = (Budget::UNLIMITED, Workspace::new());
@@ -298,7 +298,7 @@ fn spheres_and_spheroids_face_along_their_gradient() {
     assert!(lit > 100, "{lit}");
 }
 
-/// A wide floor under a light, which is all that lights it.
+/// Returns a wide floor under a light, which is all that lights it.
 fn floor(light: Light) -> Scene {
     let mut scene = empty();
     scene.ambient = [0.0; 3];

@@ -43,7 +43,7 @@ fn views() -> [View; 2] {
     [view(), dome.expect("a dome master")]
 }
 
-/// All ways in which pixels are made.
+/// Returns all ways in which pixels are made.
 fn renderers<'a>(baked: &'a Baked<8>, spectrum: Spectrum<'a>) -> Vec<Renderer<'a>> {
     let lod = scenes::lod(Vec3::ZERO, Vec3::new(0.3, -0.2, -1.0), Vec3::Y);
     let mut all = Vec::new();

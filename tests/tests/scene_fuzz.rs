@@ -10,7 +10,7 @@ const SCENE: &str = include_str!("../fuzz/src/scene.toml");
 const NUMBERS: &str = "nan -nan inf -inf 1e999 -1e999 0 -0.0 1e-320 1e-45 1e-6 1e6 1e18 -1e30 3.5e38 \
                        9223372036854775807 0x7f \"1\"";
 
-/// Where the numbers of a text are.
+/// Returns where the numbers of a text are.
 fn numbers(text: &str) -> Vec<(usize, usize)> {
     let part = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-');
     let mut found = Vec::new();

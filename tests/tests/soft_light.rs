@@ -21,7 +21,7 @@ const RADIANCE: f64 = 3.0;
 /// Pixels a side of a picture of one place.
 const SIDE: u32 = 16;
 
-/// What a patch sees of a rectangle that is parallel to it, one corner straight
+/// Returns what a patch sees of a rectangle that is parallel to it, one corner straight
 /// above it, `a` by `b` at distance 1: the share of all that it could see
 /// (Howell's catalogue, B-4). Odd in both.
 fn corner(a: f64, b: f64) -> f64 {
@@ -32,13 +32,13 @@ fn corner(a: f64, b: f64) -> f64 {
     (part(a, b) + part(b, a)) / (2.0 * PI)
 }
 
-/// The share that a patch at (x, z) below sees of [x0, x1] × [z0, z1].
+/// Returns the share that a patch at (x, z) below sees of [x0, x1] × [z0, z1].
 fn form_factor([x, z]: [f64; 2], [x0, x1]: [f64; 2], [z0, z1]: [f64; 2], height: f64) -> f64 {
     let to = |a: f64, b: f64| corner((a - x) / height, (b - z) / height);
     to(x1, z1) - to(x0, z1) - to(x1, z0) + to(x0, z0)
 }
 
-/// A square that looks up.
+/// Returns a square that looks up.
 fn square(centre: DVec3, side: f64) -> Object {
     let map = DAffine3::from_translation(centre) * DAffine3::from_scale(DVec3::splat(side));
     Object {
@@ -47,7 +47,7 @@ fn square(centre: DVec3, side: f64) -> Object {
     }
 }
 
-/// A floor below a light, `samples` points of which are looked at.
+/// Returns a floor below a light, `samples` points of which are looked at.
 fn scene(samples: u32, two_sided: bool) -> Scene {
     Scene {
         meshes: vec![TriangleMesh::square()],

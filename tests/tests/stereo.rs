@@ -34,7 +34,7 @@ impl Png {
         notes.find_map(|(one, text)| (one == key).then_some(text.as_str()))
     }
 
-    /// A part of each row, from one column to another.
+    /// Returns a part of each row, from one column to another.
     fn columns(&self, from: u32, to: u32) -> Vec<u8> {
         let row = 3 * self.size[0] as usize;
         let part = 3 * from as usize..3 * to as usize;

@@ -37,7 +37,7 @@ fn image(width: u32, height: u32) -> Texture {
     }
 }
 
-/// One object of white times a texture, lit from everywhere alike.
+/// Returns one object of white times a texture, lit from everywhere alike.
 fn scene(shape: Shape, meshes: Vec<TriangleMesh>, texture: Texture, map: DAffine3) -> Scene {
     let object = object(shape, 0, map);
     Scene {
@@ -175,7 +175,7 @@ fn texels_have_their_colours_in_their_middles() {
     assert_near(seen(3.0 / 7.0, v), between, 1e-5);
 }
 
-/// A square of `cells` a side, in the middle of which u jumps by one: vertices
+/// Returns a square of `cells` a side, in the middle of which u jumps by one: vertices
 /// are there twice.
 fn seamed_square(cells: u32) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();

@@ -8,7 +8,7 @@ use shisen_tests::command::{folder, refused, report, run};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Places on a plane a metre ahead, each looked at for so many seconds.
+/// Writes places on a plane a metre ahead, each looked at for its seconds.
 fn script(folder: &Path, name: &str, places: &[[f32; 2]], seconds: f32) {
     let mut table = String::from("start_s,end_s,x,y,z\n");
     for (i, [x, y]) in places.iter().enumerate() {
@@ -18,7 +18,7 @@ fn script(folder: &Path, name: &str, places: &[[f32; 2]], seconds: f32) {
     std::fs::write(folder.join(name), table).unwrap();
 }
 
-/// Three rows of targets, from the upper left one on.
+/// Returns three rows of targets, from the upper left one on.
 fn nine() -> [[f32; 2]; 9] {
     std::array::from_fn(|i| [[-0.35, 0.0, 0.35][i % 3], [0.25, 0.0, -0.25][i / 3]])
 }
@@ -32,13 +32,13 @@ fn scripts(folder: &Path) {
     script(folder, "one.csv", &[[THERE.x, THERE.y]], 9.0);
 }
 
-/// The angle between a direction in a report and another, degrees.
+/// Returns the angle between a direction in a report and another, degrees.
 fn angle(found: &Value, expected: Vec3) -> f32 {
     let found: [f32; 3] = serde_json::from_value(found.clone()).unwrap();
     Vec3::from(found).angle_between(expected).to_degrees()
 }
 
-/// The last of some frames along a tracker.
+/// Returns the last of some frames along a tracker.
 fn followed(folder: &Path, tracker: &str) -> Value {
     let small = "--scene grid --size 4 --eyes 1 --view-size 4x3";
     let words = format!("cave --tracker {tracker} --calibration a.toml --frames 20 {small}");

@@ -60,7 +60,7 @@ pub(super) fn await_file(path: &Path) {
     }
 }
 
-/// A command that makes the line `tracker` in `folder`, once that is there.
+/// Returns a command that makes the line `tracker` in `folder`, once that is there.
 pub(super) fn start_on_line(folder: &Path, words: &str) -> Running {
     // A command that was killed leaves its name behind, which may lead to another test's line.
     let _ = std::fs::remove_file(folder.join("tracker"));
@@ -69,7 +69,7 @@ pub(super) fn start_on_line(folder: &Path, words: &str) -> Running {
     running
 }
 
-/// A mock on the line `tracker` in `folder`.
+/// Returns a mock on the line `tracker` in `folder`.
 fn mock(folder: &Path, protocol: &str) -> Running {
     start_on_line(
         folder,
@@ -106,7 +106,7 @@ pub(super) fn record(folder: &Path, spec: &str, file: &str, frames: u64) {
     recorder.finish().unwrap();
 }
 
-/// The samples that `shisen tracker monitor` prints of a mock behind a line.
+/// Returns the samples that `shisen tracker monitor` prints of a mock behind a line.
 fn monitored(protocol: &str, spec: &str, frames: usize) -> (Vec<Value>, String) {
     let folder = folder();
     let _mock = mock(folder.path(), protocol);
@@ -286,7 +286,7 @@ fn unusable_trackers_are_refused() {
         mock:as=mouse => osvr-hdk
         serial:/dev/nowhere => ?protocol=NAME";
     let failure = "serial:/dev/nowhere?protocol=asl => /dev/nowhere
-        serial:/dev/null?protocol=asl => it is no serial port
+        serial:/dev/null?protocol=asl => it is not a serial port
         hid:fffe:fffd => fffe:fffd
         replay:nothing.csv => nothing.csv";
     for (code, rows) in [(2, usage), (1, failure)] {

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// A recording of a mock, replayed on the line `tracker` in `folder`.
+/// Returns a recording of a mock, replayed on the line `tracker` in `folder`.
 fn replay(folder: &Path, protocol: &str) -> Running {
     record(folder, "mock:seed=3", "a.csv", 200);
     start_on_line(
@@ -17,7 +17,7 @@ fn replay(folder: &Path, protocol: &str) -> Running {
     )
 }
 
-/// What the replay says until its end.
+/// Returns what the replay says until its end.
 fn said(replay: &mut Running) -> String {
     std::io::read_to_string(replay.0.stderr.take().unwrap()).unwrap()
 }

@@ -15,7 +15,7 @@ struct Written {
 }
 
 impl Written {
-    /// The only section.
+    /// Returns the only section.
     fn section(&self) -> &Value {
         let [section] = list(&self.report["sections"]) else {
             panic!("{}", self.report);
@@ -56,7 +56,7 @@ fn measured_with(words: &str) -> Written {
     Written { report, rows, page }
 }
 
-/// One section, in small.
+/// Returns one section, in small.
 fn measured(id: &str) -> Written {
     let found = measured_with(&format!("--quick --only {id}"));
     assert_eq!(found.section()["id"], id);
@@ -77,12 +77,12 @@ fn names(of: &Value, key: &str) -> Vec<String> {
     all.map(|one| text_of(&one[key]).to_owned()).collect()
 }
 
-/// The first error; what is no number is farther off than anything.
+/// Returns the first error; what is no number is farther off than anything.
 fn error(point: &Value) -> f64 {
     point["errors"][0].as_f64().unwrap_or(f64::INFINITY)
 }
 
-/// That of the point of a name.
+/// Returns the error of the point with this name.
 fn error_of(comparison: &Value, name: &str) -> f64 {
     let mut points = list(&comparison["points"]).iter();
     error(points.find(|point| point["name"] == name).unwrap())

@@ -11,7 +11,7 @@ use shisen_tests::paths::Paths;
 use shisen_tests::rays::Random;
 use shisen_tests::sizes::cases;
 
-/// What rays are aimed at: middles of edges, and vertices.
+/// Returns what rays are aimed at: middles of edges, and vertices.
 fn targets(mesh: &TriangleMesh) -> [Vec<DVec3>; 2] {
     let place = |vertex| position(mesh, vertex);
     let middles = edges(mesh)
@@ -26,7 +26,7 @@ fn aimed(origin: DVec3, target: DVec3) -> Option<Ray> {
     Ray::new(origin.as_vec3(), (target - origin).as_vec3())
 }
 
-/// A point inside the turned ellipsoid: well inside its inscribed ball.
+/// Returns a point inside the turned ellipsoid: well inside its inscribed ball.
 fn near_centre(random: &mut Random) -> DVec3 {
     DVec3::from(random.direction()) * random.range(0.0, 0.3)
 }

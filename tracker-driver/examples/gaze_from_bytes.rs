@@ -15,7 +15,7 @@ use shisen_tracker::head::hatire::{Config, Hatire};
 use shisen_tracker::time::Micros;
 use std::error::Error;
 
-/// A frame: its count, and the yaw in degrees, to the right.
+/// Returns a frame: its count, and the yaw in degrees, to the right.
 fn frame(count: u16, yaw: f32) -> Vec<u8> {
     let mut frame = vec![0; 30];
     frame[..2].copy_from_slice(&[0xAA, 0xAA]);

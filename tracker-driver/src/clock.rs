@@ -183,7 +183,7 @@ pub struct ClockEstimator {
 }
 
 impl ClockEstimator {
-    /// An estimator of a clock that has shown no time yet.
+    /// Returns an estimator of a clock that has shown no time yet.
     ///
     /// # Errors
     /// Values outside the ranges at [`ClockConfig`].
@@ -449,7 +449,7 @@ fn signed(time: Micros) -> i64 {
     i64::try_from(time.0).unwrap_or(i64::MAX)
 }
 
-/// How far the device's clock went, given how far the caller's did: of all
+/// Returns how far the device's clock went, given how far the caller's did: of all
 /// numbers of wraps the one that agrees best. `None` where the two are not of
 /// the same clock.
 fn step(from: DeviceTime, to: DeviceTime, elapsed: Micros) -> Option<i64> {
@@ -467,7 +467,7 @@ fn step(from: DeviceTime, to: DeviceTime, elapsed: Micros) -> Option<i64> {
     Some(forward.saturating_add(wraps.saturating_mul(wrap)))
 }
 
-/// The ends of the lower hull's edge above the middle of ascending points.
+/// Returns the ends of the lower hull's edge above the middle of ascending points.
 fn middle_edge(points: &[Point]) -> Option<(Point, Point)> {
     let mut hull = [Point::default(); BLOCKS];
     let mut length = 0usize;

@@ -115,7 +115,7 @@ struct Lost {
 struct Heard {
     sensors: HeardSensors,
     lost: Option<Lost>,
-    /// By the device's own word.
+    /// The eyes that the device reports as hidden.
     hidden: Hidden,
     /// The time of the newest sample.
     newest: Micros,
@@ -123,7 +123,7 @@ struct Heard {
     same_gaze: Unchanged,
     /// The head's position and its orientation.
     same_head: [Unchanged; 2],
-    /// That the head never changed is said.
+    /// Whether the unchanged head has been reported.
     still_said: bool,
 }
 
@@ -152,7 +152,7 @@ pub struct GazeEstimator<const HEAD: usize = 64, const EYES: usize = 128> {
 }
 
 impl GazeEstimator {
-    /// One that has seen nothing: [`State::FullQuality`].
+    /// Returns one that has seen nothing: [`State::FullQuality`].
     ///
     /// # Errors
     /// Values that [`EstimatorConfig::check`] refuses.
@@ -196,12 +196,12 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         })
     }
 
-    /// What it was told.
+    /// Returns what it was told.
     pub const fn config(&self) -> &EstimatorConfig {
         &self.config
     }
 
-    /// The rung taken by the newest estimate.
+    /// Returns the rung taken by the newest estimate.
     pub const fn state(&self) -> State {
         self.state
     }
@@ -284,7 +284,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         }
     }
 
-    /// Whether position and orientation are the same for too long after a change was seen.
+    /// Returns whether position and orientation are the same for too long after a change was seen.
     fn head_stuck(&mut self, head: &Head, time: Micros, sink: &mut dyn FnMut(Event)) -> [bool; 2] {
         let Some(most) = self.config.head_stuck_after else {
             return [false; 2];
@@ -338,13 +338,13 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         stuck.then_some(since)
     }
 
-    /// When the gaze was measured that is shown.
+    /// Returns when the gaze was measured that is shown.
     fn gaze_time(&self) -> Option<Micros> {
         let newest = self.eyes.newest().map(|(time, _)| time);
         self.heard.same_gaze.measured(newest)
     }
 
-    /// When the head's pose was measured, its older part; `None` before any.
+    /// Returns when the head's pose was measured, its older part; `None` before any.
     fn head_time(&self) -> Option<Micros> {
         let [position, orientation] = &self.heard.same_head;
         let position = position.measured(self.head.position_time());
@@ -425,8 +425,8 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         }
     }
 
-    /// Where the viewer looks at `time`, when the frame will be seen; a time before the newest
-    /// data counts as theirs ([`Estimate::for_time`]).
+    /// Returns where the viewer looks at `time`, when the frame will be seen; a time before the
+    /// newest data counts as theirs ([`Estimate::for_time`]).
     #[inline(never)]
     pub fn estimate(&mut self, time: Micros, sink: &mut dyn FnMut(Event)) -> Estimate {
         let (gaze_time, head_time) = (self.gaze_time(), self.head_time());
@@ -489,7 +489,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         }
     }
 
-    /// What the eyes do and where they look, in the room.
+    /// Returns what the eyes do and where they look, in the room.
     fn gaze_at(&self, time: Micros, group_delay: f32) -> (Movement, Vec3) {
         let Some((newest, measured)) = self.eyes.newest() else {
             return (Movement::Unknown, Vec3::NEG_Z);
@@ -511,7 +511,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
     }
 }
 
-/// The line of sight from a head along a direction, both in the room.
+/// Returns the line of sight from a head along a direction, both in the room.
 fn sight(head: &HeadPose, forward: Vec3) -> Option<LineOfSight> {
     let up = rotate(head.orientation, Vec3::Y);
     let back = rotate(head.orientation, Vec3::Z);

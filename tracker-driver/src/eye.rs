@@ -10,7 +10,7 @@ pub mod iscan;
 use crate::sample::{Pupil, Sample};
 use glam::Vec2;
 
-/// The gaze point and the pupil as mere numbers, zero where there is none.
+/// Returns the gaze point and the pupil as mere numbers, zero where there is none.
 fn numbers(sample: &Sample) -> (Vec2, f32) {
     let gaze = sample.gaze_point.map(|point| point.value.numbers());
     let pupil = match sample.combined.pupil {

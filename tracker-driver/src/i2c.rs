@@ -194,7 +194,8 @@ pub struct I2cHid<B> {
 }
 
 impl<B: I2c> I2cHid<B> {
-    /// A device whose HID descriptor is at a register of its board: 0x0001 or 0x0020 usually.
+    /// Returns a device whose HID descriptor is at a register of its board: 0x0001 or 0x0020
+    /// usually.
     pub fn new(bus: B, address: SevenBitAddress, descriptor_register: u16) -> Self {
         Self {
             bus,
@@ -390,14 +391,14 @@ impl<B: I2c> I2cHid<B> {
     }
 }
 
-/// The first bytes of a buffer.
+/// Returns the first bytes of a buffer.
 fn room<E>(buffer: &mut [u8], needed: usize) -> Result<&mut [u8], I2cHidError<E>> {
     let found = buffer.len();
     let room = buffer.get_mut(..needed);
     room.ok_or(I2cHidError::Buffer { needed, found })
 }
 
-/// A command about a feature report, up to the data register. All of it fits.
+/// Returns a command about a feature report, up to the data register. All of it fits.
 fn command(
     descriptor: &HidDescriptor,
     id: u8,
@@ -413,7 +414,7 @@ fn command(
     bytes
 }
 
-/// The report behind its length.
+/// Returns the report behind its length.
 fn report<E>(bytes: &[u8]) -> Result<Option<&[u8]>, I2cHidError<E>> {
     let most = bytes.len();
     let length = bytes

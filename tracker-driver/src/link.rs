@@ -116,20 +116,20 @@ pub struct Encoder {
 }
 
 impl Encoder {
-    /// An encoder whose first frame has count 0.
+    /// Returns an encoder whose first frame has count 0.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The frame of a sample, without its time of arrival. What is no number or unit vector is
-    /// sent, and refused by the decoder.
+    /// Returns the frame of a sample, without its time of arrival. What is no number or unit vector
+    /// is sent, and refused by the decoder.
     pub fn sample(&mut self, sample: &Sample) -> Frame {
         let mut content = self.begin(SAMPLE);
         write_sample(&mut content, sample);
         content.finish()
     }
 
-    /// The frame of a message; of a fault, a state or a reply only the code.
+    /// Returns the frame of a message; of a fault, a state or a reply only the code.
     pub fn message(&mut self, message: &Message) -> Frame {
         let mut content;
         match message {
@@ -162,7 +162,7 @@ impl Encoder {
         content.finish()
     }
 
-    /// The frame of a command, from the host to the device.
+    /// Returns the frame of a command, from the host to the device.
     pub fn command(&mut self, command: Command) -> Frame {
         let mut content = self.begin(COMMAND);
         match command {
@@ -184,7 +184,7 @@ impl Encoder {
     }
 }
 
-/// What makes a device send samples, `hertz` a second where that is given.
+/// Returns what makes a device send samples, `hertz` a second where that is given.
 pub fn start(hertz: Option<u16>) -> Script {
     let mut encoder = Encoder::new();
     let mut script = Script::new();
@@ -197,7 +197,7 @@ pub fn start(hertz: Option<u16>) -> Script {
     script
 }
 
-/// What makes it stop.
+/// Returns what makes it stop.
 pub fn stop() -> Script {
     Script::sending(&Encoder::new().command(Command::Stop))
 }
@@ -218,7 +218,7 @@ struct Log {
 }
 
 impl Link {
-    /// A decoder that has seen nothing.
+    /// Returns a decoder that has seen nothing.
     pub fn new() -> Self {
         Self::default()
     }

@@ -74,7 +74,7 @@ pub struct Asked {
 }
 
 impl Default for Asked {
-    /// The usual rate, and one bird.
+    /// Returns the usual rate, and one bird.
     fn default() -> Self {
         Self {
             rate: None,
@@ -91,7 +91,7 @@ impl Protocol {
         "hid",
     ];
 
-    /// A device by its name, set up as is usual: positions and quaternions,
+    /// Returns a device by its name, set up as is usual: positions and quaternions,
     /// binary, timestamps where there are any; a screen of 2 m × 1 m, 1 m
     /// ahead of the origin. `None` for other names.
     pub fn named(name: &str) -> Option<Self> {
@@ -118,7 +118,7 @@ impl Protocol {
         })
     }
 
-    /// The name that it has in [`NAMES`](Self::NAMES).
+    /// Returns the name that it has in [`NAMES`](Self::NAMES).
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Link => "link",
@@ -134,12 +134,12 @@ impl Protocol {
         }
     }
 
-    /// Whether it goes over a serial line; the others are HID reports.
+    /// Returns whether it goes over a serial line; the others are HID reports.
     pub const fn is_serial(&self) -> bool {
         !matches!(self, Self::OsvrHdk | Self::EyeTracker(..))
     }
 
-    /// Whether its devices can have several sensors, one of them the viewer's head.
+    /// Returns whether its devices can have several sensors, one of them the viewer's head.
     pub const fn has_sensors(&self) -> bool {
         matches!(
             self,
@@ -147,12 +147,12 @@ impl Protocol {
         )
     }
 
-    /// Whether its devices measure the head.
+    /// Returns whether its devices measure the head.
     pub const fn has_head(&self) -> bool {
         !matches!(self, Self::Iscan(_) | Self::Asl(_))
     }
 
-    /// Whether its devices measure the eyes.
+    /// Returns whether its devices measure the eyes.
     pub const fn has_eyes(&self) -> bool {
         matches!(
             self,
@@ -211,7 +211,7 @@ impl Protocol {
         }
     }
 
-    /// The level that the line's RTS needs; a Flock is in reset while it is high.
+    /// Returns the level that the line's RTS needs; a Flock is in reset while it is high.
     pub const fn rts(&self) -> Option<bool> {
         match self {
             Self::Flock(_) => Some(false),

@@ -14,19 +14,19 @@ pub(crate) fn compose(a: Quat, b: Quat) -> Quat {
     )
 }
 
-/// The inverse of a unit quaternion.
+/// Returns the inverse of a unit quaternion.
 pub(crate) fn inverse(q: Quat) -> Quat {
     Quat::from_xyzw(-q.x, -q.y, -q.z, q.w)
 }
 
-/// A vector turned by a unit quaternion.
+/// Returns a vector turned by a unit quaternion.
 pub(crate) fn rotate(q: Quat, v: Vec3) -> Vec3 {
     let axis = Vec3::new(q.x, q.y, q.z);
     let twice = axis.cross(v) * 2.0;
     v + twice * q.w + axis.cross(twice)
 }
 
-/// The quaternion at unit length; `None` for one of no length or of far too much.
+/// Returns the quaternion at unit length; `None` for one of no length or of far too much.
 pub(crate) fn unit(q: Quat) -> Option<Quat> {
     let norm = sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
     // NaN fails the comparison too.
@@ -45,7 +45,7 @@ pub(crate) fn from_vector(vector: Vec3) -> Quat {
     Quat::from_xyzw(axis.x, axis.y, axis.z, cos)
 }
 
-/// The rotation vector of a unit quaternion, of at most half a turn.
+/// Returns the rotation vector of a unit quaternion, of at most half a turn.
 pub(crate) fn to_vector(q: Quat) -> Vec3 {
     let (axis, w) = (Vec3::new(q.x, q.y, q.z), q.w);
     let sin = sqrt(axis.dot(axis));
@@ -56,13 +56,13 @@ pub(crate) fn to_vector(q: Quat) -> Vec3 {
     axis * (2.0 * sign * libm::atan2f(sin, w.abs()) / sin)
 }
 
-/// The angle between two unit vectors, radians.
+/// Returns the angle between two unit vectors, radians.
 pub(crate) fn angle(a: Vec3, b: Vec3) -> f32 {
     let cross = a.cross(b);
     libm::atan2f(sqrt(cross.dot(cross)), a.dot(b))
 }
 
-/// The way along the great circle: a tangent at `from` whose length is the angle.
+/// Returns the way along the great circle: a tangent at `from` whose length is the angle.
 pub(crate) fn arc(from: Vec3, to: Vec3) -> Vec3 {
     let aside = to - from * from.dot(to);
     let sin = sqrt(aside.dot(aside));
@@ -82,7 +82,7 @@ pub(crate) fn along(from: Vec3, tangent: Vec3) -> Vec3 {
     normalize(from * cos + tangent * (sin / angle)).unwrap_or(from)
 }
 
-/// The component of `v` at right angles to the unit vector `axis`.
+/// Returns the component of `v` at right angles to the unit vector `axis`.
 pub(crate) fn across(v: Vec3, axis: Vec3) -> Vec3 {
     v - axis * v.dot(axis)
 }

@@ -24,7 +24,7 @@ pub struct Reading<T> {
 }
 
 impl<T> Reading<T> {
-    /// A value that was measured.
+    /// Returns a value that was measured.
     pub const fn tracked(value: T) -> Self {
         Self {
             value,
@@ -32,7 +32,7 @@ impl<T> Reading<T> {
         }
     }
 
-    /// A value that the device had to guess.
+    /// Returns a value that the device had to guess.
     pub const fn held(value: T) -> Self {
         Self {
             value,
@@ -78,7 +78,7 @@ pub struct Eye {
 }
 
 impl Eye {
-    /// Nothing is known of this eye.
+    /// Returns whether nothing is known of this eye.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
@@ -118,7 +118,7 @@ pub enum GazePoint {
 }
 
 impl GazePoint {
-    /// Its two numbers, whatever they mean.
+    /// Returns its two numbers, whatever they mean.
     pub const fn numbers(self) -> Vec2 {
         match self {
             Self::Plane(p) | Self::Normalized(p) | Self::Raw(p) => p,
@@ -153,7 +153,7 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Nothing but its time of arrival.
+    /// Returns a sample with its time of arrival and no other part.
     pub fn arrived(arrival: Micros) -> Self {
         Self {
             device_time: None,

@@ -12,14 +12,14 @@ use std::vec::Vec;
 /// The arrival of all bytes.
 pub(crate) const ARRIVAL: Micros = Micros(1_000_000);
 
-/// All events of some bytes.
+/// Returns all events of some bytes.
 pub(crate) fn events(decoder: &mut impl Decoder, bytes: &[u8]) -> Vec<Event> {
     let mut events = Vec::new();
     decoder.feed(bytes, ARRIVAL, &mut |event| events.push(event));
     events
 }
 
-/// The samples among them.
+/// Returns the samples among them.
 pub(crate) fn samples(decoder: &mut impl Decoder, bytes: &[u8]) -> Vec<Sample> {
     let events = events(decoder, bytes).into_iter();
     let sample = |event| match event {
@@ -39,17 +39,17 @@ pub(crate) fn dropped(decoder: &mut impl Decoder, bytes: &[u8]) -> Vec<DropReaso
     events.filter_map(reason).collect()
 }
 
-/// The event of bytes that were dropped.
+/// Returns the event of bytes that were dropped.
 pub(crate) const fn thrown(bytes: u32, reason: DropReason) -> Event {
     Event::dropped(bytes, reason)
 }
 
-/// The event of a reply without a meaning.
+/// Returns the event of a reply without a meaning.
 pub(crate) fn reply(to: u32, result: u32) -> Event {
     Event::reply(to, result, "")
 }
 
-/// The commands that a script sends to a device that streams samples.
+/// Returns the commands that a script sends to a device that streams samples.
 pub(crate) fn said(script: Script) -> Vec<Vec<u8>> {
     let mut session = Session::new(script);
     let (mut now, mut said) = (Micros(0), Vec::new());
@@ -84,13 +84,13 @@ impl Random {
     }
 }
 
-/// A tracker of the mock's usual viewer.
+/// Returns a tracker of the mock's usual viewer.
 pub(crate) fn tracker(config: TrackerConfig, seed: u64) -> Tracker<'static> {
     let viewer = Viewer::new(ViewerConfig::default(), seed);
     Tracker::new(config, viewer, seed).unwrap()
 }
 
-/// A tracker of this many samples a second.
+/// Returns a tracker of this many samples a second.
 pub(crate) fn tracker_at(rate: u32, seed: u64) -> Tracker<'static> {
     let config = TrackerConfig {
         rate,
@@ -99,7 +99,7 @@ pub(crate) fn tracker_at(rate: u32, seed: u64) -> Tracker<'static> {
     tracker(config, seed)
 }
 
-/// A head that looks around and sways, 125 times a second.
+/// Returns a head that looks around and sways, 125 times a second.
 pub(crate) fn moving_head(count: usize) -> Vec<Sample> {
     let samples = (0..count).map(|i| {
         let t = i as f32 * 0.008;
@@ -121,7 +121,7 @@ pub(crate) fn moving_head(count: usize) -> Vec<Sample> {
 /// How many records faults are put into.
 const RECORDS: usize = if cfg!(miri) { 10 } else { 24 };
 
-/// The mock's records in a protocol, ten a second, no two the same.
+/// Returns the mock's records in a protocol, ten a second, no two the same.
 pub(crate) fn mock_records(protocol: &Protocol) -> Vec<Vec<u8>> {
     let mut wire = Wire::new(tracker_at(60, 9), protocol.clone());
     let mut records: Vec<Vec<u8>> = Vec::new();
@@ -141,7 +141,7 @@ pub(crate) fn mock_records(protocol: &Protocol) -> Vec<Vec<u8>> {
     records
 }
 
-/// The records of a head that moves much, and the mock's.
+/// Returns the records of a head that moves much, and the mock's.
 pub(crate) fn head_records(
     protocol: &Protocol,
     encode: impl Fn(&Sample) -> Vec<u8>,
@@ -177,7 +177,7 @@ pub(crate) fn come_back<D: Decoder>(
     }
 }
 
-/// All protocols of serial lines as is usual, and Flock's other modes.
+/// Returns all protocols of serial lines as is usual, and Flock's other modes.
 pub(crate) fn serial_lines() -> Vec<(std::string::String, Protocol)> {
     use crate::head::flock::{self, Mode};
     let serial = Protocol::NAMES.map(|name| (name.into(), Protocol::named(name).unwrap()));
@@ -195,7 +195,7 @@ pub(crate) fn serial_lines() -> Vec<(std::string::String, Protocol)> {
 /// What can happen to one byte: a kind, by its place in [`Tally::wrong`], and another byte.
 type Fault = (usize, u8);
 
-/// Each kind, with telling bytes; with every byte where `SHISEN_HEAVY` asks for it.
+/// Returns each kind, with telling bytes; with every byte where `SHISEN_HEAVY` asks for it.
 fn all_faults() -> Vec<Fault> {
     let (flips, inserts): (Vec<u8>, Vec<u8>) = if is_heavy() {
         ((1..=255).collect(), (0..=255).collect())
@@ -211,7 +211,7 @@ fn all_faults() -> Vec<Fault> {
     others.chain(flips).chain(inserts).collect()
 }
 
-/// The stream with a fault at this byte.
+/// Returns the stream with a fault at this byte.
 fn with_fault((kind, other): Fault, stream: &[u8], offset: usize) -> Vec<u8> {
     let byte = stream[offset];
     let instead: &[u8] = match kind {
@@ -314,7 +314,7 @@ fn every_fault<D: Decoder>(new: impl Fn() -> D, records: &[Vec<u8>], tally: &mut
     }
 }
 
-/// Some records with a byte flipped, one missing, some too many, and much garbage behind.
+/// Returns some records with a byte flipped, one missing, some too many, and much garbage behind.
 fn damaged(records: &[Vec<u8>]) -> Vec<u8> {
     let mut records = records[..8].to_vec();
     let start = records[0][0];
@@ -345,12 +345,13 @@ fn any_split<D: Decoder>(new: impl Fn() -> D, stream: &[u8]) {
     }
 }
 
-/// Whether tests are to be of their full sizes.
+/// Returns whether tests are to be of their full sizes.
 fn is_heavy() -> bool {
     std::env::var("SHISEN_HEAVY").is_ok_and(|value| !value.is_empty() && value != "0")
 }
 
-/// How many random bytes a test feeds: a million, or `heavy` where `SHISEN_HEAVY` asks for it.
+/// Returns how many random bytes a test feeds: a million, or `heavy` where `SHISEN_HEAVY` asks for
+/// it.
 pub(crate) fn random_count(heavy: u64) -> u64 {
     match (cfg!(miri), is_heavy()) {
         (true, _) => 1_000,

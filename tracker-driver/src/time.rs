@@ -6,12 +6,12 @@
 pub struct Micros(pub u64);
 
 impl Micros {
-    /// A span of this many milliseconds.
+    /// Returns a span of this many milliseconds.
     pub const fn from_millis(milliseconds: u64) -> Self {
         Self(milliseconds.saturating_mul(1_000))
     }
 
-    /// The span from `earlier` to this time; zero where `earlier` is later.
+    /// Returns the span from `earlier` to this time; zero where `earlier` is later.
     #[must_use]
     pub const fn since(self, earlier: Self) -> Self {
         Self(self.0.saturating_sub(earlier.0))
@@ -40,7 +40,7 @@ pub struct DeviceTime {
 }
 
 impl DeviceTime {
-    /// A clock of 64 bits, which does not wrap.
+    /// Returns a clock of 64 bits, which does not wrap.
     pub const fn unwrapped(microseconds: u64) -> Self {
         Self {
             microseconds,
@@ -48,7 +48,7 @@ impl DeviceTime {
         }
     }
 
-    /// A clock that counts microseconds in 32 bits: it wraps after 72 minutes.
+    /// Returns a clock that counts microseconds in 32 bits: it wraps after 72 minutes.
     pub const fn micros_u32(microseconds: u32) -> Self {
         Self {
             microseconds: microseconds as u64,
@@ -56,7 +56,7 @@ impl DeviceTime {
         }
     }
 
-    /// A clock that counts milliseconds in 32 bits: it wraps after 50 days.
+    /// Returns a clock that counts milliseconds in 32 bits: it wraps after 50 days.
     pub const fn millis_u32(milliseconds: u32) -> Self {
         Self {
             microseconds: milliseconds as u64 * 1_000,

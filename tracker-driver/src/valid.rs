@@ -25,7 +25,7 @@ const SHORTEST: f32 = 1.0e-3;
 /// Longer than this, squares leave the range of `f32`, and no device means it.
 const LONGEST: f32 = 1.0e9;
 
-/// A finite number, no further from zero than `limit`.
+/// Returns a finite number, no further from zero than `limit`.
 pub(crate) fn within(value: f32, limit: f32) -> Result<f32, DropReason> {
     if value.abs() <= limit {
         Ok(value)
@@ -34,7 +34,7 @@ pub(crate) fn within(value: f32, limit: f32) -> Result<f32, DropReason> {
     }
 }
 
-/// A place, each coordinate no further from zero than `limit`.
+/// Returns a place, each coordinate no further from zero than `limit`.
 pub(crate) fn place(value: Vec3, limit: f32) -> Result<Vec3, DropReason> {
     for part in value.to_array() {
         within(part, limit)?;
@@ -42,12 +42,12 @@ pub(crate) fn place(value: Vec3, limit: f32) -> Result<Vec3, DropReason> {
     Ok(value)
 }
 
-/// Where a head tracker says that a head is, in metres.
+/// Returns where a head tracker says that a head is, in metres.
 pub(crate) fn position(metres: Vec3) -> Result<Vec3, DropReason> {
     place(metres, FARTHEST_POSITION)
 }
 
-/// A vector of any length as a unit vector.
+/// Returns a vector of any length as a unit vector.
 pub(crate) fn direction(value: Vec3) -> Result<Vec3, DropReason> {
     let norm = length(&place(value, LONGEST)?.to_array());
     if norm < SHORTEST {
@@ -56,7 +56,7 @@ pub(crate) fn direction(value: Vec3) -> Result<Vec3, DropReason> {
     Ok(value / norm)
 }
 
-/// A normalised quaternion whose norm was 1 within `tolerance` and squares are finite.
+/// Returns a normalised quaternion whose norm was 1 within `tolerance` and squares are finite.
 pub(crate) fn rotation(value: Quat, tolerance: f32) -> Result<Quat, DropReason> {
     for part in value.to_array() {
         within(part, LONGEST)?;
@@ -64,7 +64,7 @@ pub(crate) fn rotation(value: Quat, tolerance: f32) -> Result<Quat, DropReason> 
     unit(value, tolerance).map_err(|_| DropReason::NotUnit)
 }
 
-/// The quaternion that a head tracker sends, normalised.
+/// Returns the quaternion that a head tracker sends, normalised.
 pub(crate) fn sent_rotation(value: Quat) -> Result<Quat, DropReason> {
     if !value.is_finite() {
         return Err(DropReason::OutOfRange);
@@ -72,7 +72,7 @@ pub(crate) fn sent_rotation(value: Quat) -> Result<Quat, DropReason> {
     unit(value, NORM_TOLERANCE).map_err(|_| DropReason::NotUnit)
 }
 
-/// A quaternion whose norm is 1 within `tolerance`, normalised.
+/// Returns a quaternion whose norm is 1 within `tolerance`, normalised.
 ///
 /// # Errors
 /// The norm that it has; NaN where a part is NaN.
@@ -86,7 +86,7 @@ pub(crate) fn unit(value: Quat, tolerance: f32) -> Result<Quat, f32> {
     Ok(Quat::from_array(parts.map(|part| part / norm)))
 }
 
-/// The Euclidean norm.
+/// Returns the Euclidean norm.
 pub(crate) fn length(parts: &[f32]) -> f32 {
     numeric::sqrt(parts.iter().map(|part| part * part).sum())
 }

@@ -28,7 +28,7 @@ struct Levels {
 }
 
 impl Levels {
-    /// What the mock sends in some seconds, with or without pauses between its records.
+    /// Returns what the mock sends in some seconds, with or without pauses between its records.
     fn of(protocol: &Protocol, seconds: u64, pauses: bool) -> Self {
         let baud = 115_200;
         let mut wire = Wire::new(tracker_at(125, 6), protocol.clone());
@@ -52,8 +52,8 @@ impl Levels {
         Self { bits, baud }
     }
 
-    /// What a UART reads at another speed, and when; a byte without a stop bit is kept, or becomes
-    /// 0 as on Linux.
+    /// Returns what a UART reads at another speed, and when; a byte without a stop bit is kept, or
+    /// becomes 0 as on Linux.
     fn read(&self, (listened, sent): (u64, u64), kept: bool) -> Vec<(Micros, u8)> {
         // In parts of a bit that both speeds have whole, and half, numbers of.
         let (bit, read_bit) = (2 * listened, 2 * sent);
@@ -83,7 +83,7 @@ impl Levels {
     }
 }
 
-/// What the watch says at last, and the samples.
+/// Returns what the watch says at last, and the samples.
 fn listen(protocol: &Protocol, bytes: &[(Micros, u8)], until: Micros) -> (Option<Failure>, u64) {
     let mut reader = Reader::new(protocol).unwrap();
     let mut watch = Watch::new();

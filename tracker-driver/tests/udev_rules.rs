@@ -4,13 +4,13 @@ use std::process::Command;
 
 const RULES: &str = include_str!("../udev/70-shisen-trackers.rules");
 
-/// What stands between quotes after `key` in the rule that runs a program.
+/// Returns what stands between quotes after `key` in the rule that runs a program.
 fn value<'a>(rule: &'a str, key: &str) -> &'a str {
     let (_, rest) = rule.split_once(key).expect("the rule has the key");
     rest.split('"').nth(1).expect("a value in quotes")
 }
 
-/// Whether the rule for HID trackers takes a device with this descriptor.
+/// Returns whether the rule for HID trackers takes a device with this descriptor.
 fn is_taken(name: &str, descriptor: &[u8]) -> bool {
     let rule = RULES.lines().find(|line| line.contains("PROGRAM="));
     let rule = rule.expect("a rule that runs a program");

@@ -38,7 +38,7 @@ impl Dome {
     }
 }
 
-/// A dome over a room, whose front is at the bottom of the picture of `size`²
+/// Returns a dome over a room, whose front is at the bottom of the picture of `size`²
 /// pixels, with a mirror of 1 mm. `position`: metres, in the room.
 /// cbindgen:ptrs-as-arrays=[[position;3]]
 ///

@@ -65,12 +65,12 @@ impl Protocol {
         found.ok_or(Status::UnknownChoice)
     }
 
-    /// Whether its devices measure the head.
+    /// Returns whether its devices measure the head.
     pub(crate) const fn has_head(self) -> bool {
         !matches!(self, Self::Iscan | Self::Asl)
     }
 
-    /// Whether its devices measure the eyes.
+    /// Returns whether its devices measure the eyes.
     pub(crate) const fn has_eyes(self) -> bool {
         matches!(self, Self::Link | Self::Iscan | Self::Asl | Self::Adhawk)
     }

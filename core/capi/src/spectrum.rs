@@ -26,7 +26,7 @@ pub struct Spectrum {
     table: SpectralTable<'static>,
 }
 
-/// The same renderer with these wavelengths.
+/// Returns the same renderer with these wavelengths.
 #[cfg(feature = "dispersion")]
 pub(crate) fn with_wavelengths<'a>(
     renderer: &Renderer<'a, WIDTH>,
@@ -53,7 +53,7 @@ const _: () = assert!(needed::<Spectrum>() <= SHISEN_SPECTRUM_SIZE);
 const _: () = assert!(size_of::<SpectralSample>() == SHISEN_WAVELENGTH_SIZE);
 const _: () = assert!(SpectralTable::COMB_PHASES == SHISEN_SPECTRUM_PHASES);
 
-/// Bytes of memory for the handle of a spectrum of `count` wavelengths.
+/// Returns bytes of memory for the handle of a spectrum of `count` wavelengths.
 #[unsafe(no_mangle)]
 pub extern "C" fn shisen_spectrum_size(count: u32) -> usize {
     let samples = (count as usize).saturating_add(SpectralTable::BROAD);

@@ -168,12 +168,12 @@ const ALL: &[(Status, &CStr, &CStr)] = &[
     (Status::WavelengthsOfMedium, c"SHISEN_STATUS_WAVELENGTHS_OF_MEDIUM", c"a medium is not known at all wavelengths: give a narrower range"),
 ];
 
-/// The status with this number, its name and what it says.
+/// Returns the status with this number, its name and what it says.
 fn described(status: u32) -> Option<&'static (Status, &'static CStr, &'static CStr)> {
     ALL.iter().find(|(known, ..)| *known as u32 == status)
 }
 
-/// A status' name, such as "SHISEN_STATUS_OK"; "SHISEN_STATUS_?" for numbers
+/// Returns a status' name, such as "SHISEN_STATUS_OK"; "SHISEN_STATUS_?" for numbers
 /// that are none. The text is the library's and stays.
 #[unsafe(no_mangle)]
 pub extern "C" fn shisen_status_name(status: u32) -> *const c_char {
@@ -260,7 +260,7 @@ impl From<Failure> for Status {
     }
 }
 
-/// The status of a scene that cannot be used, its number, and what it is about.
+/// Returns the status of a scene that cannot be used, its number, and what it is about.
 pub(crate) fn of_scene(error: SceneError) -> (Status, u64, &'static str) {
     match error {
         SceneError::Truncated { needed, .. } => (Status::SceneCutOff, needed, ""),

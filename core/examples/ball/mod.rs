@@ -30,7 +30,7 @@ pub(crate) struct Scene {
     light: Light,
 }
 
-/// The ball, of a diffuse white, and a lamp to the upper left of the viewer.
+/// Returns the ball, of a diffuse white, and a lamp to the upper left of the viewer.
 pub(crate) fn scene() -> Scene {
     let instance = Instance {
         kind: kind::SPHEROID,

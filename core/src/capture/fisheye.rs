@@ -3,7 +3,7 @@ use crate::simd::{Lanes, Portable};
 use core::f32::consts::TAU;
 use glam::Vec3;
 
-/// The direction of a pixel by an equidistant fisheye (equation 1): the angle to −Z is half
+/// Returns the direction of a pixel by an equidistant fisheye (equation 1): the angle to −Z is half
 /// the field of view (radians, above 0 to 2π) times √(u² + v²).
 ///
 /// A unit vector within 4·10⁻⁷ in the axes of [`capture`](super). `None` outside the unit
@@ -31,16 +31,16 @@ pub(crate) fn equidistant<const W: usize, L: Lanes<W>>(
     ]
 }
 
-/// The direction of a pixel by an equisolid-angle fisheye: √(u² + v²) is in proportion to the
-/// sine of half the angle to −Z. Otherwise as [`fisheye_equidistant`].
+/// Returns the direction of a pixel by an equisolid-angle fisheye: √(u² + v²) is in proportion to
+/// the sine of half the angle to −Z. Otherwise as [`fisheye_equidistant`].
 pub fn fisheye_equisolid(u: f32, v: f32, field_of_view: f32) -> Option<Vec3> {
     radius(u, v, field_of_view)?;
     let (scale, _) = sin_cos(0.25 * field_of_view);
     Some(doubled(u, v, scale))
 }
 
-/// The direction of a pixel by a mirrored ball seen in parallel to its outline, all round to
-/// +Z: an equisolid fisheye of 2π. A unit vector within 4·10⁻⁷ in the axes of
+/// Returns the direction of a pixel by a mirrored ball seen in parallel to its outline, all round
+/// to +Z: an equisolid fisheye of 2π. A unit vector within 4·10⁻⁷ in the axes of
 /// [`capture`](super); `None` outside the unit disc and for NaN.
 pub fn mirror_ball(u: f32, v: f32) -> Option<Vec3> {
     radius(u, v, TAU)?;
@@ -53,7 +53,7 @@ fn radius(u: f32, v: f32, field_of_view: f32) -> Option<f32> {
     (radius <= 1.0 && field_of_view > 0.0 && field_of_view <= TAU).then_some(radius)
 }
 
-/// The direction at twice the angle to −Z whose sine is √(u² + v²)·`scale`.
+/// Returns the direction at twice the angle to −Z whose sine is √(u² + v²)·`scale`.
 fn doubled(u: f32, v: f32, scale: f32) -> Vec3 {
     let square = |x: f32| {
         let x = DoubleFloat::from(x).multiply(DoubleFloat::from(scale));

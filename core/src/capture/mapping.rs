@@ -25,7 +25,7 @@ pub struct MirrorPoint {
 }
 
 impl SpheroidMirror {
-    /// The point at a parametric angle β, radians, from 0 at the pole to β₁
+    /// Returns the point at a parametric angle β, radians, from 0 at the pole to β₁
     /// ([`edge`](Self::edge)); `None` outside and for NaN. Error of θ and of `r_d` ≤ 8 ulp, for
     /// axis ratios from 0.5.
     ///

@@ -149,8 +149,9 @@ impl SpheroidMirror {
         Ok(Self::seen(a, Some(p), (slope, h), 1.0 / d1, above / d1))
     }
 
-    /// The viewpoint that shows the dome's rim at the parametric angle `beta1` of the mirror,
-    /// radians: equations 19 to 24. Parallel projection where a·tan β₁ is 1 but for rounding.
+    /// Returns the viewpoint that shows the dome's rim at the parametric angle `beta1` of the
+    /// mirror, radians: equations 19 to 24. Parallel projection where a·tan β₁ is 1 but for
+    /// rounding.
     ///
     /// # Errors
     /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS), an edge outside
@@ -177,7 +178,7 @@ impl SpheroidMirror {
         Ok(Self::seen(a, Some(p), (slope, h), 1.0 / d1, clearance))
     }
 
-    /// The mirror whose edge has a slope, and h = a/cos β₁.
+    /// Returns the mirror whose edge has a slope, and h = a/cos β₁.
     fn seen(a: f32, p: Option<f32>, (slope, h): (f32, f32), k: f32, clearance: f32) -> Self {
         Self {
             a,
@@ -224,8 +225,8 @@ impl SpheroidMirror {
         self.p.map(|_| min(1.0 / self.k, f32::MAX))
     }
 
-    /// The full angle of view that just holds the screen, radians, above 0 and below π; 0 in
-    /// parallel projection, which has the width of twice the
+    /// Returns the full angle of view that just holds the screen, radians, above 0 and below π; 0
+    /// in parallel projection, which has the width of twice the
     /// [`screen_radius`](Self::screen_radius).
     pub fn field_of_view(&self) -> f32 {
         2.0 * atanf(self.k * self.b1)

@@ -26,7 +26,7 @@ pub struct Reflection {
 }
 
 impl SpheroidMirror {
-    /// The line of sight of a dome master's pixel, u to the right and v
+    /// Returns the line of sight of a dome master's pixel, u to the right and v
     /// upwards; `None` outside the unit disc and for NaN.
     ///
     /// With [`Mapping::Exact`] the angle to the zenith is π/2·√(u² + v²),
@@ -63,7 +63,7 @@ impl SpheroidMirror {
         }
     }
 
-    /// The lines of sight to (u, v) of a true dome master, `radius` from its centre.
+    /// Returns the lines of sight to (u, v) of a true dome master, `radius` from its centre.
     #[inline(always)]
     fn exact_reflections<const W: usize, L: Lanes<W>>(
         &self,
@@ -90,7 +90,7 @@ impl SpheroidMirror {
         }
     }
 
-    /// The lines of sight through (x, y) of the screen, which start there.
+    /// Returns the lines of sight through (x, y) of the screen, which start there.
     #[inline(always)]
     fn reflections<const W: usize, L: Lanes<W>>(
         &self,

@@ -24,7 +24,7 @@ pub struct LevelOfDetail {
 }
 
 impl LevelOfDetail {
-    /// The whole method of the paper.
+    /// Returns the whole method of the paper.
     pub const fn new(gaze: Gaze) -> Self {
         Self {
             gaze,
@@ -33,7 +33,7 @@ impl LevelOfDetail {
         }
     }
 
-    /// The rays of the visual field, each in full.
+    /// Returns the rays of the visual field, each in full.
     pub const fn in_full(gaze: Gaze) -> Self {
         Self {
             gaze,
@@ -69,7 +69,8 @@ pub(super) struct OwnDetail {
 }
 
 impl BlockDetail {
-    /// The detail of the block around a pixel: `most` at level 1, on ladders of `rungs` rungs.
+    /// Returns the detail of the block around a pixel: `most` at level 1, on ladders of `rungs`
+    /// rungs.
     pub(super) fn new(
         lod: &LevelOfDetail,
         simd: Simd,
@@ -147,7 +148,7 @@ impl BlockDetail {
         }
     }
 
-    /// Which pixels are traced: a bit for each, by row, then column.
+    /// Returns which pixels are traced: a bit for each, by row, then column.
     pub(super) fn traced(&self) -> u64 {
         let mut traced = 0;
         for number in 0..BLOCK * BLOCK {
@@ -157,7 +158,7 @@ impl BlockDetail {
         traced
     }
 
-    /// The detail of a part of the block; pixels past the part are not traced.
+    /// Returns the detail of a part of the block; pixels past the part are not traced.
     pub(super) fn part(self, (left, top): (u32, u32), (columns, rows): (u32, u32)) -> Self {
         if (left, top, columns, rows) == (0, 0, BLOCK, BLOCK) {
             return self;
@@ -204,7 +205,7 @@ impl OwnDetail {
 /// Pixels a side of a patch, which is tested before its blocks.
 pub(super) const PATCH: u32 = 4 * BLOCK;
 
-/// Where the square of `side` pixels that contains (x, y) lies in the visual field.
+/// Returns where the square of `side` pixels that contains (x, y) lies in the visual field.
 pub(super) fn region_of(lod: &LevelOfDetail, view: &View, (x, y): (u32, u32), side: u32) -> Region {
     let Kind::Screen(screen) = view.kind() else {
         return Region::Mixed;
@@ -244,7 +245,7 @@ impl BlockLevels {
         self.levels[row as usize % SIDE][column as usize % SIDE]
     }
 
-    /// The detail `most` for pixels below a level; others are not traced.
+    /// Returns the detail `most` for pixels below a level; others are not traced.
     pub(super) fn below(&self, level: f32, most: RayDetail) -> BlockDetail {
         let mut own = OwnDetail::NONE;
         let (mut any, mut all) = (false, true);
@@ -264,12 +265,12 @@ impl BlockLevels {
         }
     }
 
-    /// Whether a pixel is outside the field, or within [`BLEND`] of it.
+    /// Returns whether a pixel is outside the field, or within [`BLEND`] of it.
     pub(super) fn reaches_the_border(&self) -> bool {
         self.traced != u64::MAX || self.least < BLEND
     }
 
-    /// The levels of the block that contains pixel (x, y).
+    /// Returns the levels of the block that contains pixel (x, y).
     pub(super) fn new(lod: &LevelOfDetail, simd: Simd, view: &View, (x, y): (u32, u32)) -> Self {
         let (x, y) = (x / BLOCK * BLOCK, y / BLOCK * BLOCK);
         if !Simd::HAS_VECTORS {
@@ -299,7 +300,7 @@ impl BlockLevels {
         block
     }
 
-    /// The least and the most of a group's levels above 0, and whether all are.
+    /// Returns the least and the most of a group's levels above 0, and whether all are.
     fn group_levels(&self, group: usize) -> (f32, f32, bool) {
         let (mut least, mut most, mut traced) = (1.0, 0.0, true);
         for (column, row) in TileRays::places_of_group(group) {
@@ -361,7 +362,7 @@ impl Ladder {
         }
     }
 
-    /// The rung shared by all levels from `least` to `most`, if there is one.
+    /// Returns the rung shared by all levels from `least` to `most`, if there is one.
     fn shared(&self, least: f32, most: f32) -> Option<u8> {
         if self.steps == 0.0 {
             return Some(0);
@@ -375,7 +376,7 @@ impl Ladder {
         (most - level <= FACE_TOLERANCE && level - least <= FACE_TOLERANCE).then_some(rung)
     }
 
-    /// The rung whose faces are closest to eq. 10.
+    /// Returns the rung whose faces are closest to eq. 10.
     pub(super) fn nearest(&self, level: f32) -> u8 {
         ((1.0 - level) * self.steps + 0.5) as u8
     }

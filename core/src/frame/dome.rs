@@ -77,7 +77,7 @@ where
         }
     }
 
-    /// Rays through the first eight points of the picture.
+    /// Returns rays through the first eight points of the picture.
     fn rays_through(&self, dome: &Dome, points: impl Iterator<Item = (f32, f32)>) -> RayRow {
         let (mut x, mut y) = ([0.0; 8], [0.0; 8]);
         for ((x, y), point) in x.iter_mut().zip(&mut y).zip(points) {
@@ -130,7 +130,7 @@ where
         true
     }
 
-    /// What the ray of a place sees: nothing outside the rim.
+    /// Returns what the ray of a place sees: nothing outside the rim.
     #[inline]
     fn seen(&self, traced: &Traced, lane: u32, sample: Sample, work: &mut Work<'_>) -> Pixel {
         let (tracer, lane) = (&self.renderer.tracer, lane as usize % 8);
@@ -150,13 +150,13 @@ where
     }
 }
 
-/// Whether a dome that is seen from one point is rendered by blocks, not rows.
+/// Returns whether a dome that is seen from one point is rendered by blocks, not rows.
 pub(super) fn goes_in_blocks<const W: usize>(scene: &Scene<'_, W>) -> bool {
     let is_mesh = |instance: &Instance| instance.kind == kind::MESH;
     Simd::HAS_VECTORS && scene.instances.iter().all(is_mesh)
 }
 
-/// The nearest hits of the rays of eight places, where they can go together.
+/// Returns the nearest hits of the rays of eight places, where they can go together.
 pub(super) fn hits_together<const W: usize, const EFFECTS: u32>(
     tracer: &Tracer<'_, W>,
     rays: &RayRow,

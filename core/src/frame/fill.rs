@@ -49,7 +49,7 @@ impl<'p> Surroundings<'p> {
     /// enough for f32 to place its points.
     pub const MIRROR_RADIUS: f32 = 1.0e-4;
 
-    /// The two dome masters to render, of `side`² pixels each: through the best
+    /// Returns the two dome masters to render, of `side`² pixels each: through the best
     /// mirror, in its exact mapping. Pixels next to the rim's outside show what is
     /// at the rim, so that all four around a place show something.
     ///
@@ -91,7 +91,8 @@ impl<'p> Surroundings<'p> {
         })
     }
 
-    /// What is seen at a place: four pixels interpolated, blended into the other at the rim.
+    /// Returns what is seen at a place: four pixels interpolated, blended into the other at the
+    /// rim.
     #[inline]
     fn at(&self, place: Place) -> Pixel {
         let own = self.inside(place);
@@ -291,7 +292,7 @@ impl Places {
 }
 
 impl Surroundings<'_> {
-    /// The places in the hemispheres of eight pixels of a view's row, from `x` on.
+    /// Returns the places in the hemispheres of eight pixels of a view's row, from `x` on.
     fn places(&self, simd: Simd, view: &View, y: u32, x: u32) -> Places {
         let place = (x, y);
         match view.kind() {

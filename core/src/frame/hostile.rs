@@ -17,7 +17,7 @@ const TILE: Tile = Tile {
     height: 8,
 };
 
-/// Every kind of view that the numbers make.
+/// Returns every kind of view that the numbers make.
 fn views(n: &mut Numbers) -> Vec<View> {
     let pose = DomePose {
         position: n.vector([0.1, 0.2, -1.0]),

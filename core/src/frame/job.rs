@@ -143,7 +143,7 @@ impl<'p> FrameJob<'p> {
     /// Most pixels a side of a tile.
     pub const LARGEST_TILE: u32 = 256;
 
-    /// How many tiles of `side`² pixels the pictures of these sizes (columns and
+    /// Returns how many tiles of `side`² pixels the pictures of these sizes (columns and
     /// rows) have together: as many [`Place`]s a frame needs.
     pub fn tiles_of(sizes: impl Iterator<Item = [u32; 2]>, side: u32) -> usize {
         let side = side.max(1);
@@ -154,10 +154,10 @@ impl<'p> FrameJob<'p> {
             .fold(0, usize::saturating_add)
     }
 
-    /// A frame of some pictures, in tiles of `side`² pixels, that begins no sample when `budget` is
-    /// spent: with P as in [`render`](Self::render), give N − (P − 1) to take N steps at most, or
-    /// N − 17² · P with [foveation](Renderer::with_foveation).
-    /// `places` keeps the order of tiles, which takes time for each.
+    /// Returns a frame of some pictures, in tiles of `side`² pixels, that begins no sample when
+    /// `budget` is spent: with P as in [`render`](Self::render), give N − (P − 1) to take N steps
+    /// at most, or N − 17² · P with [foveation](Renderer::with_foveation). `places` keeps the order
+    /// of tiles, which takes time for each.
     ///
     /// # Errors
     /// A size of tiles out of range; no pictures, or too many; `places` for fewer tiles than there
@@ -214,7 +214,7 @@ impl<'p> FrameJob<'p> {
         })
     }
 
-    /// The rest of the frame's budget.
+    /// Returns the rest of the frame's budget.
     pub const fn budget(&self) -> Budget {
         self.budget
     }
@@ -305,7 +305,7 @@ impl<'p> FrameJob<'p> {
     }
 }
 
-/// The cosine between the line of sight and a tile's centre; −2 outside a dome's rim.
+/// Returns the cosine between the line of sight and a tile's centre; −2 outside a dome's rim.
 fn cosine(gaze: &Gaze, view: &View, side: u32, (column, row): (u16, u16)) -> f32 {
     // A tile that the picture's border cuts off counts as a full square.
     let middle = |tile: u16| (u32::from(tile) * side) as f32 + 0.5 * (side - 1) as f32;

@@ -28,13 +28,13 @@ fn in_slices(renderer: &Renderer<'_, 4>, view: &View, tile: Tile, steps: u64) ->
     }
 }
 
-/// The pixels of a tile.
+/// Returns the pixels of a tile.
 fn pixels(tile: Tile) -> impl Iterator<Item = [u32; 2]> {
     let columns = tile.x..tile.x + tile.width;
     (tile.y..tile.y + tile.height).flat_map(move |y| columns.clone().map(move |x| [x, y]))
 }
 
-/// The most steps of the ray tree of a sample, and of the primary rays of one sample of all
+/// Returns the most steps of the ray tree of a sample, and of the primary rays of one sample of all
 /// pixels of a block of the tile.
 fn dearest(tracer: &Tracer<'_, 4>, view: &View, tile: Tile, samples: u16) -> [u64; 2] {
     let mut workspace = Workspace::new();
@@ -72,7 +72,7 @@ fn views() -> [View; 2] {
     [screen, View::dome(fisheye, pose, 64).unwrap()]
 }
 
-/// A tile across the right edge of the ball, and across a border of blocks.
+/// Returns a tile across the right edge of the ball, and across a border of blocks.
 fn tile(tracer: &Tracer<'_, 4>, view: &View) -> Tile {
     let hits = |x: u32| {
         let ray = view.ray(x as f32, 31.0).unwrap();

@@ -18,12 +18,12 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// Its parts of the blocks of the view's grid, row by row.
+    /// Returns its parts of the blocks of the view's grid, row by row.
     pub(super) fn blocks(self) -> impl Iterator<Item = Self> {
         self.squares(BLOCK)
     }
 
-    /// Its parts of the squares of the view's grid, row by row.
+    /// Returns its parts of the squares of the view's grid, row by row.
     pub(super) fn squares(self, side: u32) -> impl Iterator<Item = Self> {
         let cut = move |first: u32, end: u32| {
             let starts = (first / side..end.div_ceil(side)).map(move |square| square * side);
@@ -39,7 +39,7 @@ impl Tile {
         })
     }
 
-    /// The number of pixels of a block or square.
+    /// Returns the number of pixels of a block or square.
     pub(super) const fn area(self) -> u32 {
         self.width * self.height
     }
@@ -102,7 +102,7 @@ pub(super) struct Piece {
     pub(super) stride: u32,
 }
 
-/// How far samples may be from their pixel's centre; a single one is there.
+/// Returns how far samples may be from their pixel's centre; a single one is there.
 pub(super) fn spread(samples: u16) -> f32 {
     if samples == 1 { 0.0 } else { 0.5 }
 }
@@ -131,7 +131,7 @@ pub(super) struct Target<'p> {
 }
 
 impl<'p> Target<'p> {
-    /// The place of a part of a tile among the tile's pixels.
+    /// Returns the place of a part of a tile among the tile's pixels.
     pub(super) const fn new(pixels: &'p mut [Pixel], tile: Tile, part: Tile) -> Self {
         Self {
             pixels,
@@ -141,7 +141,7 @@ impl<'p> Target<'p> {
         }
     }
 
-    /// The first `columns` pixels of a row of the block.
+    /// Returns the first `columns` pixels of a row of the block.
     #[inline(always)]
     pub(super) fn row(&mut self, row: u32, columns: u32) -> &mut [Pixel] {
         let start = (self.y + row as usize) * self.width + self.x;

@@ -33,9 +33,9 @@ impl View {
     /// Most pixels a side: their numbers are exact in f32.
     pub const MOST_PIXELS: u32 = Sample::MOST_PIXELS;
 
-    /// The rays of a flat screen: an off-axis frustum (Kooima 2008). The ray through the centre of
-    /// pixel (x, y) starts at `eye` (metres, in the room) along `first_pixel + x·column_step +
-    /// y·row_step` (of any unit).
+    /// Returns the rays of a flat screen: an off-axis frustum (Kooima 2008). The ray through the
+    /// centre of pixel (x, y) starts at `eye` (metres, in the room) along `first_pixel +
+    /// x·column_step + y·row_step` (of any unit).
     ///
     /// # Errors
     /// Sizes, an eye or a screen that cannot be.
@@ -49,8 +49,9 @@ impl View {
         Screen::new(eye, first_pixel, column_step, row_step, size).map(|s| Self(Kind::Screen(s)))
     }
 
-    /// The rays of a dome master of `size`² pixels in the axes of [`capture`](crate::capture), its
-    /// rim touching the picture's sides. Outside the rim it is transparent and costs no ray.
+    /// Returns the rays of a dome master of `size`² pixels in the axes of
+    /// [`capture`](crate::capture), its rim touching the picture's sides. Outside the rim it is
+    /// transparent and costs no ray.
     ///
     /// # Errors
     /// A size, a pose or a projection that cannot be.
@@ -67,9 +68,9 @@ impl View {
         Dome::new(projection, pose, size).map(|dome| Self(Kind::Dome(dome.past_the_rim())))
     }
 
-    /// The rays from `eye` (metres, in the room) through the pixels of a dome screen: the dome
-    /// master of `size`² pixels for an eye that need not be at the centre. Outside the rim it is
-    /// transparent and costs no ray.
+    /// Returns the rays from `eye` (metres, in the room) through the pixels of a dome screen: the
+    /// dome master of `size`² pixels for an eye that need not be at the centre. Outside the rim it
+    /// is transparent and costs no ray.
     ///
     /// # Errors
     /// A size, a screen or an eye that cannot be.
@@ -81,7 +82,7 @@ impl View {
         &self.0
     }
 
-    /// Pixels in a row.
+    /// Returns pixels in a row.
     pub const fn columns(&self) -> u32 {
         match &self.0 {
             Kind::Screen(screen) => screen.columns,
@@ -89,7 +90,7 @@ impl View {
         }
     }
 
-    /// Pixels in a column.
+    /// Returns pixels in a column.
     pub const fn rows(&self) -> u32 {
         match &self.0 {
             Kind::Screen(screen) => screen.rows,
@@ -101,7 +102,7 @@ impl View {
         [self.columns(), self.rows()]
     }
 
-    /// Where the rays of a screen start, flat or dome, and where a dome master
+    /// Returns where the rays of a screen start, flat or dome, and where a dome master
     /// is taken: metres. Rays off a mirror start all around it.
     pub const fn eye(&self) -> Vec3 {
         match &self.0 {
@@ -120,7 +121,7 @@ impl View {
         }
     }
 
-    /// Whether a pixel shows anything: not outside a dome master's rim.
+    /// Returns whether a pixel shows anything: not outside a dome master's rim.
     pub(super) fn has(&self, column: u32, row: u32) -> bool {
         match &self.0 {
             Kind::Screen(_) => true,
@@ -128,8 +129,8 @@ impl View {
         }
     }
 
-    /// The ray through a point of the picture, in pixels from the centre of the first; `None`
-    /// outside a dome master's rim and where its direction cannot be traced.
+    /// Returns the ray through a point of the picture, in pixels from the centre of the first;
+    /// `None` outside a dome master's rim and where its direction cannot be traced.
     #[inline]
     pub fn ray(&self, x: f32, y: f32) -> Option<Ray> {
         match &self.0 {
@@ -161,7 +162,8 @@ pub(super) trait OnePoint {
         dy: f32,
     ) -> [L::F; 3];
 
-    /// Four directions between whose components those of a block's pixels are, at an offset.
+    /// Returns four directions between whose components those of a block's pixels are, at an
+    /// offset.
     fn corners(
         &self,
         simd: Simd,
@@ -173,8 +175,8 @@ pub(super) trait OnePoint {
 
 /// Directions of pixels, eight at a time.
 pub(super) trait Directions {
-    /// Directions of eight pixels of a row from `(x, y)` on. Borders repeat; outside a rim its
-    /// nearest point counts.
+    /// Returns directions of eight pixels of a row from `(x, y)` on. Borders repeat; outside a rim
+    /// its nearest point counts.
     fn directions<L: Lanes<8>>(&self, l: L, place: (u32, u32)) -> [L::F; 3];
 
     fn direction(&self, place: (u32, u32)) -> Vec3;

@@ -57,7 +57,7 @@ impl Acuity {
         inner: 0.0,
     };
 
-    /// An acuity of slope m (radians a radian, 0 to [`Self::STEEPEST`]) and an angle w₀ on
+    /// Returns an acuity of slope m (radians a radian, 0 to [`Self::STEEPEST`]) and an angle w₀ on
     /// the line of sight (radians, [`Self::FINEST`] to [`Self::COARSEST`]).
     ///
     /// # Errors
@@ -78,8 +78,8 @@ impl Acuity {
         })
     }
 
-    /// The same acuity with a slope `factor` times as steep, at most the steepest: a coarser
-    /// periphery. Factors below 1, and NaN, leave it unchanged.
+    /// Returns the same acuity with a slope `factor` times as steep, at most the steepest: a
+    /// coarser periphery. Factors below 1, and NaN, leave it unchanged.
     #[must_use]
     pub fn steeper(self, factor: f32) -> Self {
         // 0 · ∞ would be no number.
@@ -90,7 +90,7 @@ impl Acuity {
         }
     }
 
-    /// The same acuity with a slope `factor` times as steep, at most the steepest, from an
+    /// Returns the same acuity with a slope `factor` times as steep, at most the steepest, from an
     /// eccentricity on (radians, 0 to π): as fine as before up to there. Factors below
     /// 1, and NaN, leave it unchanged; other eccentricities are moved to the nearest.
     #[must_use]
@@ -106,7 +106,7 @@ impl Acuity {
         }
     }
 
-    /// The same for a line of sight that is known to within some radians: as fine
+    /// Returns the same for a line of sight that is known to within some radians: as fine
     /// so much farther out. Numbers below 0, and NaN, leave it unchanged.
     #[must_use]
     pub const fn around(self, off: f32) -> Self {

@@ -6,7 +6,7 @@ use crate::simd::{Kernel, Lanes, Runs, Simd};
 use glam::Vec3;
 use std::vec::Vec;
 
-/// The paper's field straight ahead, and what the numbers make.
+/// Returns the paper's field straight ahead, and what the numbers make.
 pub(crate) fn gazes(n: &mut Numbers) -> Vec<Gaze> {
     let ahead = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).unwrap();
     let mut gazes = Vec::from([Gaze::new(ahead, VisualField::PAPER)]);

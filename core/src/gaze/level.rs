@@ -139,7 +139,7 @@ impl Gaze {
     /// 2¹⁰⁰.
     const MOST_SQUARE: f32 = 1.267_650_6e30;
 
-    /// The gaze of a viewer with this line of sight and visual field.
+    /// Returns the gaze of a viewer with this line of sight and visual field.
     pub fn new(sight: LineOfSight, field: VisualField) -> Self {
         let limits = field.limits();
         let scale = |limit: f32| match field.boundary() {
@@ -159,17 +159,17 @@ impl Gaze {
         }
     }
 
-    /// Where the viewer looks.
+    /// Returns where the viewer looks.
     pub const fn line_of_sight(&self) -> LineOfSight {
         self.sight
     }
 
-    /// What the viewer sees.
+    /// Returns what the viewer sees.
     pub const fn visual_field(&self) -> VisualField {
         self.field
     }
 
-    /// The level of a ray, 0 to 1, by its direction in the room, of any length;
+    /// Returns the level of a ray, 0 to 1, by its direction in the room, of any length;
     /// `None` where that is zero or not finite.
     #[inline]
     pub fn level(&self, direction: Vec3) -> Option<f32> {
@@ -211,7 +211,7 @@ impl Gaze {
         })
     }
 
-    /// The region of all directions between four: regions are convex cones.
+    /// Returns the region of all directions between four: regions are convex cones.
     pub(crate) fn region_between(&self, corners: &[Vec3; 4]) -> Region {
         const ALL: u32 = 0b1111;
         let l = Portable;
@@ -266,7 +266,7 @@ impl Gaze {
         }
     }
 
-    /// Whether l < L in all of a rectangle: by eq. 7 the corners decide.
+    /// Returns whether l < L in all of a rectangle: by eq. 7 the corners decide.
     fn holds(&self, field: &Rectangle) -> bool {
         let limits = self.field.limits();
         let square = |(angle, limit): (f32, f32)| {
@@ -342,7 +342,7 @@ impl Gaze {
         levels
     }
 
-    /// The direction along the axes of sight, scaled where it must be.
+    /// Returns the direction along the axes of sight, scaled where it must be.
     #[inline]
     fn components(&self, direction: Vec3) -> Option<[[f32; 1]; 3]> {
         let (components, [square]) = self.rotate(Portable, direction.to_array().map(|x| [x]));
@@ -445,12 +445,12 @@ pub(crate) struct Rectangle {
     above: f32,
 }
 
-/// The least and the greatest magnitude from `low` to `high`.
+/// Returns the least and the greatest magnitude from `low` to `high`.
 fn magnitudes(low: f32, high: f32) -> (f32, f32) {
     (max(max(low, -high), 0.0), max(-low, high))
 }
 
-/// The least and the greatest limit of the sides that an interval reaches.
+/// Returns the least and the greatest limit of the sides that an interval reaches.
 fn touched((low, below): (f32, f32), (high, above): (f32, f32)) -> (f32, f32) {
     if low >= 0.0 {
         (above, above)

@@ -84,7 +84,7 @@ impl LineOfSight {
         })
     }
 
-    /// Where the viewer is: metres, in the room.
+    /// Returns where the viewer is: metres, in the room.
     pub const fn position(&self) -> Vec3 {
         self.position
     }
@@ -119,7 +119,7 @@ fn cross([ax, ay, az]: [DoubleFloat; 3], [bx, by, bz]: [DoubleFloat; 3]) -> [Dou
     ]
 }
 
-/// A vector whose square is above zero, at unit length.
+/// Returns a vector whose square is above zero, at unit length.
 fn normalize(v: [DoubleFloat; 3]) -> [DoubleFloat; 3] {
     let scale = dot(v, v).reciprocal_sqrt();
     v.map(|component| component.multiply(scale))

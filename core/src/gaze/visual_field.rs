@@ -100,7 +100,7 @@ impl VisualField {
         boundary: Boundary::Printed,
     };
 
-    /// A field of its own limits.
+    /// Returns a field of its own limits.
     ///
     /// # Errors
     /// Limits that are not finite or outside the ranges at
@@ -134,8 +134,8 @@ impl VisualField {
         Ok(Self { limits, boundary })
     }
 
-    /// The same field, wider all round by some radians, for a gaze that is known to within so much.
-    /// `None` where that is everything, from π on, and where it is NaN.
+    /// Returns the same field, wider all round by some radians, for a gaze that is known to within
+    /// so much. `None` where that is everything, from π on, and where it is NaN.
     pub fn wider(self, by: f32) -> Option<Self> {
         if !(by < PI) {
             return None;
@@ -154,18 +154,18 @@ impl VisualField {
         Some(Self::new(limits, self.boundary).unwrap_or(self))
     }
 
-    /// The same limits joined by another curve.
+    /// Returns the same limits joined by another curve.
     #[must_use]
     pub const fn with_boundary(self, boundary: Boundary) -> Self {
         Self { boundary, ..self }
     }
 
-    /// How far it reaches.
+    /// Returns how far it reaches.
     pub const fn limits(&self) -> VisualFieldLimits {
         self.limits
     }
 
-    /// Which curve joins the limits.
+    /// Returns which curve joins the limits.
     pub const fn boundary(&self) -> Boundary {
         self.boundary
     }

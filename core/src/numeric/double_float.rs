@@ -60,8 +60,8 @@ impl DoubleFloat {
         estimate.add(estimate.multiply(residue).multiply(Self::from(0.5)))
     }
 
-    /// The sum of some numbers within an ulp, however many digits cancel (Ogita, Rump & Oishi,
-    /// "Accurate Sum and Dot Product", 2005).
+    /// Returns the sum of some numbers within an ulp, however many digits cancel (Ogita, Rump &
+    /// Oishi, "Accurate Sum and Dot Product", 2005).
     pub(crate) fn exact_sum<const N: usize>(numbers: [Self; N]) -> f32 {
         let mut carried = Self::from(0.0);
         let mut left = numbers;
@@ -80,7 +80,7 @@ impl DoubleFloat {
         carried.add(Self::from(rest)).rounded()
     }
 
-    /// The nearest f32.
+    /// Returns the nearest f32.
     pub(crate) fn rounded(self) -> f32 {
         self.high + self.low
     }

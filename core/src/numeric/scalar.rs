@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// The correctly rounded square root; NaN below zero.
+/// Returns the correctly rounded square root; NaN below zero.
 #[inline(always)]
 pub fn sqrt(x: f32) -> f32 {
     #[cfg(all(target_arch = "arm", target_os = "none", target_abi = "eabihf"))]
@@ -42,19 +42,19 @@ mod hard_float_arm {
     }
 }
 
-/// The greater of two numbers; `b` where either is NaN (as x86's `maxps`).
+/// Returns the greater of two numbers; `b` where either is NaN (as x86's `maxps`).
 #[inline(always)]
 pub const fn max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// The lesser of two numbers; `b` where either is NaN (as x86's `minps`).
+/// Returns the lesser of two numbers; `b` where either is NaN (as x86's `minps`).
 #[inline(always)]
 pub const fn min(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// The greater of two numbers that are not NaN, either of −0 and 0: only for comparisons.
+/// Returns the greater of two numbers that are not NaN, either of −0 and 0: only for comparisons.
 #[inline(always)]
 pub(crate) const fn greater(a: f32, b: f32) -> f32 {
     #[cfg(feature = "fpv5")]
@@ -63,7 +63,7 @@ pub(crate) const fn greater(a: f32, b: f32) -> f32 {
     max(a, b)
 }
 
-/// The lesser, as [`greater`].
+/// Returns the lesser, as [`greater`].
 #[inline(always)]
 pub(crate) const fn lesser(a: f32, b: f32) -> f32 {
     #[cfg(feature = "fpv5")]
@@ -72,13 +72,13 @@ pub(crate) const fn lesser(a: f32, b: f32) -> f32 {
     min(a, b)
 }
 
-/// The largest magnitude among three components that are not NaN, by [`greater`].
+/// Returns the largest magnitude among three components that are not NaN, by [`greater`].
 #[inline(always)]
 pub(crate) fn largest_number(v: Vec3) -> f32 {
     greater(v.x.abs(), greater(v.y.abs(), v.z.abs()))
 }
 
-/// The smallest magnitude among three components that are not NaN, by [`lesser`].
+/// Returns the smallest magnitude among three components that are not NaN, by [`lesser`].
 #[inline(always)]
 pub(crate) fn smallest_number(v: Vec3) -> f32 {
     lesser(v.x.abs(), lesser(v.y.abs(), v.z.abs()))

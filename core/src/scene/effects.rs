@@ -102,25 +102,25 @@ impl EffectSet {
         (Self::GRATICULE, "graticule"),
     ];
 
-    /// The effect of a name.
+    /// Returns the effect of a name.
     pub fn named(name: &str) -> Option<Self> {
         let mut all = Self::NAMED.iter();
         all.find(|(_, known)| *known == name).map(|&(of, _)| of)
     }
 
-    /// The names of its effects, in the order of reports.
+    /// Returns the names of its effects, in the order of reports.
     pub fn names(self) -> impl Iterator<Item = &'static str> + Clone {
         let own = move |&&(effect, _): &&(Self, &str)| self.contains(effect);
         Self::NAMED.iter().filter(own).map(|&(_, name)| name)
     }
 
-    /// What a material asks for, wherever it is.
+    /// Returns what a material asks for, wherever it is.
     pub const fn of_material(material: &Material) -> Self {
         Self::from_bits_truncate(material.effects & 0xffff)
     }
 
-    /// What a scene of these records asks for: the effects of the materials that rays can meet,
-    /// shadows where a light, a lit surface and an occluding instance come together, and soft
+    /// Returns what a scene of these records asks for: the effects of the materials that rays can
+    /// meet, shadows where a light, a lit surface and an occluding instance come together, and soft
     /// light where a light with a size and a lit surface do.
     pub fn of_records(records: &Records<'_>) -> Self {
         let mut asked = 0;
@@ -142,7 +142,7 @@ impl EffectSet {
 }
 
 impl fmt::Display for EffectSet {
-    /// The names, or "none".
+    /// Returns the names, or "none".
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.is_empty() {
             return f.write_str("none");

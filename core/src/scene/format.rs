@@ -151,7 +151,7 @@ pub struct Node<const W: usize> {
 }
 
 impl<const W: usize> Node<W> {
-    /// Whether a lane has no child: its box is +∞ to −∞ on every axis, which
+    /// Returns whether a lane has no child: its box is +∞ to −∞ on every axis, which
     /// no ray enters, NaN in the others' arithmetic or not.
     pub fn is_empty_lane(&self, lane: usize) -> bool {
         self.planes.iter().enumerate().all(|(plane, lanes)| {
@@ -164,7 +164,7 @@ impl<const W: usize> Node<W> {
         })
     }
 
-    /// The lane numbers for an octant (bit `a` set where the direction is
+    /// Returns the lane numbers for an octant (bit `a` set where the direction is
     /// negative on axis `a`), first in the lowest bits. Eight lanes take three
     /// bits each and an octant a word; four take two bits each and an octant
     /// half a word.
@@ -457,7 +457,7 @@ pub struct Triangle {
 /// Bytes before those that the checksum is of.
 const UNCHECKED: usize = offset_of!(Header, checksum) + size_of::<u32>();
 
-/// The checksum that a blob's header should have; `None` where the blob is too short.
+/// Returns the checksum that a blob's header should have; `None` where the blob is too short.
 pub(super) fn checksum(blob: &[u8], byte_len: u32) -> Option<u32> {
     let checked = blob.get(UNCHECKED..byte_len as usize)?;
     (checked.len() >= size_of::<Header>() - UNCHECKED).then(|| xxh32(checked, 0))

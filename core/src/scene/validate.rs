@@ -13,7 +13,7 @@ use core::ops::{Range, RangeInclusive};
 use tree::{Tree, check_tree};
 use zerocopy::{FromBytes, Immutable, KnownLayout};
 
-/// The header, and the scene's own bytes of what may be more.
+/// Returns the header, and the scene's own bytes of what may be more.
 pub(super) fn header<const W: usize>(bytes: &[u8]) -> Result<(&Header, &[u8]), SceneError> {
     let truncated = |needed| SceneError::Truncated {
         needed,
@@ -56,7 +56,7 @@ pub(super) fn header<const W: usize>(bytes: &[u8]) -> Result<(&Header, &[u8]), S
     Ok((header, own))
 }
 
-/// The records of a table among a scene's own bytes.
+/// Returns the records of a table among a scene's own bytes.
 pub(super) fn table<'a, T>(
     own: &'a [u8],
     table: Table,
@@ -266,7 +266,7 @@ fn check_material(m: &Material, record: Record) -> Result<(), SceneError> {
     record.has(what, shines == (m.effects & effect::EMISSION != 0))
 }
 
-/// Whether a material's texture is there, and of the kind that it says.
+/// Returns whether a material's texture is there, and of the kind that it says.
 fn check_textured(m: &Material, textures: &[Texture], record: Record) -> Result<(), SceneError> {
     let asked = m.effects & (effect::CHECKER_TEXTURE | effect::IMAGE_TEXTURE);
     let expected = if m.texture == NO_TEXTURE {
@@ -322,7 +322,7 @@ fn part(start: u32, count: u32, length: usize) -> Option<Range<u32>> {
     (end as usize <= length).then_some(start..end)
 }
 
-/// Whether a mesh is the rung below `finer`, or without one begins a ladder or has none.
+/// Returns whether a mesh is the rung below `finer`, or without one begins a ladder or has none.
 fn check_rung(
     rungs: u32,
     finer: Option<&Mesh>,

@@ -87,13 +87,13 @@ impl Slabs {
         self.negative[axis] != 0
     }
 
-    /// Which of the six planes (−x, +x, −y, +y, −z, +z) is nearer on `axis`.
+    /// Returns which of the six planes (−x, +x, −y, +y, −z, +z) is nearer on `axis`.
     #[inline(always)]
     pub(crate) fn near_plane(&self, axis: usize) -> usize {
         2 * axis + self.negative[axis]
     }
 
-    /// Which of the six planes is farther on `axis`.
+    /// Returns which of the six planes is farther on `axis`.
     #[inline(always)]
     pub(crate) fn far_plane(&self, axis: usize) -> usize {
         2 * axis + (1 - self.negative[axis])
@@ -105,7 +105,7 @@ impl Slabs {
         (self.reciprocal[axis], self.near[axis], self.far[axis])
     }
 
-    /// Where the ray enters and leaves the box, widened as described; empty
+    /// Returns where the ray enters and leaves the box, widened as described; empty
     /// where the first is greater. Not clipped to the ray's start. Infinite
     /// where planes are, never NaN for planes that are not.
     #[inline(always)]

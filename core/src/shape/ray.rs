@@ -18,8 +18,8 @@ impl Ray {
     /// Directions whose largest component is longer than this overflow.
     pub const LONGEST_DIRECTION: f32 = 1.0e18;
 
-    /// A ray, or `None` where a component is NaN or infinite, the origin is farther out than
-    /// [`FARTHEST`](Self::FARTHEST) or the direction's largest component is outside
+    /// Returns a ray, or `None` where a component is NaN or infinite, the origin is farther out
+    /// than [`FARTHEST`](Self::FARTHEST) or the direction's largest component is outside
     /// [`SHORTEST_DIRECTION`](Self::SHORTEST_DIRECTION) to
     /// [`LONGEST_DIRECTION`](Self::LONGEST_DIRECTION).
     #[inline]
@@ -34,26 +34,26 @@ impl Ray {
         usable.then_some(Self { origin, direction })
     }
 
-    /// A ray from parts that [`new`](Self::new) has checked.
+    /// Returns a ray from parts that [`new`](Self::new) has checked.
     #[cfg(target_arch = "x86_64")]
     #[inline(always)]
     pub(crate) const fn of_usable(origin: Vec3, direction: Vec3) -> Self {
         Self { origin, direction }
     }
 
-    /// Where it starts: metres.
+    /// Returns where it starts: metres.
     #[inline(always)]
     pub const fn origin(&self) -> Vec3 {
         self.origin
     }
 
-    /// Where it goes; any length but zero.
+    /// Returns where it goes; any length but zero.
     #[inline(always)]
     pub const fn direction(&self) -> Vec3 {
         self.direction
     }
 
-    /// The point at `t`: finite for distances up to 10¹⁸ either way.
+    /// Returns the point at `t`: finite for distances up to 10¹⁸ either way.
     #[inline(always)]
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + self.direction * t

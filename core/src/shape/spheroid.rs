@@ -28,7 +28,7 @@ impl Spheroid {
     /// |l|² of lines that pass by clearly, and up to how many radii away.
     pub(crate) const CLEAR: (f32, f32) = (2.0, 5.0e5);
 
-    /// A spheroid of two radii in metres, across and along its axis, or
+    /// Returns a spheroid of two radii in metres, across and along its axis, or
     /// `None` where one is outside [`RADII`](Self::RADII) or NaN.
     pub fn new(equatorial_radius: f32, polar_radius: f32) -> Option<Self> {
         let usable = |radius: f32| radius >= Self::RADII.0 && radius <= Self::RADII.1;
@@ -38,13 +38,13 @@ impl Spheroid {
         })
     }
 
-    /// A spheroid from radii that were checked when their scene was loaded.
+    /// Returns a spheroid from radii that were checked when their scene was loaded.
     #[inline(always)]
     pub(crate) const fn of_checked([equatorial, polar]: [f32; 2]) -> Self {
         Self { equatorial, polar }
     }
 
-    /// Both intersections of the line with the surface, `None` where it passes by.
+    /// Returns both intersections of the line with the surface, `None` where it passes by.
     ///
     /// On the unit sphere the discriminant is 1 − |l|², l the line's closest point to the centre
     /// (Haines, Günther & Akenine-Möller, "Precision Improvements for Ray/Sphere Intersection",
@@ -77,7 +77,7 @@ impl Spheroid {
         })
     }
 
-    /// Whether |l|², computed in f32 from this many radii away, may decide wrongly.
+    /// Returns whether |l|², computed in f32 from this many radii away, may decide wrongly.
     #[inline(always)]
     fn is_unsure(squared: f32, distance: f32) -> bool {
         distance >= Self::FAR && !(squared >= Self::CLEAR.0 && distance <= Self::CLEAR.1)
@@ -107,7 +107,7 @@ impl Spheroid {
         1.0 - closest.dot(closest)
     }
 
-    /// The unit outward normal at a point near the surface, by the gradient
+    /// Returns the unit outward normal at a point near the surface, by the gradient
     /// of (x² + z²)/e² + y²/p². Up along the axis at the centre.
     pub fn normal(&self, point: Vec3) -> Vec3 {
         let (e, p) = (self.equatorial, self.polar);
@@ -116,7 +116,7 @@ impl Spheroid {
         crate::numeric::normalize(gradient).unwrap_or(Vec3::Y)
     }
 
-    /// The point moved along its radius onto the surface, within 4 ulp of
+    /// Returns the point moved along its radius onto the surface, within 4 ulp of
     /// the radii; unchanged at the centre and where it is not finite.
     pub fn project(&self, point: Vec3) -> Vec3 {
         let scale = Vec3::new(self.equatorial, self.polar, self.equatorial);

@@ -45,7 +45,7 @@ impl Shear {
     }
 }
 
-/// Three components, the main axis' last: the first's, else the second's.
+/// Returns three components, the main axis' last: the first's, else the second's.
 #[inline(always)]
 fn turned<T>([x, y, z]: [T; 3], (first, second): (bool, bool)) -> [T; 3] {
     if first {
@@ -122,7 +122,7 @@ impl Triangle {
         Sheared::new([a, b, c], shear)
     }
 
-    /// The distance by exact signs of the edge functions; `None` for a miss.
+    /// Returns the distance by exact signs of the edge functions; `None` for a miss.
     #[cold]
     #[inline(never)]
     pub(crate) fn exact_distance(&self, shear: &Shear) -> Option<f32> {
@@ -147,14 +147,14 @@ impl Triangle {
         (t >= 0.0 && far >= 0.0).then_some(clamped)
     }
 
-    /// Least and greatest corner of its box.
+    /// Returns least and greatest corner of its box.
     #[inline(always)]
     pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
         let [a, b, c] = self.0;
         (lesser(lesser(a, b), c), greater(greater(a, b), c))
     }
 
-    /// The weights of the corners at the point that the ray meets.
+    /// Returns the weights of the corners at the point that the ray meets.
     pub(crate) fn weights(&self, ray: &Ray) -> [f32; 3] {
         let edges = self.sheared(&Shear::new(ray)).exact_edges();
         let edges = map3(edges, f32::abs);
@@ -192,7 +192,7 @@ impl Sheared {
         }
     }
 
-    /// Twice the signed areas between each edge and the ray, opposite corner 0, 1, 2.
+    /// Returns twice the signed areas between each edge and the ray, opposite corner 0, 1, 2.
     #[inline(always)]
     fn edges(&self) -> [f32; 3] {
         let ([ax, bx, cx], [ay, by, cy]) = (self.x, self.y);

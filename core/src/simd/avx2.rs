@@ -38,7 +38,7 @@ const fn packed() -> [[u8; 8]; 256] {
 }
 
 impl Avx2 {
-    /// The proof that this machine has AVX2 and the bit operations that came with it.
+    /// Returns the proof that this machine has AVX2 and the bit operations that came with it.
     pub(crate) fn detect() -> Option<Self> {
         avx2_detected::get().then_some(Self(()))
     }

@@ -20,7 +20,7 @@ fn times(rows: [[f32; 3]; 3], v: Vec3) -> Vec3 {
     Vec3::from_array(map3(rows, |row| Vec3::from_array(row).dot(v)))
 }
 
-/// Linear sRGB of XYZ, up to 10³⁰; negative where the display cannot show it.
+/// Returns linear sRGB of XYZ, up to 10³⁰; negative where the display cannot show it.
 pub fn rgb_from_xyz(xyz: Vec3) -> Vec3 {
     times(RGB_FROM_XYZ, xyz)
 }
@@ -44,7 +44,7 @@ pub enum Matching<'a> {
 }
 
 impl Matching<'_> {
-    /// The three values at a wavelength in nanometres: XYZ, or Endo's RGB; 0
+    /// Returns the three values at a wavelength in nanometres: XYZ, or Endo's RGB; 0
     /// for NaN.
     pub fn values(&self, nm: f32) -> Vec3 {
         match self {
@@ -62,7 +62,7 @@ impl Matching<'_> {
         }
     }
 
-    /// Linear sRGB of these values.
+    /// Returns linear sRGB of these values.
     pub(super) fn rgb(&self, values: Vec3) -> Vec3 {
         match self {
             Self::Wyman | Self::Table(_) => rgb_from_xyz(values),

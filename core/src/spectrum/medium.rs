@@ -83,7 +83,7 @@ impl Medium {
     /// Most steps of [`check`](Self::check) along the range.
     const MOST_STEPS: u32 = 1 << 14;
 
-    /// A medium by catalogues' form 1, n² = 1 + A + Σ Bᵢ·λ²/(λ² − Cᵢ²): `terms` are
+    /// Returns a medium by catalogues' form 1, n² = 1 + A + Σ Bᵢ·λ²/(λ² − Cᵢ²): `terms` are
     /// pairs of B and C, C in micrometres, `range` is in nanometres.
     ///
     /// # Errors
@@ -92,7 +92,7 @@ impl Medium {
         Self::new(range, a, terms, |c| c * c)
     }
 
-    /// A medium by catalogues' form 2, n² = 1 + A + Σ Bᵢ·λ²/(λ² − Cᵢ): `terms` are
+    /// Returns a medium by catalogues' form 2, n² = 1 + A + Σ Bᵢ·λ²/(λ² − Cᵢ): `terms` are
     /// pairs of B and C, C in square micrometres, `range` is in nanometres.
     ///
     /// # Errors
@@ -125,7 +125,7 @@ impl Medium {
         Ok(medium)
     }
 
-    /// One whose values a test has checked: form 2, or form 1 with C squared.
+    /// Returns one whose values a test has checked: form 2, or form 1 with C squared.
     pub(super) const fn known(
         range: [f32; 2],
         a: f32,
@@ -135,8 +135,8 @@ impl Medium {
         Self { range, a, b, c }
     }
 
-    /// Whether the index is from 1 to [`MOST_INDEX`](Self::MOST_INDEX) in all of the range: for
-    /// media that come as bytes. Proved by bounds over steps, since terms are monotone between
+    /// Returns whether the index is from 1 to [`MOST_INDEX`](Self::MOST_INDEX) in all of the range:
+    /// for media that come as bytes. Proved by bounds over steps, since terms are monotone between
     /// poles, not sampled.
     ///
     /// # Errors
@@ -220,13 +220,13 @@ impl Medium {
         1.0 + sum
     }
 
-    /// The least and the greatest wavelength that the coefficients are good
+    /// Returns the least and the greatest wavelength that the coefficients are good
     /// for: nanometres.
     pub const fn range(&self) -> [f32; 2] {
         self.range
     }
 
-    /// Whether the index depends on the wavelength.
+    /// Returns whether the index depends on the wavelength.
     pub fn is_dispersive(&self) -> bool {
         let mut terms = self.b.iter().zip(&self.c);
         terms.any(|(&b, &c)| b != 0.0 && c != 0.0)

@@ -69,7 +69,7 @@ impl Medium {
         ("water", Self::WATER),
     ];
 
-    /// The medium of a name of [`NAMED`](Self::NAMED).
+    /// Returns the medium of a name of [`NAMED`](Self::NAMED).
     pub fn named(name: &str) -> Option<Self> {
         let found = Self::NAMED.iter().find(|(known, _)| *known == name);
         found.map(|&(_, medium)| medium)

@@ -64,7 +64,7 @@ impl<'a> SpectralTable<'a> {
     pub const MOST_SAMPLES: usize =
         (Wavelengths::MOST as usize + Self::BROAD) * Self::COMB_PHASES as usize;
 
-    /// Samples that a table takes; `usize::MAX` where a usize does not count them.
+    /// Returns samples that a table takes; `usize::MAX` where a usize does not count them.
     pub const fn samples(wavelengths: Wavelengths, phases: u32) -> usize {
         (wavelengths.count() + Self::BROAD).saturating_mul(phases as usize)
     }
@@ -107,32 +107,32 @@ impl<'a> SpectralTable<'a> {
         })
     }
 
-    /// The wavelengths, by their parts.
+    /// Returns the wavelengths, by their parts.
     pub const fn wavelengths(&self) -> Wavelengths {
         self.wavelengths
     }
 
-    /// How many phases there are: a power of two.
+    /// Returns how many phases there are: a power of two.
     pub const fn phases(&self) -> u32 {
         self.phases
     }
 
-    /// Where in their parts the wavelengths of a phase are, above 0 and below
+    /// Returns where in their parts the wavelengths of a phase are, above 0 and below
     /// 1.
     pub fn offset(&self, phase: u32) -> f32 {
         offset(phase & (self.phases - 1), self.phases)
     }
 
-    /// The n samples of a phase, modulo their number, by wavelength. Phases one after another halve
-    /// the gaps between those before.
+    /// Returns the n samples of a phase, modulo their number, by wavelength. Phases one after
+    /// another halve the gaps between those before.
     #[inline]
     pub fn phase(&self, phase: u32) -> &'a [SpectralSample] {
         self.within(phase, 0, self.wavelengths.count())
     }
 
-    /// The [`BROAD`](Self::BROAD) samples that stand for all of a phase: what they see has the same
-    /// colour where it is a parabola over 1/λ², as nearly all that a glass reflects (Cauchy's
-    /// formula).
+    /// Returns the [`BROAD`](Self::BROAD) samples that stand for all of a phase: what they see has
+    /// the same colour where it is a parabola over 1/λ², as nearly all that a glass reflects
+    /// (Cauchy's formula).
     #[inline]
     pub fn broad(&self, phase: u32) -> &'a [SpectralSample] {
         self.within(phase, self.wavelengths.count(), Self::BROAD)
@@ -152,7 +152,7 @@ impl<'a> SpectralTable<'a> {
     }
 }
 
-/// The centre of one of `phases` parts of 0 to 1, by van der Corput's sequence.
+/// Returns the centre of one of `phases` parts of 0 to 1, by van der Corput's sequence.
 fn offset(phase: u32, phases: u32) -> f32 {
     let place = (u64::from(phase.reverse_bits()) * u64::from(phases)) >> 32;
     (place as f32 + 0.5) / phases as f32
@@ -231,7 +231,7 @@ mod tests {
     use crate::hostile::{finite, finite_or_error, with_hostile_numbers};
     use std::string::ToString;
 
-    /// Without Z.
+    /// A function whose Z is 0.
     const RED: Matching<'_> = Matching::Table(MatchingTable {
         first_nm: 700.0,
         step_nm: 65.0,

@@ -79,18 +79,18 @@ impl Wavelengths {
         Ok(Self { range, ..self })
     }
 
-    /// How many.
+    /// Returns the number of wavelengths.
     pub const fn count(&self) -> usize {
         self.count as usize
     }
 
-    /// The least and the greatest there may be: nanometres.
+    /// Returns the least and the greatest there may be: nanometres.
     pub const fn range(&self) -> [f32; 2] {
         self.range
     }
 
-    /// The wavelength in part `k`, 0 to [`count`](Self::count) − 1, nanometres, at `offset` in it,
-    /// 0 to 1; ½ is its centre. Others are moved into the range.
+    /// Returns the wavelength in part `k`, 0 to [`count`](Self::count) − 1, nanometres, at `offset`
+    /// in it, 0 to 1; ½ is its centre. Others are moved into the range.
     pub fn at(&self, k: usize, offset: f32) -> f32 {
         let [low, high] = self.range;
         let part = (k as f32 + offset) / f32::from(self.count);

@@ -5,7 +5,7 @@ use crate::scene::format::Background;
 use crate::simd::Lanes;
 use glam::Vec3;
 
-/// Linear RGB along a direction.
+/// Returns linear RGB along a direction.
 pub(super) fn colour(background: &Background, direction: Vec3) -> Vec3 {
     // The sine of the elevation.
     let height = normalize(direction).map_or(0.0, |direction| direction.y);
@@ -47,7 +47,7 @@ impl<F: Copy> Colours<F> {
         }
     }
 
-    /// Linear RGB; `None` where [`normalize`] would scale a direction.
+    /// Returns linear RGB; `None` where [`normalize`] would scale a direction.
     #[inline(always)]
     pub(crate) fn along<L: Lanes<8, F = F>>(&self, l: L, [x, y, z]: [F; 3]) -> Option<[F; 3]> {
         let largest = l.max(l.abs(x), l.max(l.abs(y), l.abs(z)));

@@ -23,7 +23,7 @@ impl Budget {
         most: ENDLESS,
     };
 
-    /// A budget of this many steps, and as many more as it takes to finish the last sample.
+    /// Returns a budget of this many steps, and as many more as it takes to finish the last sample.
     pub const fn steps(steps: u64) -> Self {
         Self {
             left: steps,
@@ -31,7 +31,7 @@ impl Budget {
         }
     }
 
-    /// The same budget with at most `overrun` steps above it. A sample that needs more is
+    /// Returns the same budget with at most `overrun` steps above it. A sample that needs more is
     /// broken off and its steps are lost; to finish it, give a budget of at least one step
     /// more than it takes.
     #[must_use]
@@ -42,7 +42,7 @@ impl Budget {
         }
     }
 
-    /// The lesser of two budgets.
+    /// Returns the lesser of two budgets.
     #[must_use]
     pub(crate) fn within(self, other: Self) -> Self {
         Self {
@@ -51,22 +51,22 @@ impl Budget {
         }
     }
 
-    /// Steps left.
+    /// Returns steps left.
     pub const fn left(&self) -> u64 {
         self.left
     }
 
-    /// Whether nothing is left.
+    /// Returns whether nothing is left.
     pub const fn is_spent(&self) -> bool {
         self.left == 0
     }
 
-    /// Whether the overrun is used up too: the current sample may be incomplete.
+    /// Returns whether the overrun is used up too: the current sample may be incomplete.
     pub const fn is_exhausted(&self) -> bool {
         self.most == 0
     }
 
-    /// Steps left for the current sample, overrun included.
+    /// Returns steps left for the current sample, overrun included.
     pub(crate) const fn most(&self) -> u64 {
         self.most
     }

@@ -24,7 +24,7 @@ pub(crate) static BETWEEN: Material = Material {
     reserved2: [0; 7],
 };
 
-/// Whether a point in a shape's own frame is between a material's lines, by `effects`.
+/// Returns whether a point in a shape's own frame is between a material's lines, by `effects`.
 #[inline]
 pub(super) fn is_between<const EFFECTS: u32>(
     effects: u32,
@@ -36,7 +36,7 @@ pub(super) fn is_between<const EFFECTS: u32>(
         && are_on_lines(Portable, point.to_array().map(|c| [c]), material) == 0
 }
 
-/// Whether the directions of points are at most half a line's width off a meridian or a
+/// Returns whether the directions of points are at most half a line's width off a meridian or a
 /// parallel about Y. Error ≤ 4·10⁻⁷ rad.
 #[inline(always)]
 pub(super) fn are_on_lines<const W: usize, L: Lanes<W>>(

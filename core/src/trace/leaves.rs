@@ -47,13 +47,13 @@ impl<'a, const W: usize> Leaves<'a, W> {
         }
     }
 
-    /// A leaf that holds corners.
+    /// Returns a leaf that holds corners.
     #[inline(always)]
     pub(crate) fn block(&self, leaf: u32) -> Option<&'a LeafBlock<W>> {
         self.blocks.get(leaf as usize)
     }
 
-    /// A leaf of either kind.
+    /// Returns a leaf of either kind.
     #[inline(always)]
     pub(crate) fn leaf(&self, leaf: u32) -> Option<Leaf<'a, W>> {
         let block = self.block(leaf);
@@ -69,7 +69,7 @@ impl<'a, const W: usize> Leaves<'a, W> {
         })
     }
 
-    /// The corners of a triangle of a leaf that holds numbers; `None` for an empty lane.
+    /// Returns the corners of a triangle of a leaf that holds numbers; `None` for an empty lane.
     #[inline(always)]
     pub(crate) fn corners(&self, id: u32) -> Option<[&'a [f32; 3]; 3]> {
         let [a, b, c] = self.triangles.get(id as usize)?.corners;
@@ -91,7 +91,7 @@ pub(crate) struct Leaf<'a, const W: usize> {
 }
 
 impl<const W: usize> Leaf<'_, W> {
-    /// The triangle in a lane, which is taken modulo the width.
+    /// Returns the triangle in a lane, which is taken modulo the width.
     #[inline(always)]
     pub(crate) fn triangle(&self, lane: u32) -> Option<Triangle> {
         if W == 8 {
@@ -105,7 +105,7 @@ impl<const W: usize> Leaf<'_, W> {
 }
 
 impl<const W: usize> LeafBlock<W> {
-    /// The triangle in a lane, which is taken modulo the width.
+    /// Returns the triangle in a lane, which is taken modulo the width.
     #[inline(always)]
     pub(crate) fn triangle(&self, lane: u32) -> Triangle {
         let lane = lane as usize & (W - 1);

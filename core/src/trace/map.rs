@@ -3,7 +3,7 @@
 use crate::simd::{Lanes, dot};
 use glam::Vec3;
 
-/// A point or a direction through a baked map: columns, then translation.
+/// Returns a point or a direction through a baked map: columns, then translation.
 #[inline(always)]
 pub(crate) fn map_vector(map: &[[f32; 3]; 4], v: Vec3) -> Vec3 {
     let [x, y, z, _] = *map;
@@ -15,7 +15,7 @@ pub(crate) fn map_point(map: &[[f32; 3]; 4], p: Vec3) -> Vec3 {
     map_vector(map, p) + Vec3::from_array(map[3])
 }
 
-/// One component of directions through a baked map.
+/// Returns one component of directions through a baked map.
 #[inline(always)]
 pub(super) fn map_component<const W: usize, L: Lanes<W>>(
     l: L,

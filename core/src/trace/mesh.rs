@@ -62,7 +62,7 @@ impl<'r, 'a, const W: usize, S: Goal> InMesh<'r, 'a, W, S> {
         }
     }
 
-    /// A leaf of numbers, a triangle at a time, which is faster than gathering lanes.
+    /// Returns a leaf of numbers, a triangle at a time, which is faster than gathering lanes.
     #[inline(always)]
     fn one_by_one(&mut self, leaf: u32) -> bool {
         let Some(triangles) = self.leaves.leaf(leaf) else {
@@ -92,7 +92,7 @@ impl<'r, 'a, const W: usize, S: Goal> InMesh<'r, 'a, W, S> {
     }
 }
 
-/// The nearest of the lanes whose edge functions vanished, decided exactly. Takes values: a
+/// Returns the nearest of the lanes whose edge functions vanished, decided exactly. Takes values: a
 /// reference to the search would keep it in memory.
 #[cold]
 #[inline(never)]
@@ -319,13 +319,13 @@ impl<'a, const W: usize> MeshTracer<'a, W>
 where
     Simd: Runs<W>,
 {
-    /// A tracer for mesh number `mesh` of the scene; `None` if the scene has no such mesh.
+    /// Returns a tracer for mesh number `mesh` of the scene; `None` if the scene has no such mesh.
     pub fn new(scene: &Scene<'a, W>, mesh: usize, simd: Simd) -> Option<Self> {
         let mesh = MeshView::new(scene, scene.meshes.get(mesh)?);
         Some(Self { mesh, simd })
     }
 
-    /// The nearest triangle and the number of steps it took to find it: one
+    /// Returns the nearest triangle and the number of steps it took to find it: one
     /// a node visited, one a triangle tested.
     #[inline]
     pub fn nearest(&self, ray: &Ray, stack: &mut TraversalStack) -> (Option<MeshHit>, u64) {
@@ -333,8 +333,8 @@ where
         ((hit.triangle != u32::MAX).then_some(hit), work.steps)
     }
 
-    /// Whether there is any triangle along the ray, and the number of steps: at most those of
-    /// [`nearest`](Self::nearest), because the first hit ends the search.
+    /// Returns whether there is any triangle along the ray, and the number of steps: at most those
+    /// of [`nearest`](Self::nearest), because the first hit ends the search.
     #[inline]
     pub fn any(&self, ray: &Ray, stack: &mut TraversalStack) -> (bool, u64) {
         let (hit, work) = self.search(Any, ray, stack);
@@ -391,8 +391,8 @@ where
         self.simd.run(search)
     }
 
-    /// The nearest triangles for the rays of a tile, as [`nearest`](Self::nearest) finds them, and
-    /// the number of steps: one for all rays that go together.
+    /// Returns the nearest triangles for the rays of a tile, as [`nearest`](Self::nearest) finds
+    /// them, and the number of steps: one for all rays that go together.
     #[inline]
     pub fn nearest_of_tile(&self, rays: &TileRays, stack: &mut TraversalStack) -> (TileHits, u64) {
         let mut hits = TileHits::NONE;

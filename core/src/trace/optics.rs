@@ -3,7 +3,7 @@
 use crate::numeric::{DoubleFloat, max, min, normalize, sqrt};
 use glam::Vec3;
 
-/// The direction mirrored about a unit normal; its components at most 10¹⁸.
+/// Returns the direction mirrored about a unit normal; its components at most 10¹⁸.
 #[inline]
 pub fn reflect(direction: Vec3, normal: Vec3) -> Vec3 {
     direction - normal * (2.0 * direction.dot(normal))
@@ -108,7 +108,7 @@ mod tests {
     use crate::numeric::normalize;
     use proptest::prelude::*;
 
-    /// Light that comes down on a level border, at an angle of this cosine.
+    /// Returns light that comes down on a level border, at an angle of this cosine.
     fn falling(cos: f32) -> Vec3 {
         Vec3::new(sqrt((1.0 - cos) * (1.0 + cos)), -cos, 0.0)
     }

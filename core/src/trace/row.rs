@@ -39,7 +39,7 @@ pub(crate) struct RowHits {
 }
 
 impl RowHits {
-    /// What a ray sees that has met a surface between its lines.
+    /// Returns what a ray sees that has met a surface between its lines.
     #[inline]
     pub(crate) fn between_lines(&self, lane: usize, workspace: &mut Workspace) -> Option<Pixel> {
         (self.between >> (lane % EIGHT) & 1 != 0).then(|| {
@@ -149,7 +149,7 @@ pub(super) struct OnLines<'f> {
 }
 
 impl RowHits {
-    /// Where all rays that hit anything meet one spheroid with lines.
+    /// Returns where all rays that hit anything meet one spheroid with lines.
     #[inline]
     pub(super) fn on_lines<'f, const W: usize>(
         &'f self,
@@ -258,7 +258,7 @@ impl<F: Copy, M: Copy> RowSlabs<F, M> {
         })
     }
 
-    /// Where rays enter a child, not before their starts, and where they leave it.
+    /// Returns where rays enter a child, not before their starts, and where they leave it.
     #[inline(always)]
     fn interval<const W: usize, L: Lanes<EIGHT, F = F, M = M>>(
         &self,
@@ -275,7 +275,7 @@ impl<F: Copy, M: Copy> RowSlabs<F, M> {
         )
     }
 
-    /// Where rays are within the planes of one axis.
+    /// Returns where rays are within the planes of one axis.
     // A closure would be compiled without the vectors' instruction set.
     #[inline(always)]
     fn within_planes<const W: usize, L: Lanes<EIGHT, F = F, M = M>>(

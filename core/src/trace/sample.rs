@@ -31,7 +31,7 @@ impl Sample {
         }
     }
 
-    /// A pseudo-random number, the same for all samples of a pixel: a hash of its place.
+    /// Returns a pseudo-random number, the same for all samples of a pixel: a hash of its place.
     pub(crate) const fn seed(self) -> u32 {
         lowbias32((self.row as u32) << 16 | self.column as u32)
     }

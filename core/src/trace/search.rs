@@ -151,7 +151,7 @@ where
         hits
     }
 
-    /// The nearest hit of a ray in an instance on a rung, or `best` if that is nearer.
+    /// Returns the nearest hit of a ray in an instance on a rung, or `best` if that is nearer.
     fn nearer_in(
         &self,
         instance: u32,
@@ -174,7 +174,8 @@ where
         hit
     }
 
-    /// The nearest hits of eight rays, each on its own rung; `None` if they cannot go together.
+    /// Returns the nearest hits of eight rays, each on its own rung; `None` if they cannot go
+    /// together.
     pub(crate) fn nearest_of_row<const EFFECTS: u32>(
         &self,
         rays: &RowRays<'_>,
@@ -210,7 +211,7 @@ where
         Some(found)
     }
 
-    /// Whether anything on a rung blocks light up to `limit` directions from the start.
+    /// Returns whether anything on a rung blocks light up to `limit` directions from the start.
     pub(crate) fn is_occluded_on(
         &self,
         rung: u8,

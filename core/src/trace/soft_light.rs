@@ -13,7 +13,7 @@ pub(super) struct Points {
 }
 
 impl Points {
-    /// The points on a light for the pixel of this seed.
+    /// Returns the points on a light for the pixel of this seed.
     pub(super) const fn new(seed: u32, light: u32) -> Self {
         let first = lowbias32(seed ^ light.wrapping_mul(0x9e37_79b9));
         Self {
@@ -21,7 +21,7 @@ impl Points {
         }
     }
 
-    /// A point of a square, from −1 to 1, both excluded.
+    /// Returns a point of a square, from −1 to 1, both excluded.
     pub(super) fn point(self, number: u32) -> [f32; 2] {
         let first = number.reverse_bits();
         let mut second = 0;
@@ -71,7 +71,7 @@ impl<'a> Rectangle<'a> {
         })
     }
 
-    /// The place of a point of the square from −1 to 1.
+    /// Returns the place of a point of the square from −1 to 1.
     pub(super) fn place(&self, [x, y]: [f32; 2]) -> Vec3 {
         Vec3::from_array(self.light.place)
             + Vec3::from_array(self.light.right) * x

@@ -36,7 +36,7 @@ pub(super) fn around(point: Vec3) -> [f32; 2] {
     ]
 }
 
-/// The colour of a checker; borders belong to the cell above or to the right.
+/// Returns the colour of a checker; borders belong to the cell above or to the right.
 fn checker(texture: &Texture, [u, v]: [f32; 2]) -> Vec3 {
     let [across, up] = texture.repeats;
     let odd = is_odd(floorf(u * across)) != is_odd(floorf(v * up));
@@ -47,7 +47,7 @@ fn is_odd(whole: f32) -> bool {
     whole - 2.0 * floorf(0.5 * whole) == 1.0
 }
 
-/// The colour of an image, interpolated in linear light; it wraps around.
+/// Returns the colour of an image, interpolated in linear light; it wraps around.
 fn image(texture: &Texture, texels: &[Texel], [u, v]: [f32; 2]) -> Vec3 {
     let [across, up] = texture.repeats;
     let (left, right, to_right) = beside(u * across, texture.width);
@@ -68,7 +68,7 @@ fn image(texture: &Texture, texels: &[Texel], [u, v]: [f32; 2]) -> Vec3 {
     )
 }
 
-/// The texels on both sides of a position, and its share of the way between them.
+/// Returns the texels on both sides of a position, and its share of the way between them.
 fn beside(position: f32, count: u32) -> (u32, u32, f32) {
     let last = count.saturating_sub(1);
     // 0 to 1, either included, or NaN, which becomes the first texel.
@@ -95,7 +95,7 @@ static SRGB: [f32; 256] = {
     table
 };
 
-/// Light of a code from 0 to 1; above the dark ones to the power of 2.4.
+/// Returns light of a code from 0 to 1; above the dark ones to the power of 2.4.
 const fn decoded(code: f64) -> f64 {
     if code <= 0.040_45 {
         return code / 12.92;

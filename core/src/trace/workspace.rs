@@ -73,7 +73,7 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// A workspace whose counts are zero.
+    /// Returns a workspace whose counts are zero.
     pub const fn new() -> Self {
         Self {
             stack: TraversalStack::EMPTY,

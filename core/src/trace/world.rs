@@ -33,7 +33,7 @@ impl<const W: usize, S> InWorld<'_, '_, W, S> {
     }
 }
 
-/// The hits of a ray on a spheroid, first and second, that lie after `start`.
+/// Returns the hits of a ray on a spheroid, first and second, that lie after `start`.
 #[inline(always)]
 fn on_spheroid(instance: &Instance, ray: &Ray, start: f32) -> Option<MeshHit> {
     let hits = Spheroid::of_checked(instance.radii).intersect(ray)?;

@@ -14,18 +14,18 @@ pub struct Timed<T> {
 }
 
 impl<T> Timed<T> {
-    /// The median time, seconds.
+    /// Returns the median time, seconds.
     pub fn median(&self) -> f64 {
         median(self.seconds.clone())
     }
 
-    /// The time between the quartiles, seconds.
+    /// Returns the time between the quartiles, seconds.
     pub fn spread(&self) -> f64 {
         let [low, high] = quartiles(self.seconds.clone());
         high - low
     }
 
-    /// The median ratio of this time to another one of the same round.
+    /// Returns the median ratio of this time to another one of the same round.
     pub fn ratio_to<U>(&self, other: &Timed<U>) -> f64 {
         median_ratio(&self.seconds, &other.seconds)
     }
@@ -68,7 +68,7 @@ pub fn in_turns_while<W, T, E>(
     Ok(timed)
 }
 
-/// The seconds that a call takes, and its result.
+/// Returns the seconds that a call takes, and its result.
 pub fn timed<T>(run: impl FnOnce() -> T) -> (f64, T) {
     let start = Instant::now();
     let found = run();

@@ -72,7 +72,7 @@ impl Quartz {
         )
     }
 
-    /// Which pixels meet glass: those that change where no glass lets light through.
+    /// Returns which pixels meet glass: those that change where no glass lets light through.
     pub(crate) fn glass(&self) -> Result<Vec<bool>, RenderError> {
         let with = self.render(self.options.dispersion, 4, self.options.effects)?;
         let effects = Effects::AUTO.less(EffectSet::REFRACTION);
@@ -87,7 +87,7 @@ pub(crate) fn picture(frame: &Frame) -> &Picture {
     &frame.pictures[0].picture
 }
 
-/// The share of the pixels that meet glass.
+/// Returns the share of the pixels that meet glass.
 pub(crate) fn share(glass: &[bool]) -> f64 {
     glass.iter().filter(|&&glass| glass).count() as f64 / glass.len() as f64
 }
@@ -102,7 +102,8 @@ pub(crate) struct Truth {
 }
 
 impl Truth {
-    /// The differences of a picture, CIEDE2000: of all pixels, and of those that meet glass.
+    /// Returns the differences of a picture, CIEDE2000: of all pixels, and of those that meet
+    /// glass.
     pub(crate) fn differences(&self, found: &Picture) -> [Vec<f64>; 2] {
         let all = colour_differences(found, &self.picture).into_iter();
         let all: Vec<f64> = all.map(f64::from).collect();

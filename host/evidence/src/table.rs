@@ -12,7 +12,7 @@ pub struct Table<'e, E> {
 }
 
 impl<'e, E> Table<'e, E> {
-    /// A table of these entries without fields.
+    /// Returns a table of these entries without fields.
     pub fn new(entries: &'e [E]) -> Self {
         Self {
             entries,

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use shisen_core::capture::SpheroidMirror;
 use shisen_core::shape::Ray;
 
-/// The angle between two directions of any length, radians.
+/// Returns the angle between two directions of any length, radians.
 pub(crate) fn angle(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
@@ -61,7 +61,7 @@ pub(crate) fn printed(v: Vec3) -> (f32, f32) {
     (l, level)
 }
 
-/// The level as printed, of a viewer who looks along −Z.
+/// Returns the level as printed, of a viewer who looks along −Z.
 pub(crate) fn printed_level(v: Vec3) -> f32 {
     printed(v).1
 }
@@ -69,8 +69,8 @@ pub(crate) fn printed_level(v: Vec3) -> f32 {
 /// The reflected and the transmitted share; `None` where all is reflected.
 pub(crate) type Shares = Option<(f64, f64)>;
 
-/// The shares of light of this cosine of incidence, from index m into n, by forms of Fresnel's
-/// equations that do not cancel.
+/// Returns the shares of light of this cosine of incidence, from index m into n, by forms of
+/// Fresnel's equations that do not cancel.
 pub(crate) fn exact_refraction(cos: f64, m: f64, n: f64) -> Shares {
     let difference = (n - m) * (n + m);
     let g2 = difference + (m * cos) * (m * cos);
@@ -85,7 +85,7 @@ pub(crate) fn exact_refraction(cos: f64, m: f64, n: f64) -> Shares {
     Some((f64::midpoint(rs * rs, rp * rp), through))
 }
 
-/// The reflected and the transmitted share and the direction, as textbooks have them.
+/// Returns the reflected and the transmitted share and the direction, as textbooks have them.
 pub(crate) fn textbook_refraction(
     d: Vec3,
     normal: Vec3,
@@ -106,7 +106,7 @@ pub(crate) fn textbook_refraction(
     Some((reflected, 1.0 - reflected, direction))
 }
 
-/// Where a line meets the ellipsoid of x²·w₁ + y²·w₂ + z²·w₃ = 1, by the quadratic formula.
+/// Returns where a line meets the ellipsoid of x²·w₁ + y²·w₂ + z²·w₃ = 1, by the quadratic formula.
 pub(crate) fn quadratic(o: Vec3, d: Vec3, weights: Vec3) -> Option<[f32; 2]> {
     let a = (d * d).dot(weights);
     let b = 2.0 * (o * d).dot(weights);
@@ -118,7 +118,7 @@ pub(crate) fn quadratic(o: Vec3, d: Vec3, weights: Vec3) -> Option<[f32; 2]> {
     (!misses).then(|| [(-b - root) / (2.0 * a), (-b + root) / (2.0 * a)])
 }
 
-/// A camera's ray at a mirror, as one would write it down: the mirror stands
+/// Returns a camera's ray at a mirror, as one would write it down: the mirror stands
 /// at `at`, its viewpoint is `p` above, its screen `c1` above.
 pub(crate) fn traced(a: f32, p: Option<f32>, c1: f32, screen: [f32; 2], at: Vec3) -> Vec3 {
     let [x, y] = screen;

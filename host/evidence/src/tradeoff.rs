@@ -347,7 +347,7 @@ impl Point {
         }
     }
 
-    /// The first error; infinity for no number.
+    /// Returns the first error; infinity for no number.
     fn error(&self) -> f64 {
         let first = self.errors.first().copied().flatten();
         first.unwrap_or(f64::INFINITY)

@@ -53,7 +53,8 @@ impl<const W: usize> Cover<W> {
         cover
     }
 
-    /// The cover in the room, with every box `slack` metres larger on all sides than its contents.
+    /// Returns the cover in the room, with every box `slack` metres larger on all sides than its
+    /// contents.
     pub(super) fn placed(
         &self,
         positions: &[[f32; 3]],

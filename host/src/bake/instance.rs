@@ -11,7 +11,7 @@ use shisen_core::shape::Spheroid;
 /// Rounding of the map into the object's frame and back, in units of the largest number involved.
 const MAP_SLACK: f64 = 64.0 * 5.960_464_477_539_063e-8;
 
-/// What an object becomes, and by how many metres its boxes are wider than it.
+/// Returns what an object becomes, and by how many metres its boxes are wider than it.
 pub(super) fn instance(
     scene: &Scene,
     number: usize,
@@ -84,7 +84,7 @@ pub(super) fn instance(
     Ok((instance, slack))
 }
 
-/// Whether the object casts a shadow and is smooth. Its mesh and material exist.
+/// Returns whether the object casts a shadow and is smooth. Its mesh and material exist.
 fn flags(scene: &Scene, object: &Object) -> u32 {
     let opaque = |m: &Material| m.transmission == [0.0; 3];
     let occludes = match (object.material, object.shape) {

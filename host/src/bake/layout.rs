@@ -45,8 +45,8 @@ pub enum Layout {
 named!(Layout { Fast => "fast", Compact => "compact" });
 
 impl Layout {
-    /// The default number of polygon levels. Pixels see faces within 5 % of the range from the
-    /// number that their level asks for; with more levels, blocks of pixels share a mesh more
+    /// Returns the default number of polygon levels. Pixels see faces within 5 % of the range from
+    /// the number that their level asks for; with more levels, blocks of pixels share a mesh more
     /// often and are traced together. The compact layout has fewer, to save bytes.
     pub const fn polygon_levels(self) -> u32 {
         match self {
@@ -55,7 +55,7 @@ impl Layout {
         }
     }
 
-    /// The instruction set that traces scenes of this layout: `asked`, if it can.
+    /// Returns the instruction set that traces scenes of this layout: `asked`, if it can.
     pub const fn simd(self, asked: Simd) -> Simd {
         match self {
             Self::Fast => asked,
@@ -123,7 +123,7 @@ impl BakedScene {
         }
     }
 
-    /// The scene, to be traced.
+    /// Returns the scene, to be traced.
     pub fn scene(&self) -> AnyScene<'_> {
         match self {
             Self::Fast(baked) => AnyScene::Fast(baked.scene()),
@@ -131,7 +131,7 @@ impl BakedScene {
         }
     }
 
-    /// The layout it is in.
+    /// Returns the layout it is in.
     pub const fn layout(&self) -> Layout {
         match self {
             Self::Fast(_) => Layout::Fast,
@@ -139,7 +139,7 @@ impl BakedScene {
         }
     }
 
-    /// The bytes, as they go to a file or to flash.
+    /// Returns the bytes, as they go to a file or to flash.
     pub fn as_bytes(&self) -> &[u8] {
         match self {
             Self::Fast(baked) => baked.as_bytes(),
@@ -147,17 +147,17 @@ impl BakedScene {
         }
     }
 
-    /// The effects that it asks for.
+    /// Returns the effects that it asks for.
     pub fn effects(&self) -> EffectSet {
         with_scene!(self.scene(), |scene| scene.effects())
     }
 
-    /// The records of the scene that ask for its effects.
+    /// Returns the records of the scene that ask for its effects.
     pub fn records(&self) -> Records<'_> {
         with_scene!(self.scene(), |scene| scene.records())
     }
 
-    /// The dispersive media of its materials.
+    /// Returns the dispersive media of its materials.
     pub fn media(&self) -> &[Medium] {
         with_scene!(self.scene(), |scene| scene.media())
     }

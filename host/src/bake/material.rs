@@ -103,7 +103,7 @@ impl Textures {
     }
 }
 
-/// A material without the number of its texture, and the texture if it shows.
+/// Returns a material without the number of its texture, and the texture if it shows.
 fn material(m: &Material) -> (format::Material, Option<&Texture>) {
     let any = |colour: [f32; 3]| colour.iter().any(|&c| c > 0.0);
     let shows = any(m.diffuse) || any(m.emission);

@@ -39,8 +39,8 @@ impl PolygonLevels {
     /// The default for the fewest faces that a ray sees.
     pub const FEWEST_FACES: u32 = 500;
 
-    /// A ray sees `faces.start()` at level 0 and `faces.end()` at level 1, or as many as the mesh has.
-    /// A mesh of no more than `faces.start()` stays as it is.
+    /// Returns a ray sees `faces.start()` at level 0 and `faces.end()` at level 1, or as many as
+    /// the mesh has. A mesh of no more than `faces.start()` stays as it is.
     ///
     /// # Errors
     /// An empty range, one that starts at 0, or rungs outside [`RUNGS`](Self::RUNGS).
@@ -48,7 +48,7 @@ impl PolygonLevels {
         let (min, max) = (*faces.start(), *faces.end());
         if min == 0 || min > max {
             return Err(LevelsError(format!(
-                "{min}..{max} is no range of faces: it takes 1 or more, and the fewest first"
+                "{min}..{max} is not a range of faces: give 1 or more, the fewest first"
             )));
         }
         if !Self::RUNGS.contains(&rungs) {
@@ -60,15 +60,15 @@ impl PolygonLevels {
         Ok(Self { faces, rungs })
     }
 
-    /// Whether a mesh has enough faces for coarser levels.
+    /// Returns whether a mesh has enough faces for coarser levels.
     pub fn apply_to(&self, mesh: &TriangleMesh) -> bool {
         mesh.triangles.len() > *self.faces.start() as usize
     }
 
-    /// The largest |faces seen − equation 10| of any pixel, as a share of MAX − MIN: of rays that
-    /// see the rung nearest to their level v, which is round((1 − v)·(rungs − 1)), and of pixels
-    /// that share a rung with their block, [`FACE_TOLERANCE`] at most from their own. `faces` are
-    /// those of each rung, the finest first; 0 where there is but one.
+    /// Returns the largest |faces seen − equation 10| of any pixel, as a share of MAX − MIN: of
+    /// rays that see the rung nearest to their level v, which is round((1 − v)·(rungs − 1)), and of
+    /// pixels that share a rung with their block, [`FACE_TOLERANCE`] at most from their own.
+    /// `faces` are those of each rung, the finest first; 0 where there is but one.
     pub fn largest_deviation(&self, faces: &[u32]) -> f64 {
         let (Some(&finest), true) = (faces.first(), faces.len() > 1) else {
             return 0.0;
@@ -114,7 +114,7 @@ pub struct Ladder<'m> {
 }
 
 impl<'m> Ladder<'m> {
-    /// The mesh itself as the only rung.
+    /// Returns the mesh itself as the only rung.
     pub fn single(mesh: &'m TriangleMesh) -> Self {
         Self {
             rungs: vec![(0..mesh.triangles.len() as u32).collect()],
@@ -205,14 +205,14 @@ impl<'m> Ladder<'m> {
         })
     }
 
-    /// All triangles that occur in a rung, each once, the finest rung's first and in its order, with
-    /// the vertices, normals and materials of the finest rung.
+    /// Returns all triangles that occur in a rung, each once, the finest rung's first and in its
+    /// order, with the vertices, normals and materials of the finest rung.
     pub fn versions(&self) -> &TriangleMesh {
         &self.versions
     }
 
-    /// The triangles of each rung, ascending numbers into [`versions`](Self::versions). A rung may
-    /// be the same as the one before it.
+    /// Returns the triangles of each rung, ascending numbers into [`versions`](Self::versions). A
+    /// rung may be the same as the one before it.
     pub fn rungs(&self) -> &[Vec<u32>] {
         &self.rungs
     }
@@ -284,8 +284,8 @@ impl Versions {
         }
     }
 
-    /// The triangles of the mesh when it has about `target` faces: as many, or one more or less,
-    /// wherever that can be. Errors say that `asked` were asked for.
+    /// Returns the triangles of the mesh when it has about `target` faces: as many, or one more or
+    /// less, wherever that can be. Errors say that `asked` were asked for.
     fn simplify(&mut self, target: u32, asked: u32) -> Result<Vec<u32>, LadderError> {
         self.collapse(target);
         if self.indices.len() > 3 * (target as usize + 1) {
@@ -391,7 +391,7 @@ impl Versions {
     }
 }
 
-/// The same corners in the same sense, the least one first.
+/// Returns the same corners in the same sense, the least one first.
 fn least_first(face: [u32; 3]) -> [u32; 3] {
     match face {
         [a, b, c] if b < a && b < c => [b, c, a],

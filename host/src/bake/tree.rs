@@ -23,7 +23,7 @@ impl Bounds {
         high: [f32::NEG_INFINITY; 3],
     };
 
-    /// The box of a mesh's triangle.
+    /// Returns the box of a mesh's triangle.
     pub(super) fn of_triangle(mesh: &TriangleMesh, number: usize) -> Self {
         let corners = mesh.triangles[number].map(|c| mesh.positions[c as usize]);
         corners.into_iter().fold(Self::EMPTY, |bounds, corner| {
@@ -34,7 +34,7 @@ impl Bounds {
         })
     }
 
-    /// The box of some points and `slack` around them, rounded outwards.
+    /// Returns the box of some points and `slack` around them, rounded outwards.
     pub(super) fn around(points: impl Iterator<Item = DVec3>, slack: f64) -> Self {
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for point in points {

@@ -80,7 +80,7 @@ impl DomeScreen {
         RoomError::check_pixels("size", dome, [self.size; 2])
     }
 
-    /// The angle from rim to rim at the centre: radians, above 0 to 2π.
+    /// Returns the angle from rim to rim at the centre: radians, above 0 to 2π.
     pub const fn field_of_view(&self) -> f64 {
         self.field_of_view_degrees.to_radians()
     }
@@ -90,15 +90,15 @@ impl DomeScreen {
         self.radius * self.field_of_view()
     }
 
-    /// The axes of [`shisen_core::capture`] in the room: the picture's right, its top, and away
-    /// from the zenith.
+    /// Returns the axes of [`shisen_core::capture`] in the room: the picture's right, its top, and
+    /// away from the zenith.
     pub fn axes(&self) -> DMat3 {
         let (sin, cos) = sin_cos_degrees(self.tilt_degrees);
         let away = DVec3::new(0.0, -cos, sin);
         DMat3::from_cols(DVec3::X, DVec3::new(0.0, sin, cos), away)
     }
 
-    /// The rays from an eye at `eye` (metres, in the room) through the dome's pixels.
+    /// Returns the rays from an eye at `eye` (metres, in the room) through the dome's pixels.
     ///
     /// # Errors
     /// As [`Self::validate`]; an eye that is not finite, farther from the centre than
@@ -140,7 +140,7 @@ impl DomeScreen {
         })
     }
 
-    /// The place on the dome, metres in the room, of (u, v) in the unit disc: u
+    /// Returns the place on the dome, metres in the room, of (u, v) in the unit disc: u
     /// to the right of the picture and v to its top.
     pub fn point(&self, at: DVec2) -> DVec3 {
         let from_centre = at.length();
@@ -149,7 +149,7 @@ impl DomeScreen {
         self.centre + self.radius * (self.axes() * outwards.extend(-cos))
     }
 
-    /// Where in the picture a place is, seen from the centre: (u, v), in the
+    /// Returns where in the picture a place is, seen from the centre: (u, v), in the
     /// unit disc where it is on the dome. `None` for the centre itself.
     pub fn place(&self, point: DVec3) -> Option<DVec2> {
         let direction = self.axes().transpose() * (point - self.centre).try_normalize()?;
@@ -160,7 +160,7 @@ impl DomeScreen {
         Some(way * (angle / (0.5 * self.field_of_view())))
     }
 
-    /// The distances at which a ray of unit `direction` enters and leaves the sphere.
+    /// Returns the distances at which a ray of unit `direction` enters and leaves the sphere.
     fn crossings(&self, origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
         let from = origin - self.centre;
         let half = from.dot(direction);
@@ -170,20 +170,22 @@ impl DomeScreen {
         (left >= 0.0).then(|| [-half - left.sqrt(), -half + left.sqrt()])
     }
 
-    /// The distance to the first part of the dome that a ray of unit `direction` meets, from
-    /// either side, and the place in the picture: (u, v).
+    /// Returns the distance to the first part of the dome that a ray of unit `direction` meets,
+    /// from either side, and the place in the picture: (u, v).
     pub fn meet(&self, origin: DVec3, direction: DVec3) -> Option<(f64, DVec2)> {
         self.on_screen(origin, direction).map(|(t, at, _)| (t, at))
     }
 
-    /// The place in the picture, (u, v), where light from `origin` along the unit `direction`
-    /// meets the inside. It may enter through the dome's opening, but not through the dome.
+    /// Returns the place in the picture, (u, v), where light from `origin` along the unit
+    /// `direction` meets the inside. It may enter through the dome's opening, but not through the
+    /// dome.
     pub fn lit(&self, origin: DVec3, direction: DVec3) -> Option<DVec2> {
         let (_, at, from_inside) = self.on_screen(origin, direction)?;
         from_inside.then_some(at)
     }
 
-    /// The first part of the dome that a ray meets: distance, place, and whether it is the inside.
+    /// Returns the first part of the dome that a ray meets: distance, place, and whether it is the
+    /// inside.
     fn on_screen(&self, origin: DVec3, direction: DVec3) -> Option<(f64, DVec2, bool)> {
         let crossings = self.crossings(origin, direction)?;
         [false, true]

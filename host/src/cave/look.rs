@@ -51,20 +51,20 @@ impl ViewDirection {
     /// the rounding of a unit vector, far below any angle that is meant.
     const VERTICAL: f64 = 1.0e-9;
 
-    /// The way `direction` points; `None` where it is zero or not finite.
+    /// Returns the way `direction` points; `None` where it is zero or not finite.
     pub fn new(direction: DVec3) -> Option<Self> {
         let largest = direction.abs().max_element();
         // Scaled first, so that no square overflows or vanishes.
         (direction.is_finite() && largest > 0.0).then(|| Self((direction / largest).normalize()))
     }
 
-    /// The unit vector.
+    /// Returns the unit vector.
     pub const fn vector(self) -> DVec3 {
         self.0
     }
 
-    /// The axes of a viewer who looks this way and holds the head upright. Straight down, `up` is −Z;
-    /// straight up it is +Z; `right` is +X in both.
+    /// Returns the axes of a viewer who looks this way and holds the head upright. Straight down,
+    /// `up` is −Z; straight up it is +Z; `right` is +X in both.
     pub fn basis(self) -> ViewBasis {
         let forward = self.0;
         let level = DVec3::new(-forward.z, 0.0, forward.x);
@@ -116,7 +116,7 @@ impl FromStr for ViewDirection {
             }),
             _ => Err(LookError::new(
                 text,
-                "is no direction: use front, floor, right, left, back or ceiling, YAW,PITCH in \
+                "is not a direction: use front, floor, right, left, back or ceiling, YAW,PITCH in \
                  degrees (right and up are positive), or X,Y,Z",
             )),
         }
@@ -135,13 +135,13 @@ impl FromStr for Point {
             Some(&[x, y, z]) => Ok(Self(DVec3::new(x, y, z))),
             _ => Err(LookError::new(
                 text,
-                "is no place: use X,Y,Z in metres, such as 0,1.6,0.5",
+                "is not a position: use X,Y,Z in metres, such as 0,1.6,0.5",
             )),
         }
     }
 }
 
-/// The finite numbers between commas; `None` if one is missing or not finite.
+/// Returns the finite numbers between commas; `None` if one is missing or not finite.
 fn numbers(text: &str) -> Option<Vec<f64>> {
     text.split(',')
         .map(|number| number.trim().parse().ok().filter(|n: &f64| n.is_finite()))
@@ -185,7 +185,7 @@ mod tests {
         let point = " 0, -1.5,2e-1".parse();
         assert_eq!(point, Ok(Point(DVec3::new(0.0, -1.5, 0.2))));
         let error = "1,2,1e999".parse::<Point>().unwrap_err().to_string();
-        assert!(error.contains("is no place: use X,Y,Z"), "{error}");
+        assert!(error.contains("is not a position: use X,Y,Z"), "{error}");
     }
 
     #[test]

@@ -5,8 +5,8 @@ use glam::DVec3;
 use shisen_core::frame::{FlatScreen, View};
 
 impl Wall {
-    /// The rays from an eye at `eye` (metres, in the room) through the wall's pixels: computed in
-    /// f64 and rounded once.
+    /// Returns the rays from an eye at `eye` (metres, in the room) through the wall's pixels:
+    /// computed in f64 and rounded once.
     ///
     /// # Errors
     /// A wall that [`Self::validate`] rejects; an eye that is not finite or
@@ -33,7 +33,7 @@ impl Wall {
         })
     }
 
-    /// The wall as firmware has it: for any eye, in f32.
+    /// Returns the wall as firmware has it: for any eye, in f32.
     pub fn flat_screen(&self) -> FlatScreen {
         let [first_pixel, column_step, row_step] = self.grid().map(DVec3::as_vec3);
         FlatScreen {
@@ -44,7 +44,7 @@ impl Wall {
         }
     }
 
-    /// The centre of pixel (0, 0), and the steps to its neighbours to the right and below.
+    /// Returns the centre of pixel (0, 0), and the steps to its neighbours to the right and below.
     fn grid(&self) -> [DVec3; 3] {
         let [columns, rows] = self.pixels.map(f64::from);
         let column_step = self.across() / columns;
@@ -85,7 +85,7 @@ impl Wall {
                 "wall \"{}\" does not face the eye at {:.4}, {:.4}, {:.4}: the eye is {place}",
                 self.name, eye.x, eye.y, eye.z
             ),
-            "move the head before the wall; if it is there, the wall's corners are given as seen \
+            "move the head in front of the wall; if it already is, the corners were given as seen \
              from behind: exchange left and right",
         ))
     }

@@ -41,7 +41,7 @@ pub struct Viewer {
 }
 
 impl Default for Viewer {
-    /// At the room's origin, looking along −Z, eyes ±32 mm from it.
+    /// Returns a viewer at the room's origin, looking along −Z, eyes ±32 mm from it.
     fn default() -> Self {
         Self {
             pose: HeadPose::IDENTITY,
@@ -51,7 +51,7 @@ impl Default for Viewer {
 }
 
 impl Viewer {
-    /// Where an eye is, metres, in the room. Not finite where the pose is not.
+    /// Returns where an eye is, metres, in the room. Not finite where the pose is not.
     pub fn eye(&self, which: Eye) -> DVec3 {
         let middle = self.pose.position.as_dvec3();
         let half = 0.5 * self.interpupillary_distance;

@@ -46,7 +46,7 @@ impl WallPlane {
         ]
     }
 
-    /// Where a ray meets the wall: the ray's parameter, above 0, and the
+    /// Returns where a ray meets the wall: the ray's parameter, above 0, and the
     /// picture coordinates from the upper left corner, each 0 to 1.
     pub(crate) fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64, f64)> {
         let parameter = (self.upper_left - origin).dot(self.normal) / direction.dot(self.normal);

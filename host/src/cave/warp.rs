@@ -100,7 +100,7 @@ impl<'a> Warp<'a> {
         Ok(warp)
     }
 
-    /// Where a node is on the projector's picture: 0 to 1 from its upper left
+    /// Returns where a node is on the projector's picture: 0 to 1 from its upper left
     /// corner, to the right and downwards.
     pub fn at(&self, column: u32, row: u32) -> DVec2 {
         let along = |number: u32, count: u32| match self.nodes {
@@ -110,7 +110,7 @@ impl<'a> Warp<'a> {
         DVec2::new(along(column, self.grid[0]), along(row, self.grid[1]))
     }
 
-    /// Where a node's light meets the dome's inside; `None` where it does not.
+    /// Returns where a node's light meets the dome's inside; `None` where it does not.
     pub fn node(&self, column: u32, row: u32) -> Option<Node> {
         let direction = self.projector.direction(self.at(column, row));
         let place = self.dome.lit(self.projector.position, direction)?;
@@ -120,7 +120,7 @@ impl<'a> Warp<'a> {
         })
     }
 
-    /// How many nodes' light meets the dome.
+    /// Returns how many nodes' light meets the dome.
     pub fn drawn(&self) -> u64 {
         let [columns, rows] = self.grid;
         let in_row = |row| {

@@ -25,7 +25,7 @@ use std::str::FromStr;
 
 const MOST_THREADS: NonZeroUsize = NonZeroUsize::new(1024).unwrap();
 
-/// The parser of an argument of which a command refuses some values. The help does not list
+/// Returns the parser of an argument of which a command refuses some values. The help does not list
 /// these; they are read all the same, so that the command can say why it refuses them.
 pub fn without<T: ValueEnum + Clone + Send + Sync + 'static>(
     refused: &[&str],
@@ -127,7 +127,7 @@ pub struct LevelArguments {
 }
 
 impl LevelArguments {
-    /// The first of these arguments that was given.
+    /// Returns the first of these arguments that was given.
     pub fn given(&self) -> Option<&'static str> {
         let faces = self.faces.is_some().then_some("--faces");
         faces.or(self.levels.is_some().then_some("--levels"))
@@ -199,12 +199,15 @@ choices!(Layout {
     Compact => "Nodes of four children, for microcontrollers",
 });
 
-/// The parser of `--head-report`: how a head is turned, as an OSVR HDK measured it. Reads two
-/// hexadecimal digits a byte, and skips white space.
+/// Returns the parser of `--head-report`: how a head is turned, as an OSVR HDK measured it. Reads
+/// two hexadecimal digits a byte, and skips white space.
 pub fn head_report(text: &str) -> Result<Quat, String> {
     let digit = |c: char| {
         let digit = c.to_digit(16).map(|digit| digit as u8);
-        digit.ok_or_else(|| format!("'{}' is no hexadecimal digit", c.escape_debug()))
+        digit.ok_or_else(|| {
+            let c = c.escape_debug();
+            format!("'{c}' is not a hexadecimal digit: give 32 of them, or 64 (16 or 32 bytes)")
+        })
     };
     let digits = text.chars().filter(|c| !c.is_whitespace()).map(digit);
     let digits = digits.collect::<Result<Vec<u8>, _>>()?;
@@ -219,7 +222,7 @@ pub fn head_report(text: &str) -> Result<Quat, String> {
     Ok(report.head_orientation())
 }
 
-/// The parser of columns and rows of pixels.
+/// Returns the parser of columns and rows of pixels.
 pub fn picture_size(text: &str) -> Result<[u32; 2], String> {
     let most = Wall::MOST_PIXELS;
     let side = |side: &str| {
@@ -232,8 +235,8 @@ pub fn picture_size(text: &str) -> Result<[u32; 2], String> {
         .ok_or_else(|| format!("give columns and rows of 1 to {most} pixels, such as 1280x960"))
 }
 
-/// The parser of `--faces`: the fewest and the most faces of a mesh, as `500..5804`, or `500..` for
-/// all that it has.
+/// Returns the parser of `--faces`: the fewest and the most faces of a mesh, as `500..5804`, or
+/// `500..` for all that it has.
 fn faces(text: &str) -> Result<(u32, Option<u32>), String> {
     let number = |text: &str| text.trim().parse::<u32>().ok();
     let (min, max) = text
@@ -255,13 +258,13 @@ pub fn face_range(text: &str) -> Result<FaceRange, String> {
     FaceRange::new(min, max).map_err(|error| error.to_string())
 }
 
-/// The parser of seconds.
+/// Returns the parser of seconds.
 pub fn span(text: &str) -> Result<Duration, String> {
     let seconds = within(0.001..=86_400.0, "seconds from 0.001 to 86400, such as 1.5");
     seconds(text).map(Duration::from_secs_f64)
 }
 
-/// The parser of an angle by which a viewer turns, degrees.
+/// Returns the parser of an angle by which a viewer turns, degrees.
 pub fn turn(text: &str) -> Result<f32, String> {
     within(0.0..=180.0, "degrees from 0 to 180")(text)
 }

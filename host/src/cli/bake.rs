@@ -130,7 +130,8 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (path, objects, triangles) = (&self.path, self.objects, self.triangles);
         let (bytes, layout, seconds) = (self.bytes, self.layout, self.seconds);
-        write!(f, "{path}: {objects} objects, {triangles} triangles, ")?;
+        let objects = counted(objects as u64, "object");
+        write!(f, "{path}: {objects}, {triangles} triangles, ")?;
         write!(f, "{bytes} bytes in the {layout} layout, ")?;
         write!(f, "baked in {seconds:.2} s")?;
         let Some(deviation) = self.largest_deviation else {

@@ -69,7 +69,7 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    /// The views of the eyes, for directions forward and up.
+    /// Returns the views of the eyes, for directions forward and up.
     fn cameras(
         &self,
         eyes: &[Observer],

@@ -5,7 +5,7 @@ use clap::{Arg, Command};
 use serde_json::Value;
 use std::iter;
 
-/// The names of all commands but those named in `elsewhere`, with their arguments.
+/// Lists the names of all commands but those named in `elsewhere`, with their arguments.
 pub(super) fn commands(
     command: &Command,
     names: &str,
@@ -65,7 +65,7 @@ pub(super) fn every_command_has_three_examples_that_it_takes<P: Program>(elsewhe
     }
 }
 
-/// All properties of a schema, with what describes them.
+/// Lists all properties of a schema, with what describes them.
 fn properties(schema: &Value, found: &mut Vec<(String, bool)>) {
     if let Some(own) = schema.get("properties").and_then(Value::as_object) {
         for (key, value) in own {

@@ -135,7 +135,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&report, arguments.json)
 }
 
-/// The names of a scene's first materials.
+/// Returns the names of a scene's first materials.
 fn names(scene: &SceneName) -> Vec<String> {
     match scene {
         SceneName::Paper(PaperScene::A | PaperScene::C) => vec!["chrome".to_owned()],

@@ -66,7 +66,7 @@ enum BoundaryChoice {
     Ellipse,
 }
 
-/// The parser of a vector as given, not rounded to unit length.
+/// Returns the parser of a vector as given, not rounded to unit length.
 fn vector(text: &str) -> Result<DVec3, LookError> {
     match text.parse() {
         Ok(Point(vector)) if vector != DVec3::ZERO => Ok(vector),
@@ -74,7 +74,7 @@ fn vector(text: &str) -> Result<DVec3, LookError> {
     }
 }
 
-/// The parser of degrees above 0.
+/// Returns the parser of degrees above 0.
 fn up_to(most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
     move |text| {
         let number = text.trim().parse().ok();
@@ -84,7 +84,7 @@ fn up_to(most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
     }
 }
 
-/// Words an error of the limits in degrees, with the names of the options.
+/// Returns words an error of the limits in degrees, with the names of the options.
 fn in_degrees(error: Error) -> String {
     match error {
         Error::BelowCentral {

@@ -90,7 +90,7 @@ impl Report {
     }
 }
 
-/// The tables in the order of the header; empty if the bytes have no header.
+/// Returns the tables in the order of the header; empty if the bytes have no header.
 fn tables<const W: usize>(bytes: &[u8]) -> Vec<TableReport> {
     let Ok((header, _)) = Header::read_from_prefix(bytes) else {
         return Vec::new();

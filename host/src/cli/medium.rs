@@ -103,7 +103,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&report, arguments.json)
 }
 
-/// The double with the same shortest decimal digits as a single.
+/// Returns the double with the same shortest decimal digits as a single.
 pub(super) fn decimal(single: f32) -> f64 {
     single.to_string().parse().unwrap_or(f64::from(single))
 }

@@ -4,7 +4,8 @@ use std::fmt;
 use std::ops::{Bound, RangeBounds, RangeInclusive};
 use std::str::FromStr;
 
-/// The parser of a whole number within a range, `1..=8` or `1..`. The error names the range.
+/// Returns the parser of a whole number within a range, `1..=8` or `1..`. The error names the
+/// range.
 pub fn whole<T>(
     range: impl RangeBounds<T> + Clone + Send + Sync + 'static,
 ) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
@@ -25,13 +26,13 @@ where
     }
 }
 
-/// The parser of any number; its user checks the range.
+/// Returns the parser of any number; its user checks the range.
 pub fn number<T: FromStr>(text: &str) -> Result<T, String> {
     let number = text.trim().parse();
     number.map_err(|_| "give a number, such as 1.5".to_owned())
 }
 
-/// The parser of a number within a range. The error says what is `expected`.
+/// Returns the parser of a number within a range. The error says what is `expected`.
 pub fn within<T: FromStr + PartialOrd + Clone + Send + Sync + 'static>(
     range: RangeInclusive<T>,
     expected: &'static str,

@@ -57,13 +57,13 @@ pub fn warn(text: &str) {
     say(&format!("Warning: {text}"));
 }
 
-/// A count and its noun, with an s unless the count is 1: 1 eye, 2 eyes.
+/// Returns a count and its noun, with an s unless the count is 1: 1 eye, 2 eyes.
 pub fn counted(count: u64, noun: &str) -> String {
     let ending = if count == 1 { "" } else { "s" };
     format!("{count} {noun}{ending}")
 }
 
-/// Columns and rows of the terminal on standard error; `None` if it is no terminal.
+/// Returns columns and rows of the terminal on standard error; `None` if it is not a terminal.
 pub fn terminal_size() -> Option<[u16; 2]> {
     if !io::stderr().is_terminal() {
         return None;

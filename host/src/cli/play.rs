@@ -73,7 +73,7 @@ pub struct TimeArguments {
     /// What a frame may take: a time such as 33ms, steps such as 2000000steps (which give the same
     /// frames for the same gazes), paper (the seconds of its Table 2), paper-scaled (the part of a
     /// full frame's time that level of detail takes in Table 2) or off [default: a refresh of
-    /// --hz, or else paper-scaled]
+    /// --hz; without it paper-scaled for scenes A to D, and a refresh of 60 Hz for others]
     #[arg(long, value_name = "BUDGET")]
     budget: Option<FrameBudget>,
 }
@@ -174,14 +174,11 @@ impl TimeArguments {
                 ))
             }
             (Some(budget), ..) => Ok(budget),
-            (None, Some(hz), _) => {
-                let refresh = Duration::from_secs_f64(1.0 / hz as f64);
+            (None, None, Some(_)) => Ok(FrameBudget::PaperScaled),
+            (None, hz, _) => {
+                let refresh = Duration::from_secs_f64(1.0 / hz.unwrap_or(60) as f64);
                 Ok(FrameBudget::Time(refresh))
             }
-            (None, None, Some(_)) => Ok(FrameBudget::PaperScaled),
-            (None, None, None) => Err(misuse!(
-                "the paper's Table 2 has no time for {scene}: give --hz or --budget"
-            )),
         }
     }
 }
@@ -191,7 +188,7 @@ impl Prepared {
         self.baked.layout().simd(self.options.simd)
     }
 
-    /// The settings of a session: those of the arguments, and the rest of `of`.
+    /// Returns the settings of a session: those of the arguments, and the rest of `of`.
     pub const fn settings(&self, of: SessionSettings) -> SessionSettings {
         SessionSettings {
             hz: self.hz,

@@ -155,7 +155,7 @@ pub fn with_examples(command: Command, examples: Examples) -> Command {
     })
 }
 
-/// The names of each command that has a section, and the section.
+/// Returns the names of each command that has a section, and the section.
 pub fn sections(examples: Examples) -> impl Iterator<Item = (&'static str, &'static str)> {
     let sections = examples.trim_start_matches("# ").split("\n# ");
     let sections = sections.filter_map(|section| section.split_once('\n'));

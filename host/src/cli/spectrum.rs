@@ -134,7 +134,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&report, arguments.json)
 }
 
-/// The wavelengths at which the medium is known: the paper's method moves them there.
+/// Returns the wavelengths at which the medium is known: the paper's method moves them there.
 fn within_medium(
     arguments: &Arguments,
     method: Method,
@@ -155,7 +155,7 @@ fn within_medium(
     Ok(asked)
 }
 
-/// The largest distance of any phase's sum from white.
+/// Returns the largest distance of any phase's sum from white.
 fn white_error(table: &SpectralTable<'_>) -> f64 {
     let phases = (0..table.phases()).map(|phase| {
         let mut sum = [-1f64; 3];

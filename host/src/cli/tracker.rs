@@ -128,7 +128,7 @@ pub fn goes_over_a_line(protocol: &ProtocolSpec) -> Result<(), Failure> {
     ))
 }
 
-/// An error and what to do about it, on one line.
+/// Returns an error and what to do about it, on one line.
 pub fn with_help(error: &dyn Diagnostic) -> String {
     match error.help() {
         Some(help) => format!("{error}; {help}"),

@@ -74,7 +74,7 @@ impl Design {
         }
     }
 
-    /// The same mirror with another mapping: only [`Mapping::Mirror`] has errors.
+    /// Returns the same mirror with another mapping: only [`Mapping::Mirror`] has errors.
     #[must_use]
     pub fn mapped(self, mapping: Mapping) -> Self {
         match mapping {
@@ -89,8 +89,8 @@ impl Design {
     }
 }
 
-/// The viewpoint with the smallest largest |θ − `r_d`| for an axis ratio: figures 10 to 16. By
-/// perspective that may be the limit of parallel projection. There can be two local minima by
+/// Returns the viewpoint with the smallest largest |θ − `r_d`| for an axis ratio: figures 10 to 16.
+/// By perspective that may be the limit of parallel projection. There can be two local minima by
 /// perspective, so the whole range of viewpoints is searched.
 ///
 /// # Errors
@@ -114,8 +114,8 @@ pub(super) fn best_viewpoint(a: f64, projection: Projection) -> Design {
     best
 }
 
-/// The local minima of the largest error over viewpoints: one or two, the nearest first. Parallel
-/// projection is one of them if the error falls up to it.
+/// Returns the local minima of the largest error over viewpoints: one or two, the nearest first.
+/// Parallel projection is one of them if the error falls up to it.
 ///
 /// # Errors
 /// An axis ratio outside [`Mirror::AXIS_RATIOS`].
@@ -125,7 +125,7 @@ pub fn local_optima(a: f64) -> Result<Vec<Design>, MirrorError> {
     Ok(local_slopes(a).into_iter().map(of).collect())
 }
 
-/// The slopes at which the largest error has a local minimum; 1 is parallel projection.
+/// Returns the slopes at which the largest error has a local minimum; 1 is parallel projection.
 fn local_slopes(a: f64) -> Vec<f64> {
     let error = |g: f64| largest(&extrema(&Mirror::of(a, g)));
     let slopes = |i: usize| (i as f64 / CANDIDATES as f64).max(1.0e-3);
@@ -134,7 +134,7 @@ fn local_slopes(a: f64) -> Vec<f64> {
     minima(slopes, error).into_iter().map(settled).collect()
 }
 
-/// The design with the smallest largest |θ − `r_d`| among axis ratios from 0.5 to 8.
+/// Returns the design with the smallest largest |θ − `r_d`| among axis ratios from 0.5 to 8.
 pub fn best(projection: Projection) -> Design {
     let ratios = |i: usize| 0.5 * 16f64.powf(i as f64 / CANDIDATES as f64);
     let design = |a: f64| best_viewpoint(a, projection);
@@ -147,9 +147,9 @@ pub fn best(projection: Projection) -> Design {
     }
 }
 
-/// The exact minimum next to axis ratio `a`. The minimum is flat, so values alone find half of its
-/// digits; at the minimum the gradients of the positive and of the negative error by (a, g) are
-/// parallel.
+/// Returns the exact minimum next to axis ratio `a`. The minimum is flat, so values alone find half
+/// of its digits; at the minimum the gradients of the positive and of the negative error by (a, g)
+/// are parallel.
 fn level(a: f64, design: impl Fn(f64) -> Design) -> Design {
     let turn = |a: f64| {
         let design = design(a);
@@ -160,7 +160,7 @@ fn level(a: f64, design: impl Fn(f64) -> Design) -> Design {
     design(crossing(a * 0.99, a * 1.01, turn))
 }
 
-/// How θ − `r_d` changes with a and with g at the parametric angle β.
+/// Returns how θ − `r_d` changes with a and with g at the parametric angle β.
 fn gradient(mirror: &Mirror, beta: f64) -> [f64; 2] {
     let (a, g) = (mirror.a, mirror.g);
     let Parameters { k, c1, b1, .. } = mirror.parameters();
@@ -222,7 +222,7 @@ fn largest(extrema: &[Extremum]) -> f64 {
     extrema.iter().fold(0.0, |most, e| most.max(e.error.abs()))
 }
 
-/// Every local minimum, refined by golden section: its value and its place.
+/// Returns every local minimum, refined by golden section: its value and its place.
 fn minima(candidate: impl Fn(usize) -> f64, f: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
     let values: Vec<f64> = (0..=CANDIDATES).map(|i| f(candidate(i))).collect();
     let mut found = Vec::new();

@@ -18,7 +18,7 @@ pub enum Mapping {
 named!(Mapping { Mirror => "mirror", Exact => "exact", True => "true" });
 
 impl Mapping {
-    /// The core's mapping; `None` without a mirror.
+    /// Returns the core's mapping; `None` without a mirror.
     pub const fn core(self) -> Option<capture::Mapping> {
         match self {
             Self::Mirror => Some(capture::Mapping::Screen),
@@ -35,7 +35,7 @@ impl Mapping {
         }
     }
 
-    /// The inverse of [`theta`](Self::theta).
+    /// Returns the inverse of [`theta`](Self::theta).
     pub fn r_d(self, mirror: &Mirror, theta: f64) -> f64 {
         match self {
             Self::Mirror => mirror.r_d(theta),

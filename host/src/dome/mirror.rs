@@ -119,7 +119,7 @@ impl Mirror {
         Ok(Self { a, g, k })
     }
 
-    /// The same in the core's precision.
+    /// Returns the same in the core's precision.
     ///
     /// # Errors
     /// A viewpoint that is at the pole in single precision.
@@ -134,7 +134,7 @@ impl Mirror {
         }
     }
 
-    /// Its lengths and angles.
+    /// Returns its lengths and angles.
     pub fn parameters(&self) -> Parameters {
         let Self { a, g, k } = *self;
         let h = libm::hypot(a, g);
@@ -171,13 +171,13 @@ impl Mirror {
         self.at(self.solve(r_d, |(_, r_d)| r_d)).0
     }
 
-    /// Where what is at the angle `theta` to the zenith, 0 to π/2, is seen.
+    /// Returns where what is at the angle `theta` to the zenith, 0 to π/2, is seen.
     pub fn r_d(&self, theta: f64) -> f64 {
         self.at(self.solve(theta, |(theta, _)| theta)).1
     }
 
-    /// The point where the line of sight through `screen`, at most b₁ from the screen's centre,
-    /// meets the mirror, and its unit direction from there, in the axes of
+    /// Returns the point where the line of sight through `screen`, at most b₁ from the screen's
+    /// centre, meets the mirror, and its unit direction from there, in the axes of
     /// [`shisen_core::capture`].
     pub fn reflect(&self, screen: DVec2) -> (DVec3, DVec3) {
         let Parameters { k, c1, .. } = self.parameters();
@@ -199,7 +199,7 @@ mod tests {
     use super::super::Named;
     use super::*;
 
-    /// The three mirrors of Table 1 with the best viewpoints there are.
+    /// Returns the three mirrors of Table 1 with the best viewpoints there are.
     fn mirrors() -> [Mirror; 3] {
         [Named::Paper1, Named::Paper2, Named::Paper3].map(Named::mirror)
     }

@@ -29,7 +29,7 @@ const BEST_PARALLEL: f64 = 1.288_248_331_186;
 const BEST: f64 = 4.504_149_71;
 
 impl Named {
-    /// The mirror, with its exact viewpoint.
+    /// Returns the mirror, with its exact viewpoint.
     pub fn mirror(self) -> Mirror {
         let (a, projection) = match self {
             Self::Paper1 => (1.288, Projection::Parallel),

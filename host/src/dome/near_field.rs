@@ -50,13 +50,13 @@ pub struct Displacement {
 }
 
 impl Displacement {
-    /// The angle in pixels of a picture of 4096².
+    /// Returns the angle in pixels of a picture of 4096².
     pub fn px_4096(&self) -> f64 {
         px_4096(self.angle)
     }
 }
 
-/// An angle in pixels of a picture of 4096².
+/// Returns an angle in pixels of a picture of 4096².
 pub fn px_4096(angle: f64) -> f64 {
     angle * FRAC_2_PI * 2048.0
 }
@@ -100,14 +100,14 @@ impl Ray {
         self.start.x * self.cos - (self.start.y - offset) * self.sin
     }
 
-    /// The angle to the zenith of its point at a distance from a viewpoint.
+    /// Returns the angle to the zenith of its point at a distance from a viewpoint.
     fn angle(&self, offset: f64, distance: f64) -> f64 {
         self.theta + libm::asin(self.beside(offset) / distance)
     }
 }
 
 impl NearField {
-    /// A picture for the viewpoint at the screen's centre, S, as in the paper.
+    /// Returns a picture for the viewpoint at the screen's centre, S, as in the paper.
     pub fn new(mirror: Mirror, mapping: Mapping) -> Self {
         let ray = |i| Ray::of(&mirror, mapping, FRAC_PI_2 * i as f64 / PLACES as f64);
         Self {
@@ -118,7 +118,7 @@ impl NearField {
         }
     }
 
-    /// The same picture for a viewpoint `offset` radii from the screen's centre towards the
+    /// Returns the same picture for a viewpoint `offset` radii from the screen's centre towards the
     /// zenith. A true fisheye keeps its only viewpoint.
     #[must_use]
     pub fn seen_from(mut self, offset: f64) -> Self {
@@ -128,7 +128,7 @@ impl NearField {
         self
     }
 
-    /// The distance from the viewpoint to the farthest point of the mirror.
+    /// Returns the distance from the viewpoint to the farthest point of the mirror.
     pub fn reach(&self) -> f64 {
         let from = DVec2::new(0.0, self.offset);
         let reach = |most: f64, ray: &Ray| most.max((ray.start - from).length());
@@ -148,7 +148,7 @@ impl NearField {
         }
     }
 
-    /// The angle to the zenith of what is seen at `r_d`, both radians, 0 to
+    /// Returns the angle to the zenith of what is seen at `r_d`, both radians, 0 to
     /// π/2, at a distance above [`reach`](Self::reach), which may be infinite.
     pub fn angle(&self, r_d: f64, distance: f64) -> f64 {
         Ray::of(&self.mirror, self.mapping, r_d).angle(self.offset, distance)
@@ -164,7 +164,7 @@ impl NearField {
         (beyond(FRAC_PI_2) > 0.0).then(|| crossing(0.0, FRAC_PI_2, beyond))
     }
 
-    /// The largest displacement of what is at one distance, which may be infinite.
+    /// Returns the largest displacement of what is at one distance, which may be infinite.
     pub fn largest(&self, distance: f64) -> Displacement {
         self.largest_from(self.offset, distance)
     }
@@ -192,7 +192,8 @@ pub struct Viewpoint {
 }
 
 impl Viewpoint {
-    /// The displacement from the screen's centre divided by that from here; 1 if both are 0.
+    /// Returns the displacement from the screen's centre divided by that from here; 1 if both are
+    /// 0.
     pub fn gain(&self) -> f64 {
         if self.largest > 0.0 {
             self.from_screen / self.largest
@@ -202,8 +203,8 @@ impl Viewpoint {
     }
 }
 
-/// The point of the axis with the smallest largest displacement, over the whole picture and over
-/// surroundings from `nearest` radii to infinity.
+/// Returns the point of the axis with the smallest largest displacement, over the whole picture and
+/// over surroundings from `nearest` radii to infinity.
 ///
 /// The mirror's rays, extended backwards, cross the axis at different points: those of the rim at
 /// the screen's centre, the others farther in. The viewpoint changes nothing at infinity; among

@@ -34,9 +34,9 @@ pub struct SizeErrors {
     pub world_missed: f64,
 }
 
-/// The errors of a mirror of radius `size` (above 0) at `offset` (0 or more) from the world's
-/// origin, both in distances to the nearest surface. `near` is the picture from the screen's centre.
-/// They are measured against the same optics in double precision.
+/// Returns the errors of a mirror of radius `size` (above 0) at `offset` (0 or more) from the
+/// world's origin, both in distances to the nearest surface. `near` is the picture from the
+/// screen's centre. They are measured against the same optics in double precision.
 ///
 /// # Errors
 /// A mirror that cannot be had in single precision.
@@ -101,7 +101,8 @@ impl Ray {
         }
     }
 
-    /// Where it meets the nearest surface, from the eye: behind, for rays that start outside.
+    /// Returns where it meets the nearest surface, from the eye: behind, for rays that start
+    /// outside.
     fn met_from(self, eye: DVec3) -> DVec3 {
         let start = self.origin - eye;
         let direction = self.direction.normalize();
@@ -135,7 +136,7 @@ fn true_ray(mirror: &Mirror, mapping: Mapping, pixel: Vec2, eye: DVec3, size: f6
     }
 }
 
-/// The core's ray, its origin put into the world in single precision.
+/// Returns the core's ray, its origin put into the world in single precision.
 fn single_ray(
     mirror: &SpheroidMirror,
     mapping: Mapping,
@@ -176,7 +177,7 @@ impl World {
         }
     }
 
-    /// The reflected ray of a pixel; `None` if it misses the mirror.
+    /// Returns the reflected ray of a pixel; `None` if it misses the mirror.
     fn ray(&self, mapping: Mapping, mirror: &SpheroidMirror, pixel: Vec2) -> Option<Ray> {
         let point = match mapping {
             Mapping::Mirror => pixel,

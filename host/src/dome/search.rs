@@ -1,12 +1,13 @@
 //! Where a function of one number crosses zero or is least.
 
-/// Where `f`, of one sign at `low` and the other at `high`, changes it.
+/// Returns where `f`, of one sign at `low` and the other at `high`, changes it.
 pub(super) fn crossing(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let sign = f(low) > 0.0;
     bisect(low, high, |x| (f(x) > 0.0) == sign)
 }
 
-/// The last number on the way from `good` to `bad` that `is_good`, which holds at `good` only.
+/// Returns the last number on the way from `good` to `bad` that `is_good`, which holds at `good`
+/// only.
 pub(super) fn bisect(mut good: f64, mut bad: f64, is_good: impl Fn(f64) -> bool) -> f64 {
     loop {
         let middle = good.midpoint(bad);
@@ -22,7 +23,7 @@ pub(super) fn bisect(mut good: f64, mut bad: f64, is_good: impl Fn(f64) -> bool)
     }
 }
 
-/// Where `f`, which falls and then rises, is least.
+/// Returns where `f`, which falls and then rises, is least.
 pub(super) fn golden(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let ratio = (5f64.sqrt() - 1.0) / 2.0;
     let (mut x, mut y) = (high - ratio * (high - low), low + ratio * (high - low));

@@ -21,7 +21,7 @@ pub struct Located<F> {
 }
 
 impl<F> Located<F> {
-    /// A fault at `span`, a range of bytes of the source; `None` where the
+    /// Returns a fault at `span`, a range of bytes of the source; `None` where the
     /// fault is of the whole file.
     pub(crate) fn new(fault: F, source: &Source<'_>, span: Option<Range<usize>>) -> Self {
         Self {
@@ -110,8 +110,8 @@ pub(crate) struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Where the value of a key is: in the top table of the text, or in an entry of a list of
-    /// tables, by the list's name and the entry's number from 0.
+    /// Returns where the value of a key is: in the top table of the text, or in an entry of a list
+    /// of tables, by the list's name and the entry's number from 0.
     pub(crate) fn span_of(&self, list: Option<(&str, usize)>, key: &str) -> Option<Range<usize>> {
         let text = DeTable::parse(self.text).ok()?;
         let table = match list {
@@ -279,7 +279,7 @@ pub(crate) fn suggestion<'a>(
 pub(crate) mod tests {
     use super::*;
 
-    /// The number of the first line with this part of a text.
+    /// Returns the number of the first line with this part of a text.
     pub(crate) fn line_of(text: &str, part: &str) -> usize {
         1 + text
             .split(part)

@@ -104,12 +104,13 @@ impl Table2 {
         Self { scene, lod, plain }
     }
 
-    /// The row of a scene.
+    /// Returns the row of a scene.
     pub fn for_scene(scene: PaperScene) -> Option<Self> {
         Self::ROWS.into_iter().find(|row| row.scene == scene)
     }
 
-    /// The place of a line of sight between state 1 and state 2, 0 to 1, by its angles to both.
+    /// Returns the place of a line of sight between state 1 and state 2, 0 to 1, by its angles to
+    /// both.
     fn between(forward: Vec3) -> f64 {
         let angle = |state: Vec3| f64::from(forward.angle_between(state));
         let (front, floor) = (angle(Vec3::NEG_Z), angle(Vec3::NEG_Y));
@@ -120,7 +121,7 @@ impl Table2 {
         }
     }
 
-    /// The paper's seconds for the state nearest to a line of sight.
+    /// Returns the paper's seconds for the state nearest to a line of sight.
     pub fn seconds(&self, forward: Vec3) -> f64 {
         let [front, floor] = self.lod;
         if Self::between(forward) <= 0.5 {
@@ -130,7 +131,7 @@ impl Table2 {
         }
     }
 
-    /// The ratio of the times with and without level of detail for a line of sight.
+    /// Returns the ratio of the times with and without level of detail for a line of sight.
     pub fn part(&self, forward: Vec3) -> f64 {
         let [front, floor] = self.lod;
         let to = Self::between(forward);

@@ -80,15 +80,15 @@ pub trait Engine {
         self.render_frame(eyes, quality, steps, false)
     }
 
-    /// Copies the newest frame's pictures, by screen, then eye, over those of an older frame or
-    /// into an empty list. If `filled`, pixels that the gaze skips keep the older colour, and
-    /// both are blended at the border of the field.
+    /// Returns copies the newest frame's pictures, by screen, then eye, over those of an older
+    /// frame or into an empty list. If `filled`, pixels that the gaze skips keep the older colour,
+    /// and both are blended at the border of the field.
     ///
     /// # Errors
     /// Not enough memory.
     fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), RenderError>;
 
-    /// The [hashes](Picture::hash) of the newest frame's pictures.
+    /// Returns the [hashes](Picture::hash) of the newest frame's pictures.
     ///
     /// # Errors
     /// Not enough memory.
@@ -388,7 +388,7 @@ where
         Ok(())
     }
 
-    /// The order in which steps are dealt, with the most rounds of each.
+    /// Returns the order in which steps are dealt, with the most rounds of each.
     fn turns(&self, steps: Option<u64>) -> &'static [(Allotment, u32)] {
         use Allotment::{All, AllButReserve, Fovea};
         // Within a budget the fovea is finished first. While the viewer looks at the same
@@ -429,7 +429,7 @@ where
         let tile = |&(_, tile): &(f32, u32)| &shared.tiles[tile as usize];
         let foveal = order.get(..plan.first).unwrap_or(order);
         match (left, allotment) {
-            (None, _) => deal::everything(order.iter().map(tile), groups),
+            (None, _) => deal::unlimited(order.iter().map(tile), groups),
             (Some(left), Allotment::Fovea) => {
                 dealer.deal_finely(left, foveal.iter().map(tile), groups);
             }
@@ -520,7 +520,7 @@ where
     }
 }
 
-/// The screens and eyes of a share's pictures, by screen, then eye.
+/// Returns the screens and eyes of a share's pictures, by screen, then eye.
 pub fn eyes_of<'e>(
     cave: &'e Cave,
     eyes: &'e [Observer],

@@ -59,7 +59,7 @@ impl Decision {
     /// All of a frame of the best and of the least quality.
     pub const ENDS: [Self; 2] = [Self::whole(0), Self::whole(Quality::LADDER.len() - 1)];
 
-    /// The quality of its rung.
+    /// Returns the quality of its rung.
     pub fn quality(&self) -> &'static Quality {
         Quality::LADDER.get(self.rung).unwrap_or(&Quality::FULL)
     }
@@ -86,7 +86,7 @@ pub enum Allowance {
 }
 
 impl Governor {
-    /// A governor that never lowers quality.
+    /// Returns a governor that never lowers quality.
     pub fn idle() -> Self {
         Self {
             governs: false,
@@ -126,7 +126,7 @@ impl Governor {
         }
     }
 
-    /// The steps of a frame of full quality, by the newest frames; 0 before the first.
+    /// Returns the steps of a frame of full quality, by the newest frames; 0 before the first.
     pub fn full_need(&self) -> f64 {
         self.ladder().best_need()
     }
@@ -139,7 +139,7 @@ impl Governor {
         &mut self.ladders[usize::from(self.has_gaze)]
     }
 
-    /// Takes the next frame's line of sight in the room, or that there is none.
+    /// Takes the next frame's line of sight in the room; `None` without a gaze.
     pub fn follow(&mut self, gaze: Option<Vec3>) {
         self.has_gaze = gaze.is_some();
         if let Some(forward) = gaze {
@@ -152,13 +152,15 @@ impl Governor {
         self.ladder_mut().forget_newest();
     }
 
-    /// All of a frame at the rung above, to learn its cost: quality may never rise to a guess.
+    /// Returns all of a frame at the rung above, to learn its cost: quality may never rise to a
+    /// guess.
     pub fn better(&self) -> Option<Decision> {
         let rung = self.ladder().rung.checked_sub(1);
         rung.filter(|_| self.governs).map(Decision::whole)
     }
 
-    /// All of a frame at this rung and its neighbours: their ratios differ from place to place.
+    /// Returns all of a frame at this rung and its neighbours: their ratios differ from place to
+    /// place.
     pub fn around(&self) -> impl Iterator<Item = Decision> + use<> {
         let rung = self.ladder().rung;
         let rungs = [Some(rung), rung.checked_sub(1), Some(rung + 1)];
@@ -182,7 +184,7 @@ impl Governor {
 }
 
 impl Default for Governor {
-    /// A governor that has seen no frame. It keeps the best quality without a limit.
+    /// Returns a governor that has seen no frame. It keeps the best quality without a limit.
     fn default() -> Self {
         Self {
             governs: true,

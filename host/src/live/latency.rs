@@ -95,7 +95,7 @@ named!(Leg {
 });
 
 impl Leg {
-    /// The duration in a frame; `None` without a sample that the gaze follows.
+    /// Returns the duration in a frame; `None` without a sample that the gaze follows.
     pub fn duration(self, frame: &FrameRecord) -> Option<Duration> {
         let sample = frame.sample_us.filter(|_| frame.follows_gaze);
         let arrive = frame.arrive_us.filter(|_| frame.follows_gaze);
@@ -166,7 +166,7 @@ impl Latencies {
         }
     }
 
-    /// The summary of a leg; `None` where no frame had it.
+    /// Returns the summary of a leg; `None` where no frame had it.
     pub fn summary(&self, leg: Leg) -> Option<Summary> {
         let histogram = self.leg(leg).filter(|legs| !legs.is_empty())?;
         let milliseconds = |nanoseconds: u64| nanoseconds as f64 * 1.0e-6;
@@ -190,8 +190,8 @@ impl Latencies {
         number.and_then(|number| self.legs.get(number))
     }
 
-    /// A leg's frames in few classes, each a fifth longer than the one before: the end of each
-    /// class with frames, milliseconds, and their number.
+    /// Returns a leg's frames in few classes, each a fifth longer than the one before: the end of
+    /// each class with frames, milliseconds, and their number.
     pub fn few_classes(&self, leg: Leg) -> impl Iterator<Item = (f64, u64)> + '_ {
         let legs = self.leg(leg).into_iter();
         let classes = legs.flat_map(|legs| legs.iter_log(FIRST_CLASS, WIDER));
@@ -202,7 +202,7 @@ impl Latencies {
         classes.filter(|&(_, frames)| frames > 0)
     }
 
-    /// A leg's frames in fine classes, a thousandth wide or more: the end of each class,
+    /// Returns a leg's frames in fine classes, a thousandth wide or more: the end of each class,
     /// milliseconds, and the number of its frames.
     pub fn classes(&self, leg: Leg) -> impl Iterator<Item = (f64, u64)> + '_ {
         let legs = self.leg(leg).into_iter();

@@ -1,22 +1,22 @@
 //! Quantiles of repeated measurements.
 
-/// The median.
+/// Returns the median.
 pub fn median(of: Vec<f64>) -> f64 {
     quantile_of(of, 0.5)
 }
 
-/// The median ratio of pairs measured in turns: the machine's speed affects both of a pair.
+/// Returns the median ratio of pairs measured in turns: the machine's speed affects both of a pair.
 pub fn median_ratio(of: &[f64], to: &[f64]) -> f64 {
     median(of.iter().zip(to).map(|(of, to)| of / to).collect())
 }
 
-/// The lower and the upper quartile.
+/// Returns the lower and the upper quartile.
 pub fn quartiles(of: Vec<f64>) -> [f64; 2] {
     [quantile_of(of.clone(), 0.25), quantile_of(of, 0.75)]
 }
 
-/// The quantile of a part, 0 to 1, interpolated linearly (Hyndman and Fan's seventh definition,
-/// 1996); 0 for no numbers.
+/// Returns the quantile of a part, 0 to 1, interpolated linearly (Hyndman and Fan's seventh
+/// definition, 1996); 0 for no numbers.
 pub fn quantile_of(mut of: Vec<f64>, part: f64) -> f64 {
     of.sort_by(f64::total_cmp);
     let place = part * of.len().saturating_sub(1) as f64;

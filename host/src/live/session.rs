@@ -85,7 +85,7 @@ pub type Observe<'a> = dyn FnMut(&Look, &mut Vec<Observer>) -> bool + 'a;
 
 /// Receives finished frames: the display side of a session.
 pub trait Display {
-    /// The line of sight in the room, if the display knows better than the tracker.
+    /// Returns the line of sight in the room, if the display knows better than the tracker.
     fn gaze(&mut self) -> Option<Vec3> {
         None
     }
@@ -93,7 +93,7 @@ pub trait Display {
     /// Shows a frame.
     fn present(&mut self, _: &dyn Engine, _: &Look, _: &[Observer]) {}
 
-    /// Whether to end before the first frame is shown.
+    /// Returns whether to end before the first frame is shown.
     fn is_over(&mut self) -> bool {
         false
     }
@@ -265,14 +265,15 @@ impl Session<'_> {
         }
     }
 
-    /// The line of sight of a look; `None` where no eye's detail follows it.
+    /// Returns the line of sight of a look; `None` where no eye's detail follows it.
     fn gaze(&self, look: &Look) -> Option<Vec3> {
         let mut eyes = self.eyes.iter();
         let follows = eyes.any(|eye| eye.lod.is_some());
         follows.then_some(look.forward)
     }
 
-    /// The refreshes that a frame's budget lasts. 1 % slack does not count as another refresh.
+    /// Returns the refreshes that a frame's budget lasts. 1 % slack does not count as another
+    /// refresh.
     fn refreshes(&self) -> u64 {
         match self.report.allowance {
             Allowance::Time(time) => {
@@ -429,7 +430,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// The record of a frame without its refresh and the times after the gaze.
+    /// Returns the record of a frame without its refresh and the times after the gaze.
     fn record(
         &mut self,
         latched: &LatchedGaze,

@@ -49,7 +49,8 @@ impl From<&Estimate> for Look {
 }
 
 impl Look {
-    /// The same head with the eyes towards a direction of the room, which is certain, if given.
+    /// Returns the same head with the eyes towards a direction of the room, which is certain, if
+    /// given.
     #[must_use]
     pub fn towards(self, forward: Option<Vec3>) -> Self {
         let ups = [self.up, Vec3::Y, Vec3::NEG_Z];
@@ -134,22 +135,22 @@ impl Share {
     /// All pictures.
     pub const ALL: Self = Self { rank: 0, ranks: 1 };
 
-    /// The share of one of `ranks` machines; `None` unless `rank` is below that.
+    /// Returns the share of one of `ranks` machines; `None` unless `rank` is below that.
     pub fn new(rank: usize, ranks: usize) -> Option<Self> {
         (rank < ranks).then_some(Self { rank, ranks })
     }
 
-    /// The machine's number, from 0.
+    /// Returns the machine's number, from 0.
     pub const fn rank(self) -> usize {
         self.rank
     }
 
-    /// The number of machines.
+    /// Returns the number of machines.
     pub const fn ranks(self) -> usize {
         self.ranks
     }
 
-    /// Whether the machine renders a picture, one of `pictures`.
+    /// Returns whether the machine renders a picture, one of `pictures`.
     pub const fn has(self, picture: usize, pictures: usize) -> bool {
         // Both factors are below 2⁶⁴.
         picture < pictures
@@ -199,7 +200,7 @@ pub trait SwapLock {
         Ok(())
     }
 
-    /// The waits of machines for each other, for the leader; `None` with one machine.
+    /// Returns the waits of machines for each other, for the leader; `None` with one machine.
     fn waits(&self) -> Option<&Waits> {
         None
     }

@@ -58,10 +58,7 @@ struct Following {
 
 /// An event of a tracker that is reported to people.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "as of a notice: none of these is to take memory of its own"
-)]
+#[allow(clippy::large_enum_variant, reason = "events must not allocate")]
 pub enum TrackerEvent {
     /// A notice of the feed: a device that comes and goes.
     Feed(Notice),
@@ -135,7 +132,7 @@ impl LiveTracker {
         })
     }
 
-    /// The time on the feed's clock.
+    /// Returns the time on the feed's clock.
     pub fn now(&self) -> Micros {
         self.at(Instant::now())
     }
@@ -145,7 +142,7 @@ impl LiveTracker {
         self.feed.at(instant)
     }
 
-    /// The estimate before the first sample.
+    /// Returns the estimate before the first sample.
     pub fn home(&self) -> &Estimate {
         &self.shared.home
     }

@@ -111,7 +111,7 @@ pub struct Line {
 }
 
 impl Line {
-    /// A line that is not there for comparison only, through points from left to right.
+    /// Returns a line that is not there for comparison only, through points from left to right.
     pub fn new(
         name: impl Into<String>,
         colour: usize,
@@ -129,7 +129,7 @@ impl Line {
 
 const LARGEST: f64 = 1.0e300;
 
-/// Whether an axis can have a range: `plotters` would not end on a logarithmic one from 0.
+/// Returns whether an axis can have a range: `plotters` would not end on a logarithmic one from 0.
 pub fn is_drawable(range: &Range<f64>, logarithmic: bool) -> bool {
     let least = if logarithmic { 1.0 / LARGEST } else { -LARGEST };
     least <= range.start && range.start < range.end && range.end <= LARGEST
@@ -168,8 +168,8 @@ impl Chart {
         text
     }
 
-    /// The picture as SVG text of `size` columns and rows, with more rows for names below it.
-    /// Letters have the same size in charts of any size.
+    /// Returns the picture as SVG text of `size` columns and rows, with more rows for names below
+    /// it. Letters have the same size in charts of any size.
     ///
     /// # Errors
     /// A range that no axis can have.
@@ -347,7 +347,7 @@ impl Chart {
         within(&self.x, x) && within(&self.y, y)
     }
 
-    /// The places of a line's dots inside the chart.
+    /// Returns the places of a line's dots inside the chart.
     fn dots(&self, line: &Line) -> Vec<(f64, f64)> {
         if !line.dots && line.points.len() != 1 {
             return Vec::new();
@@ -356,7 +356,7 @@ impl Chart {
         places.filter(|&at| self.shows(at)).collect()
     }
 
-    /// The unbroken parts of a line inside the chart, each at least two points.
+    /// Returns the unbroken parts of a line inside the chart, each at least two points.
     fn parts(&self, line: &Line) -> Vec<Vec<(f64, f64)>> {
         let (x, y) = (&self.x, &self.y);
         let mut parts: Vec<Vec<(f64, f64)>> = Vec::new();

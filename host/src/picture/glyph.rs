@@ -6,7 +6,7 @@ use font8x8::{
 
 pub(crate) const GLYPH: u32 = 8;
 
-/// The dots of a line of letters: columns and rows from its upper left corner.
+/// Returns the dots of a line of letters: columns and rows from its upper left corner.
 pub(crate) fn dots(text: &str) -> impl Iterator<Item = (u32, u32)> {
     let letters = (0..).step_by(GLYPH as usize).zip(text.chars());
     letters.flat_map(|(left, character)| {
@@ -18,7 +18,7 @@ pub(crate) fn dots(text: &str) -> impl Iterator<Item = (u32, u32)> {
     })
 }
 
-/// The rows from the top, the leftmost column in the lowest bit; `?` for unknown letters.
+/// Returns the rows from the top, the leftmost column in the lowest bit; `?` for unknown letters.
 fn glyph(character: char) -> [u8; 8] {
     BASIC_FONTS
         .get(character)

@@ -111,7 +111,7 @@ where
     (statistics, start.elapsed().as_secs_f64())
 }
 
-/// The hemispheres of a capture, one ray a pixel: of several, some would pass the rim.
+/// Returns the hemispheres of a capture, one ray a pixel: of several, some would pass the rim.
 pub(crate) fn hemispheres<'a, const W: usize>(
     scene: &Scene<'a, W>,
     pose: DomePose,
@@ -137,7 +137,7 @@ fn same_field(one: &LevelOfDetail, other: &LevelOfDetail) -> bool {
     axes(one) == axes(other)
 }
 
-/// The level below which pixels of a capture are looked up: those of the blend,
+/// Returns the level below which pixels of a capture are looked up: those of the blend,
 /// and their neighbours.
 fn needed_below(lod: &LevelOfDetail, size: u32) -> f32 {
     let limits = lod.gaze.visual_field().limits();
@@ -183,7 +183,7 @@ impl Source<'_> {
     }
 }
 
-/// The pixels of a tile of a picture, into `pixels`.
+/// Copies the pixels of a tile of a picture into `pixels`.
 pub(crate) fn pixels_of(picture: &Picture, tile: Tile, pixels: &mut Vec<Pixel>) {
     let rows = picture.core_pixels().chunks_exact(picture.width as usize);
     pixels.clear();

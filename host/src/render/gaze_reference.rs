@@ -92,7 +92,7 @@ impl Gaze {
         })
     }
 
-    /// All that leads to the level of a ray, by its direction, of any length;
+    /// Returns all that leads to the level of a ray, by its direction, of any length;
     /// `None` where that is zero or not finite.
     pub fn sight(&self, direction: DVec3) -> Option<Sight> {
         let direction = unit(direction)?;

@@ -8,7 +8,7 @@ use shisen_core::frame::Statistics;
 use shisen_core::scene::{EffectSet, Scene};
 use shisen_core::spectrum::{SpectralSample, SpectralTable};
 
-/// How to render each wavelength's picture, and what colour it has; `None`
+/// Returns how to render each wavelength's picture, and what colour it has; `None`
 /// where all wavelengths have one picture. Samples that cannot be shared out evenly go to the first.
 pub(super) fn images<const W: usize>(
     scene: &Scene<'_, W>,
@@ -41,7 +41,7 @@ pub(super) fn images<const W: usize>(
 /// that is always the same.
 type Parts<'i> = (Vec<&'i mut Picture>, Vec<(&'i mut Statistics, &'i mut f64)>);
 
-/// The sum of the pictures of all wavelengths; `None` where there are no wavelengths.
+/// Returns the sum of the pictures of all wavelengths; `None` where there are no wavelengths.
 pub(super) fn sum<I, E>(
     images: &[(Options, Vec3)],
     mut render: impl FnMut(&Options) -> Result<I, E>,

@@ -25,7 +25,7 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// An eye for which everything is traced in full.
+    /// Returns an eye for which everything is traced in full.
     pub const fn new(eye: Eye, place: DVec3) -> Self {
         Self {
             eye,
@@ -36,9 +36,9 @@ impl Observer {
         }
     }
 
-    /// An eye whose periphery is sampled as finely as it sees ([`Acuity::GUENTER`]), every ray in
-    /// full, in the widest field. The line of sight is known to within `widen` (radians); from π
-    /// on that says nothing, and everything is traced.
+    /// Returns an eye whose periphery is sampled as finely as it sees ([`Acuity::GUENTER`]), every
+    /// ray in full, in the widest field. The line of sight is known to within `widen` (radians);
+    /// from π on that says nothing, and everything is traced.
     pub fn foveated(eye: Eye, place: DVec3, sight: LineOfSight, widen: f32) -> Self {
         let Some(field) = VisualField::WIDEST.wider(widen) else {
             return Self {
@@ -53,7 +53,7 @@ impl Observer {
         }
     }
 
-    /// Its line of sight, if that is known: a direction in the room.
+    /// Returns its line of sight, if that is known: a direction in the room.
     pub(crate) fn forward(&self) -> Option<Vec3> {
         let gaze = self.lod.map(|lod| lod.gaze.line_of_sight().forward());
         gaze.or(self.ahead)

@@ -33,7 +33,7 @@ pub static CIE_1931: LazyLock<MatchingTable<'static>> = LazyLock::new(|| {
 #[error("{0}")]
 pub struct UnknownMedium(String);
 
-/// The built-in medium of a name.
+/// Returns the built-in medium of a name.
 ///
 /// # Errors
 /// An unknown name.
@@ -45,7 +45,7 @@ pub fn medium(name: &str) -> Result<Medium, UnknownMedium> {
     })
 }
 
-/// The least angle by which a prism turns light, radians; `index` is the prism's index of
+/// Returns the least angle by which a prism turns light, radians; `index` is the prism's index of
 /// refraction, `apex` the angle between its two sides, radians. `None` where it reflects all light.
 ///
 /// Light then passes symmetrically: sin((δ + A)/2) = n·sin(A/2).
@@ -70,7 +70,7 @@ pub enum Method {
 named!(Method { Fixed => "fixed", Comb => "comb", Split => "split", Paper => "paper" });
 
 impl Method {
-    /// The default range: nanometres.
+    /// Returns the default range: nanometres.
     pub const fn range(self) -> [f32; 2] {
         match self {
             Self::Fixed | Self::Comb | Self::Split => Wavelengths::RANGE,
@@ -78,7 +78,7 @@ impl Method {
         }
     }
 
-    /// The default colours.
+    /// Returns the default colours.
     pub const fn matching(self) -> Matching<'static> {
         match self {
             Self::Fixed | Self::Comb | Self::Split => Matching::Wyman,
@@ -113,7 +113,7 @@ pub enum Dispersion {
 }
 
 impl Default for Dispersion {
-    /// A comb of 14 wavelengths.
+    /// Returns a comb of 14 wavelengths.
     fn default() -> Self {
         Self::of(Method::Comb, Self::WAVELENGTHS, None).unwrap_or(Self::Off)
     }
@@ -142,7 +142,7 @@ impl Dispersion {
         })
     }
 
-    /// Its wavelengths, if it has several.
+    /// Returns its wavelengths, if it has several.
     pub const fn wavelengths(&self) -> Option<Wavelengths> {
         match *self {
             Self::Comb(wavelengths, _)
@@ -152,7 +152,7 @@ impl Dispersion {
         }
     }
 
-    /// The spectrum in the tracer's terms, its table in `storage`. For pictures of single
+    /// Returns the spectrum in the tracer's terms, its table in `storage`. For pictures of single
     /// wavelengths, which are rendered one by one, that is plain RGB.
     pub fn spectrum<'s>(&self, storage: &'s mut Vec<SpectralSample>) -> Spectrum<'s> {
         let (wavelengths, each, matching) = match *self {

@@ -114,7 +114,8 @@ impl FromStr for PaperScene {
     }
 }
 
-/// One of the paper's scenes with eight of `mesh`, which is centred and scaled to 2 m along x.
+/// Returns one of the paper's scenes with eight of `mesh`, which is centred and scaled to 2 m along
+/// x.
 ///
 /// # Errors
 /// [`FlatMesh`] where the mesh has no vertices or no extent along x.

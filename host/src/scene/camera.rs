@@ -35,14 +35,14 @@ impl DomeCamera {
         }
     }
 
-    /// Whether zenith and top are directions, and not along each other.
+    /// Returns whether zenith and top are directions, and not along each other.
     fn is_usable(&self) -> bool {
         let length = self.zenith.length() * self.top.length();
         let across = self.zenith.cross(self.top).length();
         self.position.is_finite() && length > 0.0 && across >= 1.0e-6 * length
     }
 
-    /// The camera in the core's terms.
+    /// Returns the camera in the core's terms.
     pub fn pose(&self) -> DomePose {
         let back = -self.zenith.normalize_or_zero();
         let right = self.top.cross(back).normalize_or_zero();
@@ -81,7 +81,7 @@ pub struct CameraPathError {
 }
 
 impl CameraPath {
-    /// A path through keys; without keys there is no camera.
+    /// Returns a path through keys; without keys there is no camera.
     ///
     /// # Errors
     /// A key beyond [`TriangleMesh::FARTHEST`] on an axis, whose zenith and top are zero or along
@@ -122,12 +122,12 @@ impl CameraPath {
         Ok(Self { keys })
     }
 
-    /// The frame of the last key; 1 without keys.
+    /// Returns the frame of the last key; 1 without keys.
     pub fn frames(&self) -> u32 {
         self.keys.last().map_or(1, |key| key.frame)
     }
 
-    /// The camera at a frame, counted from 1; `None` without keys.
+    /// Returns the camera at a frame, counted from 1; `None` without keys.
     pub fn camera(&self, frame: u32) -> Option<DomeCamera> {
         let after = self.keys.partition_point(|key| key.frame <= frame);
         let (Some(before), Some(next)) = (after.checked_sub(1), self.keys.get(after)) else {
@@ -150,7 +150,7 @@ impl CameraPath {
         Some(camera)
     }
 
-    /// Metres a frame at a key.
+    /// Returns metres a frame at a key.
     fn slope(&self, key: usize) -> DVec3 {
         let last = self.keys.len() - 1;
         let (before, after) = (key.saturating_sub(1), (key + 1).min(last));

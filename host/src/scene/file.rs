@@ -120,7 +120,7 @@ impl Scene {
         Ok(Self::from_toml(&text, &name, folder, load_mesh)?)
     }
 
-    /// A scene from the text of a scene file. `name` is what messages call it, `base_dir`
+    /// Returns a scene from the text of a scene file. `name` is what messages call it, `base_dir`
     /// where its relative paths start; `load_mesh` is called once for each mesh, in order of names.
     ///
     /// # Errors
@@ -202,7 +202,7 @@ impl Scene {
     }
 }
 
-/// The names of a scene file's materials, in their order; empty for other texts.
+/// Returns the names of a scene file's materials, in their order; empty for other texts.
 pub fn material_names(text: &str) -> Vec<String> {
     let table: Option<toml::Table> = text.parse().ok();
     let materials = table.and_then(|mut table| table.remove("materials"));

@@ -95,7 +95,7 @@ fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
     crate::files::read(path).map_err(|fault| unread(path, &fault))
 }
 
-/// What is wrong, where, and what to do.
+/// Returns what is wrong, where, and what to do.
 fn fault<'p>(place: impl Into<Place<'p>>, problem: impl fmt::Display, advice: &str) -> ImportError {
     let message = format!("{}: {problem}", place.into());
     ImportError(Fault::new(message, advice))
@@ -105,7 +105,7 @@ fn unread(path: &Path, error: &std::io::Error) -> ImportError {
     fault(path, error, UNREAD)
 }
 
-/// The error of a length or count beyond the end of the file.
+/// Returns the error of a length or count beyond the end of the file.
 fn claim(path: &Path, what: &str, claimed: u128, available: usize) -> ImportError {
     let problem = format!(
         "the file is cut off or damaged: {what} takes {claimed} bytes at least, but only \
@@ -119,13 +119,13 @@ fn syntax<'p>(place: impl Into<Place<'p>>, problem: impl AsRef<str>) -> ImportEr
     fault(place, problem, "correct it there, or export the mesh again")
 }
 
-/// The error of a file without faults whose mesh cannot be used.
+/// Returns the error of a file without faults whose mesh cannot be used.
 fn unusable<'p>(place: impl Into<Place<'p>>, error: impl fmt::Display) -> ImportError {
     let advice = "repair the mesh in a modelling program and export it again";
     fault(place, error, advice)
 }
 
-/// The error of a face that names a vertex which does not exist.
+/// Returns the error of a face that names a vertex which does not exist.
 fn no_vertex<'p>(
     place: impl Into<Place<'p>>,
     face: &str,
@@ -166,7 +166,7 @@ impl<K: Hash + Eq> Textures<K> {
         }
     }
 
-    /// The texture with an image, which `read` has the bytes of, if that is a PNG file.
+    /// Returns the texture with an image, which `read` has the bytes of, if that is a PNG file.
     fn get<'b>(
         &mut self,
         key: K,
@@ -191,7 +191,7 @@ impl<K: Hash + Eq> Textures<K> {
     }
 }
 
-/// The normals at unit length; empty if one of them has no direction.
+/// Returns the normals at unit length; empty if one of them has no direction.
 fn unit_normals(mut normals: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
     for normal in &mut normals {
         match Vec3::from_array(*normal).try_normalize() {
@@ -202,7 +202,7 @@ fn unit_normals(mut normals: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
     normals
 }
 
-/// The texture coordinates; empty if one of them is out of range or NaN.
+/// Returns the texture coordinates; empty if one of them is out of range or NaN.
 fn usable_coordinates(coordinates: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
     let limit = TriangleMesh::FARTHEST_COORDINATE;
     let usable = |place: &[f32; 2]| place.iter().all(|c| c.abs() <= limit);
@@ -213,7 +213,7 @@ fn usable_coordinates(coordinates: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
     }
 }
 
-/// The triangles of a polygon, around its first corner.
+/// Returns the triangles of a polygon, around its first corner.
 fn fan<C: Copy>(corners: &[C]) -> Vec<[C; 3]> {
     let edges = corners[1..].windows(2);
     edges.map(|edge| [corners[0], edge[0], edge[1]]).collect()

@@ -40,7 +40,7 @@ impl MeshError {
         Self { message, triangle }
     }
 
-    /// The error of more triangles than the scene format holds.
+    /// Returns the error of more triangles than the scene format holds.
     pub(super) fn too_many(count: usize) -> Self {
         let limit = TriangleMesh::MOST_TRIANGLES;
         Self::new(format!(
@@ -133,19 +133,20 @@ impl TriangleMesh {
         }
     }
 
-    /// Whether it shows a texture: that of `material`, or without one those of its own materials.
+    /// Returns whether it shows a texture: that of `material`, or without one those of its own
+    /// materials.
     pub fn shows_texture(&self, material: Option<&Material>) -> bool {
         let has_texture = |material: &Material| material.texture.is_some();
         material.map_or_else(|| self.materials.iter().any(has_texture), has_texture)
     }
 
-    /// Whether it has texture coordinates, if it needs them for `material`.
+    /// Returns whether it has texture coordinates, if it needs them for `material`.
     pub fn has_coordinates_for(&self, material: Option<&Material>) -> bool {
         !self.coordinates.is_empty() || !self.shows_texture(material)
     }
 
-    /// The mesh's own normals, or for each vertex the mean of the faces around it, weighted by
-    /// their areas.
+    /// Returns the mesh's own normals, or for each vertex the mean of the faces around it, weighted
+    /// by their areas.
     pub fn vertex_normals(&self) -> Cow<'_, [[f32; 3]]> {
         if !self.normals.is_empty() {
             return Cow::Borrowed(&self.normals);
@@ -163,7 +164,8 @@ impl TriangleMesh {
             .collect()
     }
 
-    /// One metre along x and z about the origin, its front up, with u along x and v against z.
+    /// Returns one metre along x and z about the origin, its front up, with u along x and v against
+    /// z.
     pub fn square() -> Self {
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         Self {
@@ -175,7 +177,7 @@ impl TriangleMesh {
         }
     }
 
-    /// The least and the greatest corner of the vertices' box.
+    /// Returns the least and the greatest corner of the vertices' box.
     pub fn bounds(&self) -> ([f32; 3], [f32; 3]) {
         let mut low = [f32::INFINITY; 3];
         let mut high = [f32::NEG_INFINITY; 3];

@@ -45,7 +45,7 @@ impl Normalisation {
 }
 
 impl Placement {
-    /// The map from a shape's coordinates, normalised first, to the world.
+    /// Returns the map from a shape's coordinates, normalised first, to the world.
     pub(super) fn world_from_object(&self, normalisation: &Normalisation) -> DAffine3 {
         let [(sy, cy), (sp, cp), (sr, cr)] = self.rotation_degrees.map(sin_cos_degrees);
         let yaw = DMat3::from_cols_array(&[cy, 0.0, -sy, 0.0, 1.0, 0.0, sy, 0.0, cy]);

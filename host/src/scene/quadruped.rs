@@ -129,7 +129,8 @@ fn field(p: Vec3) -> f32 {
     union.max(GROUND - p.y)
 }
 
-/// The field at every grid point; far from the surface, only its sign and that it is far are right.
+/// Returns the field at every grid point; far from the surface, only its sign and that it is far
+/// are right.
 fn sample(shape: &RuntimeShape<u32, 3>) -> Vec<f32> {
     let mut samples = vec![0.0; shape.usize()];
     let [nx, ny, nz] = SAMPLES;

@@ -48,8 +48,8 @@ impl Image {
     /// Bytes that the images of a scene may take together: an eighth of what a baked scene may.
     pub const MOST_BYTES: u64 = 1 << 29;
 
-    /// An image of texels coded as sRGB, row by row from the top; `None` if a side is not 1 to
-    /// [`LARGEST_SIDE`] or their number is not width × height.
+    /// Returns an image of texels coded as sRGB, row by row from the top; `None` if a side is not 1
+    /// to [`LARGEST_SIDE`] or their number is not width × height.
     pub fn new(width: u32, height: u32, texels: &[[u8; 3]]) -> Option<Self> {
         let sides = [width, height];
         let fits = sides.iter().all(|side| (1..=LARGEST_SIDE).contains(side))
@@ -71,7 +71,7 @@ impl Image {
         Self::from_png(path, &bytes, left)
     }
 
-    /// Whether a file starts as a PNG does.
+    /// Returns whether a file starts as a PNG does.
     pub(crate) fn is_png(bytes: &[u8]) -> bool {
         bytes.starts_with(b"\x89PNG\r\n\x1a\n")
     }
@@ -145,12 +145,12 @@ impl Image {
         })
     }
 
-    /// Texels from left to right.
+    /// Returns texels from left to right.
     pub const fn width(&self) -> u32 {
         self.width
     }
 
-    /// Texels from top to bottom.
+    /// Returns texels from top to bottom.
     pub const fn height(&self) -> u32 {
         self.height
     }
@@ -197,7 +197,7 @@ pub(super) mod tests {
         png(size, ColorType::Grayscale, BitDepth::Eight, texels)
     }
 
-    /// The texels of a material's image.
+    /// Returns the texels of a material's image.
     pub(in crate::scene) fn texels(material: &Material) -> &[[u8; 4]] {
         match material.texture.as_ref().map(|texture| &texture.pattern) {
             Some(Pattern::Image(image)) => image.texels(),

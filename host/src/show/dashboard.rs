@@ -114,7 +114,7 @@ impl<'c> Dashboard<'c> {
         })
     }
 
-    /// How often a frame is drawn: twice where its eyes take turns.
+    /// Returns how often a frame is drawn: twice where its eyes take turns.
     pub(crate) fn turns(&self) -> usize {
         1 + usize::from(self.stereo == Stereo::Sequential)
     }
@@ -164,7 +164,8 @@ impl<'c> Dashboard<'c> {
         Ok(())
     }
 
-    /// The direction from the eye to what was last drawn at a place; `None` off the screens.
+    /// Returns the direction from the eye to what was last drawn at a place; `None` off the
+    /// screens.
     pub(crate) fn direction(&self, x: u32, y: u32, frame: &Frame) -> Option<Vec3> {
         let area = self.areas.iter().find(|area| area.contains(x, y))?;
         area.direction(self.cave, frame, x, y)

@@ -78,17 +78,17 @@ impl OutsideDifference {
         }
     }
 
-    /// The number of pixels outside the visual field.
+    /// Returns the number of pixels outside the visual field.
     pub const fn pixels(&self) -> u64 {
         self.pixels
     }
 
-    /// The root mean square error in codes, 0 to 255; `None` where no pixel is outside.
+    /// Returns the root mean square error in codes, 0 to 255; `None` where no pixel is outside.
     pub fn root_mean_square(&self) -> Option<f64> {
         (self.pixels > 0).then(|| libm::sqrt(self.squares / self.pixels as f64))
     }
 
-    /// The peak signal-to-noise ratio, decibels; `None` without pixels or differences.
+    /// Returns the peak signal-to-noise ratio, decibels; `None` without pixels or differences.
     pub fn psnr(&self) -> Option<f64> {
         let error = self.root_mean_square().filter(|&error| error > 0.0)?;
         Some(20.0 * libm::log10(255.0 / error))

@@ -7,7 +7,7 @@ pub mod viewer;
 mod walls {
     use crate::cave::{BuiltInCave, Cave, Wall};
 
-    /// Walls of a cube from −1 to 1 along each axis.
+    /// Returns walls of a cube from −1 to 1 along each axis.
     pub(super) fn cube<const N: usize>(names: [&str; N]) -> [Wall; N] {
         let cave = Cave::built_in(BuiltInCave::Cube, [1; 2]).unwrap();
         names.map(|name| {

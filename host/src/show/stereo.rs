@@ -69,7 +69,7 @@ const DUBOIS: [[[f32; 3]; 2]; 3] = [
 ];
 
 impl Stereo {
-    /// The eyes in the order in which they are shown, or behind red and behind cyan.
+    /// Returns the eyes in the order in which they are shown, or behind red and behind cyan.
     pub const fn eye_order(self) -> &'static [Eye] {
         match self {
             Self::Mono => &[],
@@ -115,8 +115,8 @@ impl Stereo {
         Ok(vec![Presented { eye: None, picture }])
     }
 
-    /// The notes in a picture's file: `Stereo-Format`, with two eyes `Stereo-Eye-Order`, and for
-    /// a picture of one eye `Stereo-Eye`.
+    /// Returns the notes in a picture's file: `Stereo-Format`, with two eyes `Stereo-Eye-Order`,
+    /// and for a picture of one eye `Stereo-Eye`.
     pub fn metadata(self, eye: Option<Eye>) -> Vec<(&'static str, String)> {
         let mut notes = vec![("Stereo-Format", self.name().to_owned())];
         if let [first, second] = self.eye_order() {
@@ -143,7 +143,8 @@ impl FromStr for Stereo {
     }
 }
 
-/// A pixel of an anaglyph by Dubois's weights, clamped to 0 to 1. It is covered where either eye's is.
+/// Returns a pixel of an anaglyph by Dubois's weights, clamped to 0 to 1. It is covered where
+/// either eye's is.
 pub fn anaglyph(left: [f32; 4], right: [f32; 4]) -> [f32; 4] {
     let [lr, lg, lb, left_alpha] = left;
     let [rr, rg, rb, right_alpha] = right;

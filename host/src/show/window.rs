@@ -199,7 +199,7 @@ impl Window {
         })
     }
 
-    /// The next event, if there is one.
+    /// Returns the next event, if there is one.
     pub(crate) fn event(&mut self) -> Result<Option<Event>, WindowError> {
         while let Some(message) = self.connection.poll_for_event()? {
             if let Some(event) = self.read(&message) {

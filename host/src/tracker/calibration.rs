@@ -133,7 +133,7 @@ impl Default for CalibrationFile {
 /// The calibrations of left, right and combined; `None` where nothing was measured.
 pub(crate) type Fits = [Option<Calibration>; 3];
 
-/// The name of a model in files and on command lines.
+/// Returns the name of a model in files and on command lines.
 pub(crate) const fn model_name(model: Model) -> &'static str {
     match model {
         Model::Affine => "affine",
@@ -267,7 +267,7 @@ impl CalibrationFile {
         config.check()
     }
 
-    /// The number of the target that an error is about.
+    /// Returns the number of the target that an error is about.
     fn target_of(&self, error: &FitError) -> Option<usize> {
         let (CalibrationError::NotFinite { target } | CalibrationError::NotAhead { target }) =
             error.reason
@@ -294,7 +294,7 @@ impl CalibrationFile {
         Ok(fits)
     }
 
-    /// The angle from each eye's calibrated direction to a target, radians.
+    /// Returns the angle from each eye's calibrated direction to a target, radians.
     pub(crate) fn residuals(fits: &Fits, seen: &SeenTarget) -> [Option<f32>; 3] {
         std::array::from_fn(|eye| {
             let (fit, target) = fits[eye].as_ref().zip(seen.target(eye))?;
@@ -372,7 +372,7 @@ impl CalibrationFile {
     }
 }
 
-/// A device's name in calibration files: protocol or USB id; `None` for a recording.
+/// Returns a device's name in calibration files: protocol or USB id; `None` for a recording.
 pub(crate) fn device_name(spec: &Spec) -> Option<String> {
     match &spec.kind {
         TrackerKind::Hid(hid) => {
@@ -415,7 +415,7 @@ impl Calibrated {
         Ok(file.into())
     }
 
-    /// Where the viewer's head rests.
+    /// Returns where the viewer's head rests.
     pub(crate) const fn head(&self) -> HeadPose {
         HeadPose {
             position: self.file.head,

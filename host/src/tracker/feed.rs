@@ -153,37 +153,37 @@ impl Feed {
         Ok(Self { clock, kind })
     }
 
-    /// What the clock showed when the feed was opened.
+    /// Returns what the clock showed when the feed was opened.
     pub const fn begin(&self) -> Micros {
         self.clock.begin
     }
 
-    /// The feed's clock, to convert times of other threads.
+    /// Returns the feed's clock, to convert times of other threads.
     pub const fn clock(&self) -> FeedClock {
         self.clock
     }
 
-    /// What the clock shows.
+    /// Returns what the clock shows.
     pub fn now(&self) -> Micros {
         self.clock.at(Instant::now())
     }
 
-    /// Whether it is a device, which polls only the present; others poll any time.
+    /// Returns whether it is a device, which polls only the present; others poll any time.
     pub const fn is_live(&self) -> bool {
         matches!(self.kind, Kind::Live(_))
     }
 
-    /// Whether nothing more will come.
+    /// Returns whether nothing more will come.
     pub fn is_over(&self) -> bool {
         matches!(&self.kind, Kind::Replay(replay) if replay.events.is_empty())
     }
 
-    /// Whether the device is silent because it restarts, for up to 20 s.
+    /// Returns whether the device is silent because it restarts, for up to 20 s.
     pub fn is_resetting(&self) -> bool {
         matches!(&self.kind, Kind::Live(live) if live.is_resetting())
     }
 
-    /// Samples that were dropped because they came before the device was set up.
+    /// Returns samples that were dropped because they came before the device was set up.
     pub const fn held_back(&self) -> u64 {
         match &self.kind {
             Kind::Live(live) => live.held_back(),
@@ -222,7 +222,7 @@ impl Feed {
         }
     }
 
-    /// What the tracker measures, by its protocol or by what was recorded.
+    /// Returns what the tracker measures, by its protocol or by what was recorded.
     pub fn senses(&self, spec: &Spec) -> Senses {
         if let Kind::Replay(replay) = &self.kind {
             let any = |has: fn(&Sample) -> bool| {

@@ -331,7 +331,7 @@ const fn serial(spec: &TrackerKind) -> Option<&SerialSpec> {
     }
 }
 
-/// The first script of a session: a change of the line's speed, or else the set-up.
+/// Returns the first script of a session: a change of the line's speed, or else the set-up.
 fn first_script(spec: &SerialSpec, reset: bool) -> Script {
     let protocol = spec.protocol.protocol();
     let change = spec.speed.and_then(|speed| protocol.change_speed(speed));
@@ -342,7 +342,7 @@ fn script_after(spec: &SerialSpec) -> Option<Script> {
     spec.speed.map(|_| spec.protocol.start(false))
 }
 
-/// How long a change of the line's speed takes, where the specification asks for one.
+/// Returns how long a change of the line's speed takes, where the specification asks for one.
 fn speed_time(spec: Option<&SerialSpec>) -> Micros {
     let change = spec.and_then(|spec| spec.speed);
     change.map_or(Micros(0), |_| CHANGING_SPEED)

@@ -15,7 +15,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq)]
 #[allow(
     clippy::large_enum_variant,
-    reason = "nearly all are samples, and none of these is to take memory of its own"
+    reason = "nearly all are samples, and events must not allocate"
 )]
 pub enum Notice {
     /// What the decoder read.
@@ -148,7 +148,7 @@ fn permission(path: &str) -> String {
 const INSTALL: &str = "copy tracker-driver/udev/70-shisen-trackers.rules to /etc/udev/rules.d, \
                        run `udevadm control --reload` and plug the device in again";
 
-/// The advice for a HID device, by its vendor and product where the system says them.
+/// Returns the advice for a HID device, by its vendor and product where the system says them.
 fn hid_advice(identity: Option<(u16, u16)>) -> String {
     let Some((vendor, product)) = identity.filter(|id| !NAMED.contains(id)) else {
         return format!("a udev rule is missing: {INSTALL}");

@@ -58,38 +58,38 @@ impl ProtocolSpec {
         settings::set(&mut self.protocol, &mut self.asked, options)
     }
 
-    /// Its name.
+    /// Returns its name.
     pub const fn name(&self) -> &'static str {
         self.protocol.name()
     }
 
-    /// The protocol with its settings.
+    /// Returns the protocol with its settings.
     pub const fn protocol(&self) -> &Protocol {
         &self.protocol
     }
 
-    /// A decoder; `None` where that takes the device's own description.
+    /// Returns a decoder; `None` where that takes the device's own description.
     pub fn decoder(&self) -> Option<Box<dyn Decoder + Send>> {
         let reader = Reader::new(&self.protocol)?;
         Some(Box::new(reader))
     }
 
-    /// A simulated device, with as many birds of a Flock as were set.
+    /// Returns a simulated device, with as many birds of a Flock as were set.
     pub fn device(&self) -> Device {
         Device::new(&self.protocol).with_birds(self.asked.first_bird, self.asked.birds)
     }
 
-    /// Whether its device is told what to send; others send of themselves.
+    /// Returns whether its device is told what to send; others send of themselves.
     pub fn is_told(&self) -> bool {
         self.start(false).says_anything()
     }
 
-    /// The script that makes its device send, after a reset where `reset` says so.
+    /// Returns the script that makes its device send, after a reset where `reset` says so.
     pub fn start(&self, reset: bool) -> Script {
         self.protocol.start(&self.asked, reset)
     }
 
-    /// The first and the last sensor of its [`device`](Self::device).
+    /// Returns the first and the last sensor of its [`device`](Self::device).
     pub(super) fn simulated_sensors(&self) -> RangeInclusive<u8> {
         match &self.protocol {
             Protocol::Flock(config) => {

@@ -62,12 +62,12 @@ impl Pty {
         })
     }
 
-    /// The system's path of the other end.
+    /// Returns the system's path of the other end.
     pub fn name(&self) -> &Path {
         &self.name
     }
 
-    /// The speed that the other end is set to, baud. It does not slow the line down.
+    /// Returns the speed that the other end is set to, baud. It does not slow the line down.
     ///
     /// # Errors
     /// Errors of the system.
@@ -87,7 +87,7 @@ impl Pty {
         }
     }
 
-    /// Whether the other end is open: by a reader, after [`release`](Self::release).
+    /// Returns whether the other end is open: by a reader, after [`release`](Self::release).
     ///
     /// # Errors
     /// Errors of the system.
@@ -149,7 +149,7 @@ fn other_end(name: &Path) -> io::Result<File> {
     Ok(rustix::fs::open(name, flags, rustix::fs::Mode::empty())?.into())
 }
 
-/// Whether nobody reads or writes at the moment; without any reader the error is `EIO`.
+/// Returns whether nobody reads or writes at the moment; without any reader the error is `EIO`.
 fn is_wait(error: &io::Error) -> bool {
     use io::ErrorKind::{Interrupted, WouldBlock};
     let nobody = error.raw_os_error() == Some(Errno::IO.raw_os_error());

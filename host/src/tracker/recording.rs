@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// The time between samples of a recording without times.
 const UNTIMED_STEP: Micros = Micros(10_000);
 
-/// Whether a file is a table: `.csv`, in upper or lower case; others hold link frames.
+/// Returns whether a file is a table: `.csv`, in upper or lower case; others hold link frames.
 fn is_table(path: &Path) -> bool {
     let extension = path.extension();
     extension.is_some_and(|found| found.eq_ignore_ascii_case("csv"))
@@ -61,13 +61,13 @@ impl Recording {
         Ok(recording)
     }
 
-    /// When the first sample came; 0 without samples.
+    /// Returns when the first sample came; 0 without samples.
     pub fn begin(&self) -> Micros {
         let first = self.samples().next();
         first.map_or(Micros(0), |first| first.arrival)
     }
 
-    /// The samples.
+    /// Returns the samples.
     pub fn samples(&self) -> impl Iterator<Item = &Sample> {
         self.events.iter().filter_map(|(event, _)| match event {
             Event::Sample(sample) => Some(sample),

@@ -94,7 +94,7 @@ fn target(record: &csv::StringRecord) -> Result<TimedTarget, String> {
     Ok(TimedTarget { start, end, place })
 }
 
-/// The targets of the mock's viewer, whose head is at the origin.
+/// Returns the targets of the mock's viewer, whose head is at the origin.
 pub(super) fn scripted(targets: &[TimedTarget]) -> Vec<ScriptedTarget> {
     let scripted = |target: &TimedTarget| ScriptedTarget {
         at: target.start,

@@ -129,7 +129,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Whether the reader is done with set-up; `spoke` where it has just sent something.
+    /// Returns whether the reader is done with set-up; `spoke` where it has just sent something.
     fn is_ready(
         &mut self,
         pty: &mut Pty,

@@ -117,7 +117,7 @@ pub(super) fn wrong(key: &str, found: &str, allowed: &str) -> Fault {
 const FRAME: &str = "where +X, +Y and +Z point, such as forward,right,down: forward, back, left, \
                      right, up or down each, right-handed";
 
-/// The protocols that have settings, each with its settings for people.
+/// Returns the protocols that have settings, each with its settings for people.
 pub fn settings() -> impl Iterator<Item = (&'static str, &'static str)> {
     let all = Protocol::NAMES.into_iter().filter_map(|name| {
         let protocol = Protocol::named(name)?;

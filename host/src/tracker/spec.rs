@@ -40,7 +40,7 @@ pub enum TrackerKind {
 }
 
 impl From<TrackerKind> for Spec {
-    /// The first sensor, and the usual times.
+    /// Returns the first sensor, and the usual times.
     fn from(kind: TrackerKind) -> Self {
         let (head, times) = (None, Times::default());
         Self { kind, head, times }
@@ -48,7 +48,7 @@ impl From<TrackerKind> for Spec {
 }
 
 impl Spec {
-    /// How to read the tracker's clock, by the mock's delay or the specification's.
+    /// Returns how to read the tracker's clock, by the mock's delay or the specification's.
     pub fn clock(&self) -> ClockConfig {
         let usual = match &self.kind {
             TrackerKind::Mock(mock) => mock.delay,
@@ -60,7 +60,7 @@ impl Spec {
         }
     }
 
-    /// The protocol; `None` where the specification does not name it.
+    /// Returns the protocol; `None` where the specification does not name it.
     pub(super) const fn protocol(&self) -> Option<&ProtocolSpec> {
         match &self.kind {
             TrackerKind::Mock(mock) => mock.protocol.as_ref(),
@@ -203,7 +203,7 @@ impl FromStr for Spec {
     }
 }
 
-/// The names of the protocols for which `has` holds.
+/// Returns the names of the protocols for which `has` holds.
 fn names(has: fn(&Protocol) -> bool) -> String {
     let named = Protocol::NAMES.into_iter();
     let named = named.filter(|name| Protocol::named(name).is_some_and(|protocol| has(&protocol)));

@@ -11,7 +11,7 @@ pub fn push(stream: &mut Vec<u8>, arrival: Micros, bytes: &[u8]) {
     stream.extend_from_slice(bytes);
 }
 
-/// The pieces of a stream.
+/// Returns the pieces of a stream.
 pub fn pieces(mut stream: &[u8]) -> impl Iterator<Item = (Micros, &[u8])> {
     std::iter::from_fn(move || {
         let (arrival, rest) = stream.split_first_chunk()?;

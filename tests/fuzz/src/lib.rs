@@ -21,7 +21,7 @@ use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::path::Path;
 
-/// What the fuzz target of this name does with its bytes; a protocol's is named after it.
+/// Runs the fuzz target of this name on bytes; a protocol's target has its name.
 ///
 /// # Panics
 ///
@@ -38,7 +38,7 @@ pub fn run(target: &str, bytes: &[u8]) {
     }
 }
 
-/// The names of all targets.
+/// Returns the names of all targets.
 pub fn targets() -> impl Iterator<Item = &'static str> {
     let others = [
         "descriptor",
@@ -78,7 +78,7 @@ fn baked_scene() -> Vec<u8> {
     baked.as_bytes().to_vec()
 }
 
-/// A device's HID descriptor, its report descriptor, that it has reset itself, and
+/// Returns a device's HID descriptor, its report descriptor, that it has reset itself, and
 /// a report.
 fn on_a_bus() -> Vec<u8> {
     let report = records("hid", 1, 1).concat();
@@ -95,8 +95,7 @@ fn on_a_bus() -> Vec<u8> {
     bytes
 }
 
-/// A stream; its first byte says in pieces of what size it comes. Two records
-/// stand behind it.
+/// Decodes a stream, whose first byte is the size of its pieces less one, and two records behind it.
 fn stream(name: &str, bytes: &[u8]) {
     let Some((&size, bytes)) = bytes.split_first() else {
         return;
@@ -131,7 +130,7 @@ fn stream(name: &str, bytes: &[u8]) {
     }
 }
 
-/// A list of items of FASTRAK or Liberty, and a stream of such records.
+/// Reads a list of items of FASTRAK or Liberty, and a stream of such records.
 fn items(bytes: &[u8]) {
     let Some((&[kind, count], bytes)) = bytes.split_first_chunk() else {
         return;
@@ -167,7 +166,7 @@ fn items(bytes: &[u8]) {
     }
 }
 
-/// A report descriptor, and reports of 66 bytes behind the documented one's
+/// Reads a report descriptor, and reports of 66 bytes behind the documented one's
 /// length.
 fn descriptor(bytes: &[u8]) {
     let length = documented::DESCRIPTOR.len().min(bytes.len());
@@ -194,7 +193,7 @@ fn descriptor(bytes: &[u8]) {
     }
 }
 
-/// What a host says to a device, by the first byte's protocol.
+/// Sends a host's bytes to the mock device of the protocol that the first byte chooses.
 fn device(bytes: &[u8]) {
     let Some((&which, bytes)) = bytes.split_first() else {
         return;
@@ -235,14 +234,14 @@ impl I2c for Bus<'_> {
     }
 }
 
-/// A scene file.
+/// Reads a scene file.
 fn scene_file(bytes: &[u8]) {
     if let Ok(text) = std::str::from_utf8(bytes) {
         scenes::file(text);
     }
 }
 
-/// What a device says over I²C.
+/// Reads from a device over I²C.
 fn i2c(bytes: &[u8]) {
     let mut hid = I2cHid::new(Bus(bytes), 0x2C, 0x0001);
     let mut buffer = [0; 512];

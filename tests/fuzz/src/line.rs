@@ -11,7 +11,7 @@ use shisen_tracker::protocol::{Protocol, Reader};
 use shisen_tracker::sample::{Eye, GazePoint, Pupil, Sample};
 use shisen_tracker::time::Micros;
 
-/// What reads a protocol.
+/// Returns what reads a protocol.
 pub(crate) fn decoder(protocol: &Protocol) -> Reader {
     Reader::new(protocol).expect("the documented descriptor")
 }
@@ -29,7 +29,7 @@ pub(crate) fn records(name: &str, seed: u64, count: usize) -> Vec<Vec<u8>> {
         .collect()
 }
 
-/// The numbers of a sample are what [`Sample`] promises.
+/// Checks that a sample's numbers are what [`Sample`] promises.
 pub(crate) fn assert_usable(name: &str, sample: &Sample) {
     let head = &sample.head;
     let unit = |length: f32| (length - 1.0).abs() < 2e-3;
@@ -70,7 +70,7 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// The line of a protocol, by its name.
+    /// Returns the line of a protocol, by its name.
     pub(crate) fn new(name: &'static str) -> Self {
         let protocol = Protocol::named(name).expect("a name of the list");
         Self {
@@ -109,7 +109,7 @@ impl Line {
         assert!((forward.length() - 1.0).abs() < 1e-3, "{name}: {sight:?}");
     }
 
-    /// After a stream of so many bytes: none is told twice or not at all.
+    /// Checks what holds after a stream of `fed` bytes: each is reported exactly once.
     pub(crate) fn finish(&self, fed: usize) {
         let counts = self.decoder.counts();
         let name = self.name;

@@ -12,7 +12,7 @@ use shisen_core::frame::{Budget, Mode, Pixel, Renderer, Settings, Tile, TileJob,
 use shisen_core::scene::format::seal;
 use std::path::Path;
 
-/// A baked scene; its checksum is mended, or nothing else of it would be read.
+/// Returns a baked scene; its checksum is mended, or nothing else of it would be read.
 /// Says whether it was one.
 pub(crate) fn blob(bytes: &[u8]) -> bool {
     let mut bytes = bytes.to_vec();
@@ -29,7 +29,7 @@ pub(crate) fn blob(bytes: &[u8]) -> bool {
     }
 }
 
-/// A scene file, whose meshes are all the same square. Says whether it was
+/// Returns a scene file, whose meshes are all the same square. Says whether it was
 /// one.
 pub(crate) fn file(text: &str) -> bool {
     let square = |_: &MeshSource| Ok::<_, std::io::Error>(TriangleMesh::square());
@@ -49,7 +49,7 @@ pub(crate) fn file(text: &str) -> bool {
     true
 }
 
-/// 8×8 pixels, as far as some steps go.
+/// Renders 8×8 pixels within a budget of steps.
 fn show(baked: &Baked<8>) {
     let (right, down) = (Vec3::X / 4.0, Vec3::NEG_Y / 4.0);
     let view = View::new(Vec3::ZERO, Vec3::new(-0.9, 0.9, -1.0), right, down, [8, 8]);

@@ -101,7 +101,7 @@ fn eye_tracker(serial: &str) -> Result<Device> {
     eye_tracker_that(serial, true)
 }
 
-/// One that takes requests, or not.
+/// Returns one that takes requests, or not.
 fn eye_tracker_that(serial: &str, settable: bool) -> Result<Device> {
     let features = vec![
         (0x11, documented::capabilities(&ABILITIES).to_vec()),
@@ -118,7 +118,7 @@ fn eye_tracker_that(serial: &str, settable: bool) -> Result<Device> {
     })?)
 }
 
-/// A device that takes requests, with these feature reports.
+/// Returns a device that takes requests, with these feature reports.
 fn another(
     name: &str,
     id: (u16, u16),
@@ -184,7 +184,7 @@ fn open(api: &HidApi, path: &str) -> Result<HidDevice> {
     Ok(api.open_path(&std::ffi::CString::new(path)?)?)
 }
 
-/// An eye tracker, its handle, and what decodes its reports.
+/// Returns an eye tracker, its handle, and what decodes its reports.
 fn plugged(api: &mut HidApi) -> Result<(Device, HidDevice, EyeTracker)> {
     let device = eye_tracker("ET-1")?;
     let path = path(api, documented::USB_ID)?;
@@ -237,7 +237,7 @@ fn sample(event: Event) -> Result<Sample> {
     }
 }
 
-/// Samples of the simulated tracker, and their reports.
+/// Returns samples of the simulated tracker, and their reports.
 fn mock(protocol: &str, count: usize) -> Result<Vec<(Sample, Vec<u8>)>> {
     let viewer = Viewer::new(ViewerConfig::default(), 5);
     let mut tracker = Tracker::new(TrackerConfig::default(), viewer, 5)?;

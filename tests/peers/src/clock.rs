@@ -3,7 +3,7 @@
 use rustix::time::{ClockId, clock_gettime};
 use shisen::live::quantiles::median;
 
-/// Seconds that this process's threads have run.
+/// Returns seconds that this process's threads have run.
 pub fn cpu_seconds() -> f64 {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     time.tv_sec as f64 + 1.0e-9 * time.tv_nsec as f64
@@ -22,14 +22,14 @@ pub fn children_seconds() -> f64 {
     seconds(usage.ru_utime) + seconds(usage.ru_stime)
 }
 
-/// The seconds that a call adds to a clock.
+/// Returns the seconds that a call adds to a clock.
 pub fn by(clock: fn() -> f64, run: impl FnOnce()) -> f64 {
     let start = clock();
     run();
     clock() - start
 }
 
-/// The median of the processor seconds of several runs.
+/// Returns the median of the processor seconds of several runs.
 pub fn cpu_median(rounds: usize, mut run: impl FnMut()) -> f64 {
     median((0..rounds).map(|_| by(cpu_seconds, &mut run)).collect())
 }

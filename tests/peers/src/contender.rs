@@ -47,7 +47,7 @@ fn text(from: *const c_char) -> String {
     text.to_string_lossy().into_owned()
 }
 
-/// The version of a package in the lock file; empty where it is not there.
+/// Returns the version of a package in the lock file; empty where it is not there.
 pub fn locked(package: &str) -> String {
     let lock = include_str!("../Cargo.lock");
     let start = format!("name = \"{package}\"\nversion = \"");
@@ -91,7 +91,7 @@ impl Contender {
         self.name == "Shisen"
     }
 
-    /// Whether it is ours as `cargo build --release` builds it.
+    /// Returns whether it is ours as `cargo build --release` builds it.
     pub fn is_default(&self) -> bool {
         self.is_ours() && self.mode.starts_with("default")
     }

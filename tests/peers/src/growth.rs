@@ -35,7 +35,7 @@ pub struct Extent {
     pub rounds: usize,
 }
 
-/// Rays that see a mesh of radius 10, and rays from all around.
+/// Returns rays that see a mesh of radius 10, and rays from all around.
 fn ray_sets(mesh: &TriangleMesh, side: u32, seed: u64) -> [RaySet; 2] {
     let count = (side * side) as usize;
     [
@@ -138,7 +138,7 @@ pub fn triangles(
     growth.add(report, out, ("triangles", "triangles of one mesh"), notes)
 }
 
-/// The ratio of the last number to the one of a + b·ln x there, which is fitted by least
+/// Returns the ratio of the last number to the one of a + b·ln x there, which is fitted by least
 /// squares to the lower half of the places.
 fn beyond_logarithm(points: &[(f64, f64)]) -> f64 {
     let half = &points[..points.len().div_ceil(2)];
@@ -307,7 +307,7 @@ pub fn frames(
     })
 }
 
-/// An animal on a floor, with lights around it.
+/// Returns an animal on a floor, with lights around it.
 fn lit_by(lights: usize) -> String {
     let mut scene =
         "[meshes.animal]\nbuiltin = \"quadruped\"\n\n[meshes.floor]\nbuiltin = \"square\"\n\n\

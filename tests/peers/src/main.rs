@@ -105,7 +105,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// The mesh of a file, with the file's name.
+/// Returns the mesh of a file, with the file's name.
 fn load(path: &Path) -> Result<(String, TriangleMesh), Box<dyn Error>> {
     let mesh = shisen::scene::import::load(path)
         .map_err(|error| format!("{}: {error}", path.display()))?;
@@ -216,7 +216,7 @@ fn measure_ours(
     Ok(())
 }
 
-/// The processor's name, where the system says it.
+/// Returns the processor's name, where the system says it.
 fn processor() -> String {
     let all = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = all.lines().find_map(|line| line.strip_prefix("model name"));

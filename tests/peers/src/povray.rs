@@ -30,7 +30,7 @@ struct Picture {
     description: String,
 }
 
-/// The version of POV-Ray.
+/// Returns the version of POV-Ray.
 fn version(povray: &Path) -> String {
     let output = Command::new(povray).arg("--version").output();
     let said = output.map_or(Vec::new(), |output| [output.stdout, output.stderr].concat());
@@ -113,7 +113,7 @@ fn colour(c: [f32; 3]) -> String {
     format!("rgb <{}, {}, {}>", c[0], c[1], c[2])
 }
 
-/// The beginning of every description.
+/// Returns the beginning of every description.
 fn settings() -> String {
     format!(
         "#version 3.7;\nglobal_settings {{ assumed_gamma 1.0 max_trace_level {} adc_bailout 1/1024 }}\n",
@@ -141,7 +141,7 @@ fn dome(subject: &Subject, size: u32, out: &Path) -> Result<Picture, Box<dyn Err
     })
 }
 
-/// A scene of meshes of one material under point lights.
+/// Writes a scene of meshes of one material under point lights.
 fn describe(scene: &Scene, text: &mut String) {
     let sky = &scene.background;
     // Writing to a string does not fail.
@@ -208,7 +208,7 @@ fn describe(scene: &Scene, text: &mut String) {
     }
 }
 
-/// A ball of glass before a checkered wall that shines.
+/// Returns a ball of glass before a checkered wall that shines.
 fn ball(size: u32, out: &Path) -> Result<Picture, Box<dyn Error>> {
     let scene: PathBuf = out.join("ball.toml");
     std::fs::write(

@@ -31,7 +31,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// A row of a part with nothing else filled in.
+    /// Returns a row of a part with nothing else filled in.
     pub fn of_part(part: &'static str) -> Self {
         Self {
             part,
@@ -40,7 +40,7 @@ impl Row {
         }
     }
 
-    /// A number of ours.
+    /// Returns a number of ours.
     pub fn of_ours(part: &'static str, value: f64, unit: &'static str) -> Self {
         Self {
             peer: "Shisen".to_owned(),
@@ -114,7 +114,7 @@ impl Report {
         });
     }
 
-    /// The tables.
+    /// Returns the tables.
     pub fn text(&self) -> String {
         let mut text = String::new();
         let ratio = |ratio: Option<f64>| ratio.map_or(String::new(), |r| format!("{r:.2}"));
@@ -159,7 +159,7 @@ impl Report {
         text
     }
 
-    /// The rows, CSV.
+    /// Returns the rows, CSV.
     pub fn write_csv(&self, path: &Path) -> io::Result<()> {
         write_atomically(path, |file| {
             let mut table = csv::Writer::from_writer(file);
@@ -171,7 +171,7 @@ impl Report {
     }
 }
 
-/// Three digits or more.
+/// Returns three digits or more.
 fn number(value: f64) -> String {
     match value.abs() {
         magnitude if magnitude >= 1000.0 || value.fract() == 0.0 => format!("{value:.0}"),

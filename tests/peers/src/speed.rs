@@ -31,7 +31,7 @@ struct Ratio {
     native: Option<f64>,
 }
 
-/// The four kinds of rays.
+/// Returns the four kinds of rays.
 fn ray_sets(subject: &Subject, side: u32, seed: u64, ours: &Opened) -> Vec<RaySet> {
     let pictures = FIELDS.map(|(name, half_width)| RaySet {
         name,
@@ -214,7 +214,7 @@ fn one_kind(
     ratios
 }
 
-/// Whether two paths of ours found the same, bit for bit.
+/// Returns whether two paths of ours found the same, bit for bit.
 fn is_exactly(task: Task, a: &Hit, b: &Hit) -> bool {
     match task {
         Task::Any => (a.triangle == NONE) == (b.triangle == NONE),
@@ -222,7 +222,7 @@ fn is_exactly(task: Task, a: &Hit, b: &Hit) -> bool {
     }
 }
 
-/// Whether two found the same triangle, or hits in about the same place.
+/// Returns whether two found the same triangle, or hits in about the same place.
 fn is_about(task: Task, ray: &[f32; 6], a: &Hit, b: &Hit) -> bool {
     if task == Task::Any || a.triangle == NONE || b.triangle == NONE {
         return (a.triangle == NONE) == (b.triangle == NONE);

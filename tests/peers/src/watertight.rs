@@ -84,7 +84,7 @@ fn count_lost(
     }
 }
 
-/// A ray from around the ellipsoid's middle to one of the targets: aimed in f64, rounded to
+/// Returns a ray from around the ellipsoid's middle to one of the targets: aimed in f64, rounded to
 /// f32.
 fn aimed(random: &mut Random, targets: &[DVec3]) -> [f32; 6] {
     let origin = DVec3::from(random.direction()) * random.range(0.0, 0.3);
@@ -93,7 +93,7 @@ fn aimed(random: &mut Random, targets: &[DVec3]) -> [f32; 6] {
     [a, b, c, d, e, f].map(|component| component as f32)
 }
 
-/// A ray exactly along an axis, on lines of the grid both ways.
+/// Returns a ray exactly along an axis, on lines of the grid both ways.
 fn along_a_line(random: &mut Random) -> [f32; 6] {
     let axis = random.below(3);
     let mut ray = [0.0; 6];

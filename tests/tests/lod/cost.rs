@@ -82,8 +82,8 @@ fn directions(count: usize) -> impl Iterator<Item = Vec3> {
     })
 }
 
-/// Some of 200 directions; for scenes that are before the front wall only, more of those within
-/// 24° of its middle, too: that is where most of them is seen.
+/// Returns some of 200 directions; for scenes that are before the front wall only, more of those
+/// within 24° of its middle, too: that is where most of them is seen.
 fn looks(which: PaperScene, stride: usize) -> Vec<Vec3> {
     let is_ahead = matches!(which, PaperScene::C | PaperScene::D);
     let is_front = |forward: &Vec3| is_ahead && forward.dot(Vec3::NEG_Z) > 0.91;

@@ -29,7 +29,7 @@ pub(crate) fn triangles(all: &TriangleMesh, rung: &[u32]) -> Triangles {
         .collect()
 }
 
-/// How often the surface winds around a point: the sum of the solid angles
+/// Returns how often the surface winds around a point: the sum of the solid angles
 /// (Van Oosterom & Strackee 1983).
 fn winding(triangles: &Triangles, point: DVec3) -> f64 {
     let half_angle = |corners: &[DVec3; 3]| {
@@ -41,8 +41,8 @@ fn winding(triangles: &Triangles, point: DVec3) -> f64 {
     triangles.iter().map(half_angle).sum::<f64>() / std::f64::consts::TAU
 }
 
-/// Points a little below the surface that it winds around once or more; the farthest vertex is
-/// 10 from the middle.
+/// Returns points a little below the surface that it winds around once or more; the farthest vertex
+/// is 10 from the middle.
 pub(crate) fn points_inside(
     triangles: &Triangles,
     count: usize,

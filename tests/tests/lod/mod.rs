@@ -44,7 +44,7 @@ fn levels() -> PolygonLevels {
     levels_of(Layout::Fast.polygon_levels())
 }
 
-/// Both eyes, at the room's centre, with one line of sight or none.
+/// Returns both eyes, at the room's centre, with one line of sight or none.
 fn eyes(lod: Option<LevelOfDetail>) -> [Observer; 2] {
     both_eyes().map(|eye| Observer { lod, ..eye })
 }
@@ -68,7 +68,7 @@ fn samples(samples: u16) -> Options {
     options
 }
 
-/// The rays of each wall for each eye, in a frame's order.
+/// Returns the rays of each wall for each eye, in a frame's order.
 fn views(size: [u32; 2], eyes: &[Observer]) -> Vec<(View, Observer)> {
     let view = |wall, eye: &Observer| (render::view(wall, eye).expect("a view"), *eye);
     let walls = room(size).walls;
@@ -88,20 +88,20 @@ fn direction(view: &View, (x, y): (u32, u32)) -> Vec3 {
     view.direction(x as f32, y as f32).expect("a direction")
 }
 
-/// The level of a pixel's centre.
+/// Returns the level of a pixel's centre.
 fn level(lod: &LevelOfDetail, view: &View, at: (u32, u32)) -> f32 {
     let direction = direction(view, at);
     lod.gaze.level(direction).expect("a direction")
 }
 
-/// The same line of sight in f64, by the paper's equations written once more.
+/// Returns the same line of sight in f64, by the paper's equations written once more.
 fn reference((forward, up): (Vec3, Vec3)) -> gaze_reference::Gaze {
     let (forward, up) = (forward.as_dvec3(), up.as_dvec3());
     gaze_reference::Gaze::new(forward, up, Limits::PAPER, Boundary::Printed)
         .expect("a line of sight")
 }
 
-/// A pixel by the reference.
+/// Returns a pixel by the reference.
 fn exact_sight(gaze: &gaze_reference::Gaze, view: &View, at: (u32, u32)) -> gaze_reference::Sight {
     let direction = direction(view, at).as_dvec3();
     gaze.sight(direction).expect("a direction")
@@ -110,7 +110,7 @@ fn exact_sight(gaze: &gaze_reference::Gaze, view: &View, at: (u32, u32)) -> gaze
 /// What single precision may be off: levels, and radians.
 const ROUNDING: f64 = 5.0e-6;
 
-/// Whether rounding decides which zone a ray is in.
+/// Returns whether rounding decides which zone a ray is in.
 fn is_on_a_border(sight: &gaze_reference::Sight) -> bool {
     let near = |radius: f64| (sight.l - radius).abs() < ROUNDING;
     near(Limits::PAPER.central) || near(sight.big_l)
@@ -152,7 +152,7 @@ fn mixed_scene(mesh: TriangleMesh) -> Scene {
     scene
 }
 
-/// The paper's scenes and the mixed one.
+/// Returns the paper's scenes and the mixed one.
 fn scenes(mesh: &TriangleMesh) -> Vec<Scene> {
     let mut scenes: Vec<Scene> = PaperScene::ALL
         .map(|which| paper_scene(which, mesh.clone()).expect("a scene"))
@@ -164,7 +164,7 @@ fn scenes(mesh: &TriangleMesh) -> Vec<Scene> {
     scenes
 }
 
-/// A scene with the same background and nothing that a ray from the room
+/// Returns a scene with the same background and nothing that a ray from the room
 /// meets.
 fn empty_scene(background: Background) -> Scene {
     Scene {
@@ -177,7 +177,7 @@ fn empty_scene(background: Background) -> Scene {
     }
 }
 
-/// Where in its pixel each sample lies: Hammersley's points, centred.
+/// Returns where in its pixel each sample lies: Hammersley's points, centred.
 fn offsets(samples: u16) -> Vec<(f32, f32)> {
     let bits = samples.next_power_of_two().trailing_zeros();
     let radical_inverse = |sample: u16| {
@@ -190,7 +190,7 @@ fn offsets(samples: u16) -> Vec<(f32, f32)> {
         .collect()
 }
 
-/// A pixel, ray by ray.
+/// Returns a pixel, ray by ray.
 fn pixel<const W: usize>(
     tracer: &Tracer<'_, W>,
     view: &View,

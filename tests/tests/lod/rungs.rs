@@ -20,7 +20,7 @@ use shisen_core::trace::Tracer;
 use shisen_tests::meshes::meshes;
 use shisen_tests::sizes::cases;
 
-/// The rungs of a scene's first mesh, each as a mesh of its own.
+/// Returns the rungs of a scene's first mesh, each as a mesh of its own.
 fn rungs_as_meshes(mesh: &TriangleMesh) -> Vec<TriangleMesh> {
     let ladder = Ladder::new(mesh, &levels()).expect("a ladder");
     let all = ladder.versions();

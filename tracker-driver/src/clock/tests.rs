@@ -12,7 +12,7 @@ struct Device {
 }
 
 impl Device {
-    /// The sample measured at `time`.
+    /// Returns the sample measured at `time`.
     fn sample(&mut self, time: u64) -> Sample {
         // The greater of two: few are early, as on a busy bus.
         let part = (self.random.next() % 1_001).max(self.random.next() % 1_001);

@@ -35,7 +35,7 @@ impl SettingUp {
         }
     }
 
-    /// Whether samples that come at `now` are believed; `has_said_all` is
+    /// Returns whether samples that come at `now` are believed; `has_said_all` is
     /// [`Session`](super::Session::has_said_all)'s, or true where nothing is to be said.
     pub fn is_over(&self, has_said_all: bool, now: Micros) -> bool {
         has_said_all || self.until.is_some_and(|until| now >= until)

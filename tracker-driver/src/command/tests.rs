@@ -175,7 +175,7 @@ fn a_watch_notices_silence_and_the_wrong_speed() {
     assert_eq!(watch.trouble(Micros(3_000_000)), Some(Failure::Silent));
 }
 
-/// What a watch says after these steps of 10 ms, each with 32 bytes and these events.
+/// Returns what a watch says after these steps of 10 ms, each with 32 bytes and these events.
 fn listen<const N: usize>(
     watch: &mut Watch,
     steps: core::ops::Range<u64>,
@@ -277,7 +277,8 @@ fn a_watch_notices_a_cut_line_and_is_content_again_when_the_line_is() {
     }
 }
 
-/// How many of 30 tenths of a second a watch of `heard` finds fault with, and its last words.
+/// Returns how many of 30 tenths of a second a watch of `heard` finds fault with, and its last
+/// words.
 fn watched(spoken: &Protocol, heard: &Protocol, corrupt: f32) -> (usize, Option<Failure>) {
     let tracker = tracker(crate::mock::TrackerConfig::default(), 5);
     let faults = FaultsConfig {

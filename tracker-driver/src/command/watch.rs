@@ -41,12 +41,12 @@ struct Second {
 const LEAST_DROPS: u32 = 2;
 
 impl Watch {
-    /// A watch that begins with its first call.
+    /// Returns a watch that begins with its first call.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// A watch of a transport that delimits records, as HID does: no speed can be wrong.
+    /// Returns a watch of a transport that delimits records, as HID does: no speed can be wrong.
     pub fn of_reports() -> Self {
         Self {
             delimited: true,
@@ -85,7 +85,7 @@ impl Watch {
         }
     }
 
-    /// What is wrong: no record for [`PATIENCE`], or a last second unlike this protocol's.
+    /// Returns what is wrong: no record for [`PATIENCE`], or a last second unlike this protocol's.
     pub fn trouble(&mut self, now: Micros) -> Option<Failure> {
         let since = self.at(now);
         if now.since(since) < PATIENCE {
@@ -101,7 +101,7 @@ impl Watch {
         })
     }
 
-    /// The time of the last record; judges a second that is over.
+    /// Returns the time of the last record; judges a second that is over.
     fn at(&mut self, now: Micros) -> Micros {
         let since = *self.since.get_or_insert_with(|| {
             self.second.start = now;
@@ -163,7 +163,7 @@ impl Useless {
         }
     }
 
-    /// The failure to report if they are the most of these bytes.
+    /// Returns the failure to report if they are the most of these bytes.
     pub(super) fn most_of(&self, bytes: u64) -> Option<Failure> {
         let reason = self.reason?;
         let most = self.bytes.saturating_mul(2) > bytes;

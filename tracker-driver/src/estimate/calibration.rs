@@ -16,7 +16,7 @@ pub enum Model {
 }
 
 impl Model {
-    /// The fewest targets that it can be fitted to.
+    /// Returns the fewest targets that it can be fitted to.
     pub const fn least_targets(self) -> usize {
         match self {
             Self::Affine => 3,
@@ -38,7 +38,7 @@ pub struct Target {
 /// How far from straight ahead a target can be: 80°, radians.
 pub const MOST_ECCENTRICITY: f32 = 1.396_263_4;
 
-/// A direction in the head's axes as the place where it meets the plane one
+/// Returns a direction in the head's axes as the place where it meets the plane one
 /// metre ahead: x to the right and y up. `None` where it is not ahead.
 pub fn plane_of(direction: Vec3) -> Option<Vec2> {
     let place = Vec2::new(direction.x, direction.y) / -direction.z;
@@ -63,9 +63,9 @@ pub struct Calibration {
 pub struct Residual {
     /// The root of the mean square.
     pub rms: f32,
-    /// The largest.
+    /// The largest residual.
     pub largest: f32,
-    /// Which target has the largest, counted from 0.
+    /// The target with the largest residual, counted from 0.
     pub worst: usize,
     /// The number of targets. With as few as the model needs, the residual is zero.
     pub targets: usize,
@@ -78,8 +78,8 @@ pub struct Residual {
 pub enum CalibrationError {
     /// Fewer targets than the model has terms.
     #[error(
-        "{found} calibration targets, where this model takes {least} or more: show more targets, \
-         or fit an affine model"
+        "targets shown: {found}; this model needs {least} or more: show more targets, or choose a \
+         model with fewer terms"
     )]
     TooFew {
         /// How many there are.
@@ -93,7 +93,7 @@ pub enum CalibrationError {
          leave it out and show it again"
     )]
     NotFinite {
-        /// Which target, counted from 0.
+        /// The number of the target, counted from 0.
         target: usize,
     },
     /// A target is not ahead of the viewer.
@@ -102,7 +102,7 @@ pub enum CalibrationError {
          the head's axes, −Z ahead"
     )]
     NotAhead {
-        /// Which target, counted from 0.
+        /// The number of the target, counted from 0.
         target: usize,
     },
     /// The targets, or the measured places, do not tell the model's terms apart.
@@ -182,17 +182,17 @@ impl Calibration {
         Ok(calibration)
     }
 
-    /// How well it fits the targets that it was made of.
+    /// Returns how well it fits the targets that it was made of.
     pub const fn residual(&self) -> Residual {
         self.residual
     }
 
-    /// Which model it is.
+    /// Returns which model it is.
     pub const fn model(&self) -> Model {
         self.model
     }
 
-    /// The direction of a gaze: a unit vector in the head's axes; `None` if not finite.
+    /// Returns the direction of a gaze: a unit vector in the head's axes; `None` if not finite.
     pub fn direction(&self, measured: Vec2) -> Option<Vec3> {
         let terms = self.terms(measured);
         let sum = |factors: &[f32; 6]| {
@@ -205,7 +205,7 @@ impl Calibration {
         normalize(Vec3::new(sum(&self.x), sum(&self.y), -1.0))
     }
 
-    /// The residual at other targets, such as some that were kept back.
+    /// Returns the residual at other targets, such as some that were kept back.
     pub fn residual_of(&self, targets: &[Target]) -> Residual {
         let mut residual = Residual {
             targets: targets.len(),
@@ -260,7 +260,7 @@ fn terms(model: Model, Vec2 { x, y }: Vec2) -> [f32; 6] {
 /// How far off a line or conic targets have to be for noise not to decide, of their extent.
 const LEAST_ASIDE: f32 = 0.02;
 
-/// Whether the targets themselves tell the model's terms apart.
+/// Returns whether the targets themselves tell the model's terms apart.
 fn tell_apart<const N: usize>(model: Model, targets: &[Target]) -> bool {
     let places = || targets.iter().filter_map(|t| plane_of(t.direction));
     let count = targets.len() as f32;
@@ -280,7 +280,7 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    /// A tracker's units, as a camera beside the eye would make them.
+    /// Returns a tracker's units, as a camera beside the eye would make them.
     fn camera(direction: Vec3, bend: f32) -> Vec2 {
         let Vec2 { x, y } = plane_of(direction).unwrap();
         Vec2::new(

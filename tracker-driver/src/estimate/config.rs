@@ -95,7 +95,7 @@ impl Default for GazePrediction {
 /// The sensors that are the viewer's, by [`Sample::sensor`](crate::sample::Sample::sensor).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sensors {
-    /// All of them.
+    /// Every sensor.
     #[default]
     All,
     /// The sensor of the first sample.
@@ -179,14 +179,14 @@ impl Default for EstimatorConfig {
 }
 
 impl Screen {
-    /// A point's place in the room, given in metres from the corner.
+    /// Returns a point's place in the room, given in metres from the corner.
     pub fn place(&self, point: Vec2) -> Vec3 {
         self.corner + self.right * point.x + self.down * point.y
     }
 }
 
 impl RoomFromTracker {
-    /// A place in the room, of what the tracker gives.
+    /// Returns a place in the room, of what the tracker gives.
     pub fn place(&self, position: Vec3) -> Vec3 {
         self.position + rotation::rotate(self.orientation, position)
     }

@@ -94,7 +94,7 @@ pub(super) enum Age {
     Of(Micros),
 }
 
-/// The rung for the ages, and how far the field of full detail is widened, radians.
+/// Returns the rung for the ages, and how far the field of full detail is widened, radians.
 pub(super) fn rung(config: &FallbackConfig, gaze: Age, head: Age, blink: bool) -> (State, f32) {
     let (of_gaze, gaze_widens) = match gaze {
         // There is only the head's direction.
@@ -129,7 +129,7 @@ pub(super) fn rung(config: &FallbackConfig, gaze: Age, head: Age, blink: bool) -
     (state, widen)
 }
 
-/// How far an age is from one to another, up to 1.
+/// Returns how far an age is from one to another, up to 1.
 fn share(age: Micros, from: Micros, to: Micros) -> f32 {
     (age.since(from).seconds() / to.since(from).seconds().max(1.0e-6)).min(1.0)
 }

@@ -44,7 +44,7 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// What a sample says, with the head at `head` in the room when it was measured. `None`
+    /// Returns what a sample says, with the head at `head` in the room when it was measured. `None`
     /// for an eye that is shut, not tracked or not among [`EstimatorConfig::eyes`];
     /// calibrations are not applied.
     pub fn of(config: &EstimatorConfig, sample: &Sample, head: &HeadPose) -> Self {
@@ -96,7 +96,7 @@ fn both_shut(config: &EstimatorConfig, sample: &Sample, [left, right]: [bool; 2]
     left && right || shut(config, &sample.combined)
 }
 
-/// The direction of an eye that is open and tracked: a unit vector in the head's axes.
+/// Returns the direction of an eye that is open and tracked: a unit vector in the head's axes.
 fn direction_of(
     config: &EstimatorConfig,
     sample: &Sample,
@@ -116,7 +116,7 @@ fn direction_of(
     })
 }
 
-/// The gaze of a sample, the head then at `head`, the left and the right eye hidden or not.
+/// Returns the gaze of a sample, the head then at `head`, the left and the right eye hidden or not.
 pub(super) fn of_sample(
     config: &EstimatorConfig,
     sample: &Sample,
@@ -177,7 +177,7 @@ pub(super) fn of_sample(
     }
 }
 
-/// A unit vector through its calibration.
+/// Returns a unit vector through its calibration.
 fn calibrated(direction: Vec3, calibration: Option<&Calibration>) -> Option<Vec3> {
     match calibration.zip(plane_of(direction)) {
         Some((calibration, place)) => calibration.direction(place),

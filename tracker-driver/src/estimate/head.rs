@@ -111,22 +111,22 @@ impl<const N: usize> HeadTrack<N> {
         newer
     }
 
-    /// When the newest position was measured.
+    /// Returns when the newest position was measured.
     pub(super) fn position_time(&self) -> Option<Micros> {
         self.positions.newest().map(|(time, _)| time)
     }
 
-    /// When the newest orientation was measured.
+    /// Returns when the newest orientation was measured.
     pub(super) fn orientation_time(&self) -> Option<Micros> {
         self.turns.newest().map(|(time, _)| time)
     }
 
-    /// When the newest of both was measured.
+    /// Returns when the newest of both was measured.
     pub(super) fn newest(&self) -> Option<Micros> {
         self.position_time().max(self.orientation_time())
     }
 
-    /// How fast the head turned up to its newest orientation.
+    /// Returns how fast the head turned up to its newest orientation.
     fn measured_turn(&self, newest: Micros, turned: Vec3) -> Vec3 {
         let window = self.config.window;
         let newest_first = self.turns.newest_first();
@@ -135,7 +135,7 @@ impl<const N: usize> HeadTrack<N> {
         steady_velocity(&places, self.config.least_turn)
     }
 
-    /// The pose at a time, by constant velocity from the newest one.
+    /// Returns the pose at a time, by constant velocity from the newest one.
     pub(super) fn at(&self, time: Micros) -> HeadPose {
         let most = self.config.horizon.seconds();
         let mut pose = self.resting;
@@ -152,7 +152,7 @@ impl<const N: usize> HeadTrack<N> {
     }
 }
 
-/// The way that a head faces.
+/// Returns the way that a head faces.
 pub(super) fn forward(pose: &HeadPose) -> Vec3 {
     rotate(pose.orientation, Vec3::NEG_Z)
 }

@@ -55,13 +55,13 @@ impl Hidden {
         }
     }
 
-    /// Whether the left and the right eye are hidden.
+    /// Returns whether the left and the right eye are hidden.
     pub(super) const fn eyes(self) -> [bool; 2] {
         let hidden = self.bits | self.bits >> LOST;
         [hidden & LEFT != 0, hidden & RIGHT != 0]
     }
 
-    /// Whether all eyes that count are hidden.
+    /// Returns whether all eyes that count are hidden.
     pub(super) const fn hides(self, eyes: Eyes) -> bool {
         let [left, right] = self.eyes();
         match eyes {

@@ -21,7 +21,7 @@ impl<const N: usize> LeastSquares<N> {
         }
     }
 
-    /// One more equation: `row · unknowns = right`.
+    /// Adds an equation: `row · unknowns = right`.
     pub(super) fn add(&mut self, mut row: [f32; N], mut right: [f32; 2]) {
         for i in 0..N {
             let (a, b) = (self.triangle[i][i], row[i]);
@@ -43,14 +43,14 @@ impl<const N: usize> LeastSquares<N> {
         }
     }
 
-    /// Whether rows within ±1 tell all unknowns apart by this much of the best one.
+    /// Returns whether rows within ±1 tell all unknowns apart by this much of the best one.
     pub(super) fn is_determined(&self, least: f32) -> bool {
         let diagonal = |i: usize| self.triangle[i][i].abs();
         let largest = (0..N).fold(0f32, |most, i| most.max(diagonal(i)));
         (0..N).all(|i| diagonal(i) > largest * least)
     }
 
-    /// The unknowns of each right-hand side; `None` where they are not determined.
+    /// Returns the unknowns of each right-hand side; `None` where they are not determined.
     pub(super) fn solve(&self) -> Option<[[f32; N]; 2]> {
         let largest = (0..N).fold(0f32, |most, i| most.max(self.triangle[i][i].abs()));
         let mut unknowns = [[0.0; N]; 2];

@@ -151,7 +151,7 @@ pub struct PursuitConfig {
 }
 
 impl Default for PursuitConfig {
-    /// A window of 100 ms, and a least speed of 2°/s.
+    /// Returns a window of 100 ms, and a least speed of 2°/s.
     fn default() -> Self {
         Self {
             window: Micros(100_000),
@@ -511,7 +511,7 @@ impl Course {
     }
 }
 
-/// The part of a minimum-jerk movement that is done at a part u of its time,
+/// Returns the part of a minimum-jerk movement that is done at a part u of its time,
 /// and its derivative (Flash and Hogan, "The coordination of arm movements",
 /// 1985).
 pub(crate) fn minimum_jerk(u: f32) -> (f32, f32) {

@@ -50,7 +50,7 @@ impl OneEuro {
     /// The least and the longest step, seconds.
     const STEPS: (f32, f32) = (1.0e-9, 1.0e6);
 
-    /// A filter that has seen nothing. Numbers outside the ranges at
+    /// Returns a filter that has seen nothing. Numbers outside the ranges at
     /// [`OneEuroConfig`] are moved to the nearest that is in it, NaN to the least.
     pub(super) const fn new(config: OneEuroConfig) -> Self {
         Self {
@@ -63,7 +63,7 @@ impl OneEuro {
         }
     }
 
-    /// The next unit vector, `step` seconds after the one before; the first
+    /// Returns the next unit vector, `step` seconds after the one before; the first
     /// passes as it is. What is not finite or far from unit length, and a `step`
     /// that is not above 10⁻⁹ s, changes nothing; a step is 10⁶ s at most.
     pub(super) fn filter(&mut self, measured: Vec3, step: f32) -> Vec3 {
@@ -99,7 +99,7 @@ impl OneEuro {
         state.filtered
     }
 
-    /// How late a steady movement comes out at present, seconds.
+    /// Returns how late a steady movement comes out at present, seconds.
     pub(super) fn group_delay(&self) -> f32 {
         self.state.map_or(0.0, |state| state.delay)
     }
@@ -110,12 +110,12 @@ impl OneEuro {
     }
 }
 
-/// The nearest number of a range; the least for NaN.
+/// Returns the nearest number of a range; the least for NaN.
 const fn within(number: f32, least: f32, most: f32) -> f32 {
     min(max(number, least), most)
 }
 
-/// The weight of a new value at a corner frequency: 1/(1 + τ/step), τ = 1/(2π·cutoff).
+/// Returns the weight of a new value at a corner frequency: 1/(1 + τ/step), τ = 1/(2π·cutoff).
 fn share(cutoff: f32, step: f32) -> f32 {
     let turn = TAU * cutoff * step;
     turn / (1.0 + turn)
@@ -127,7 +127,7 @@ mod tests {
     use proptest::prelude::*;
     use std::vec::Vec;
 
-    /// The paper's algorithm as it stands, in f64.
+    /// Returns the paper's algorithm as it stands, in f64.
     fn reference(config: OneEuroConfig, inputs: &[(Vec3, f32)]) -> Vec<[f64; 3]> {
         let alpha = |cutoff: f64, step: f64| {
             let tau = 1.0 / (std::f64::consts::TAU * cutoff);

@@ -7,7 +7,7 @@ use crate::sample::{Eye, GazeFrame, GazePoint, Reading};
 use glam::{Quat, Vec2};
 use std::vec::Vec;
 
-/// The usual configuration with a change.
+/// Returns the usual configuration with a change.
 fn with(change: impl FnOnce(&mut EstimatorConfig)) -> EstimatorConfig {
     let mut config = EstimatorConfig::default();
     change(&mut config);
@@ -35,7 +35,7 @@ fn sample(direction: Vec3) -> Sample {
     sample
 }
 
-/// A steady gaze that is never the same twice.
+/// Returns a steady gaze that is never the same twice.
 fn steady(i: u64) -> Sample {
     sample(Vec3::new(0.1 + 1.0e-5 * (i % 7) as f32, 0.0, -1.0))
 }
@@ -67,7 +67,7 @@ impl Run {
         self.estimator.estimate(time, &mut |e| events.push(e))
     }
 
-    /// Samples of `make` and estimates, every 5 ms for so long.
+    /// Returns samples of `make` and estimates, every 5 ms for so long.
     fn run(&mut self, ms: u64, make: &dyn Fn(u64) -> Option<Sample>) -> Estimate {
         let mut last = self.estimate();
         for _ in 0..ms / 5 {

@@ -43,7 +43,7 @@ impl<T: Copy, const N: usize> History<T, N> {
         self.entries.clear();
     }
 
-    /// The time of which this is the low half.
+    /// Returns the time of which this is the low half.
     fn whole(&self, low: u32) -> Micros {
         let age = (self.newest.0 as u32).wrapping_sub(low);
         Micros(self.newest.0.wrapping_sub(age.into()))
@@ -70,7 +70,7 @@ impl<const N: usize> History<Vec3, N> {
         }
     }
 
-    /// The newest `count` of them, as seen from `origin`.
+    /// Returns the newest `count` of them, as seen from `origin`.
     pub(super) fn places(&self, count: usize, origin: Vec3) -> Places<'_> {
         let (older, newer) = self.entries.as_slices();
         Places {
@@ -86,7 +86,7 @@ impl<const N: usize> History<Vec3, N> {
 /// The newest places of a history of any length: code that reads them is compiled once.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Places<'h> {
-    /// Before all of `newer`.
+    /// The measurement before all of `newer`.
     older: &'h [(u32, Vec3)],
     newer: &'h [(u32, Vec3)],
     /// The low half of the newest's time.
@@ -96,7 +96,7 @@ pub(super) struct Places<'h> {
 }
 
 impl Places<'_> {
-    /// Seconds after the newest, at most zero, and places; from the newest to the oldest.
+    /// Returns seconds after the newest, at most zero, and places; from the newest to the oldest.
     fn newest_first(&self) -> impl Iterator<Item = (f32, Vec3)> + '_ {
         let newest_first = self.newer.iter().rev().chain(self.older.iter().rev());
         newest_first.take(self.count).map(|&(low, place)| {
@@ -161,12 +161,12 @@ impl Line {
     }
 }
 
-/// The slope of the least squares line through places; `None` of places at one time.
+/// Returns the slope of the least squares line through places; `None` of places at one time.
 pub(super) fn slope(places: &Places<'_>) -> Option<Vec3> {
     Line::through(places, f32::NEG_INFINITY, 0.0).map(|line| line.slope)
 }
 
-/// The velocity of something that moves steadily; zero of what rests,
+/// Returns the velocity of something that moves steadily; zero of what rests,
 /// trembles or has just made a step.
 ///
 /// The mean of the slopes of the older and the newer half. It shrinks by their difference, as

@@ -8,12 +8,12 @@ use crate::time::Micros;
 pub(super) struct Fingerprint(u64);
 
 impl Fingerprint {
-    /// The fingerprint of these numbers, bit for bit.
+    /// Returns the fingerprint of these numbers, bit for bit.
     pub(super) fn of(numbers: &[f32]) -> Self {
         Self(0xCBF2_9CE4_8422_2325).and(numbers)
     }
 
-    /// The fingerprint of all numbers so far, and then these.
+    /// Returns the fingerprint of all numbers so far, and then these.
     // Not inlined: a loop in each of its callers would cost flash.
     #[inline(never)]
     pub(super) fn and(self, numbers: &[f32]) -> Self {
@@ -57,24 +57,25 @@ impl Unchanged {
         }
     }
 
-    /// Whether it has ever been another one.
+    /// Returns whether it has ever been another one.
     pub(super) fn has_changed(&self) -> bool {
         self.0.is_some_and(|since| since.has_changed)
     }
 
-    /// From now on, until it changes, it counts as measured when it last did.
+    /// Makes it count as measured when it last changed, until it changes again.
     pub(super) fn set_stuck(&mut self) {
         if let Some(since) = &mut self.0 {
             since.stuck = true;
         }
     }
 
-    /// Nothing was read: the next reading is new unless it is what this was stuck at.
+    /// Takes a pause in which nothing was read: the next reading is new unless it is the one at
+    /// which this was stuck.
     pub(super) fn interrupt(&mut self) {
         self.0 = self.0.filter(|since| since.stuck);
     }
 
-    /// When the reading was measured whose newest sample is of `newest`.
+    /// Returns when the reading was measured whose newest sample is of `newest`.
     pub(super) fn measured(&self, newest: Option<Micros>) -> Option<Micros> {
         let stuck = self.0.filter(|since| since.stuck);
         stuck.map_or(newest, |since| newest.min(Some(since.time)))

@@ -99,7 +99,7 @@ const BOTH: u8 = 3;
 const MILLIMETRE: f32 = 1.0e-3;
 const NANOSECONDS_PER_MICROSECOND: u64 = 1_000;
 
-/// What a response's result means; empty where that is not known.
+/// Returns what a response's result means; empty where that is not known.
 pub fn result_name(result: u32) -> &'static str {
     match result {
         0 => "done",
@@ -130,7 +130,7 @@ pub fn result_name(result: u32) -> &'static str {
 /// The largest result that is known.
 const LAST_RESULT: u8 = 20;
 
-/// The packets in an SPI frame, for the decoder; none in an empty or damaged one.
+/// Returns the packets in an SPI frame, for the decoder; none in an empty or damaged one.
 pub fn spi_packets(frame: &[u8]) -> &[u8] {
     match frame {
         [START_OF_PACKET, low, high, packets @ ..] => {
@@ -150,7 +150,7 @@ pub struct AdHawk {
 }
 
 impl AdHawk {
-    /// A decoder that has seen nothing.
+    /// Returns a decoder that has seen nothing.
     pub fn new() -> Self {
         Self::default()
     }
@@ -215,7 +215,8 @@ fn step(window: Window<'_>, unmeasured: &mut Parts) -> Step {
     }
 }
 
-/// Whether a payload that has begun can become a packet; fields are looked at when all are there.
+/// Returns whether a payload that has begun can become a packet; fields are looked at when all are
+/// there.
 fn promises(begun: &[u8], length: usize, stream: bool, in_step: bool) -> Result<(), DropReason> {
     match begun {
         _ if !stream => response(begun, length, in_step).map(|_| ()),
@@ -230,7 +231,7 @@ fn promises(begun: &[u8], length: usize, stream: bool, in_step: bool) -> Result<
     }
 }
 
-/// A response, `begun` of `length` bytes; `None` where more is needed.
+/// Returns a response, `begun` of `length` bytes; `None` where more is needed.
 fn response(begun: &[u8], length: usize, in_step: bool) -> Result<Option<Event>, DropReason> {
     // Out of step, only the shortest are taken for one: data would hide
     // the next packet behind whatever looks like a header.
@@ -273,7 +274,7 @@ fn other_stream(kind: u8, data: &[u8]) -> Option<Event> {
     Some(Event::Message(state))
 }
 
-/// What an event's data is: its kind, its bytes, and what they begin with.
+/// Returns what an event's data is: its kind, its bytes, and what they begin with.
 fn event_layout(kind: u8) -> Option<(EyeEventKind, usize, Data)> {
     Some(match kind {
         1 => (EyeEventKind::Blink, 4, Data::Duration),
@@ -305,7 +306,7 @@ fn micros(seconds: f32) -> Result<u64, DropReason> {
     }
 }
 
-/// An event, `begun` of `length` bytes; `None` where more is needed.
+/// Returns an event, `begun` of `length` bytes; `None` where more is needed.
 fn eye_event(begun: &[u8], length: usize) -> Result<Option<Event>, DropReason> {
     let [kind, rest @ ..] = begun else {
         return Ok(None);

@@ -38,7 +38,7 @@ use crate::time::Micros;
 use glam::Vec2;
 use heapless::Vec;
 
-/// What waits for the device's stream: it sends without being asked, and has
+/// Returns what waits for the device's stream: it sends without being asked, and has
 /// no command to stop it.
 pub fn start() -> Script {
     let mut script = Script::new();
@@ -73,7 +73,7 @@ pub enum Layout {
 }
 
 impl Layout {
-    /// Bytes of a frame.
+    /// Returns bytes of a frame.
     pub const fn frame_length(self) -> usize {
         match self {
             Self::Base => 10,
@@ -81,7 +81,7 @@ impl Layout {
         }
     }
 
-    /// Bytes of a frame's fields.
+    /// Returns bytes of a frame's fields.
     const fn fields_length(self) -> usize {
         self.frame_length() - 2
     }
@@ -114,7 +114,7 @@ pub struct Asl {
 }
 
 impl Asl {
-    /// A decoder for a device that is set up like this.
+    /// Returns a decoder for a device that is set up like this.
     pub fn new(config: Config) -> Self {
         Self {
             config,
@@ -168,7 +168,7 @@ fn step(config: Config, window: Window<'_>) -> Step {
     }
 }
 
-/// The fields' bytes with their top bits.
+/// Returns the fields' bytes with their top bits.
 fn fields(frame: &[u8], layout: Layout) -> Result<[u8; LONGEST_FRAME - 2], DropReason> {
     let mut fields = [0; LONGEST_FRAME - 2];
     let groups = frame.chunks(GROUP + 1).zip(fields.chunks_mut(GROUP));
@@ -224,7 +224,8 @@ fn sample(
     })
 }
 
-/// The frame that a device sends for a sample: zero for what it lacks, rounded, within 16 bits.
+/// Returns the frame that a device sends for a sample: zero for what it lacks, rounded, within 16
+/// bits.
 pub fn encode(sample: &Sample, layout: Layout) -> Vec<u8, LONGEST_FRAME> {
     let (gaze, pupil) = numbers(sample);
     let [[p1, p0], [h1, h0], [v1, v0]] =

@@ -92,7 +92,7 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    /// These outputs.
+    /// Returns a configuration with these outputs.
     ///
     /// # Errors
     /// Where there are none or more than [`MOST_OUTPUTS`].
@@ -111,19 +111,19 @@ impl Outputs {
         })
     }
 
-    /// The outputs.
+    /// Returns the outputs.
     pub fn as_slice(&self) -> &[Output] {
         self.outputs.get(..self.count).unwrap_or_default()
     }
 
-    /// Bytes of a record.
+    /// Returns bytes of a record.
     pub const fn record_length(&self) -> usize {
         2 + 2 * self.count
     }
 }
 
 impl Default for Outputs {
-    /// The pupil's place and diameter and the point of regard.
+    /// Returns the pupil's place and diameter and the point of regard.
     fn default() -> Self {
         Self {
             outputs: [
@@ -319,7 +319,7 @@ fn sample(config: &Config, words: &[u8], arrival: Micros) -> Sample {
     }
 }
 
-/// The record that a device sends for a sample: zero for what it lacks, rounded to tenths,
+/// Returns the record that a device sends for a sample: zero for what it lacks, rounded to tenths,
 /// 0 to [`Config::largest_word`].
 pub fn encode(sample: &Sample, config: &Config) -> Vec<u8, LONGEST_RECORD> {
     let (gaze, pupil) = numbers(sample);

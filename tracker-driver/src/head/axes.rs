@@ -42,8 +42,8 @@ impl Axes {
         head_from_sensor: FROM_FORWARD_RIGHT_DOWN,
     };
 
-    /// The rotation from the device's frame to one with +Y up, and from the sensor's axes to
-    /// those of the head that wears it; both are normalised.
+    /// Returns the rotation from the device's frame to one with +Y up, and from the sensor's axes
+    /// to those of the head that wears it; both are normalised.
     ///
     /// # Errors
     /// Where either is no rotation.
@@ -55,7 +55,7 @@ impl Axes {
         })
     }
 
-    /// A place, from the device's frame to the tracker's.
+    /// Returns a place, from the device's frame to the tracker's.
     pub fn position(&self, device: Vec3) -> Vec3 {
         Mat3::from_quat(self.tracker_from_device) * device
     }
@@ -66,12 +66,12 @@ impl Axes {
         compose(tracker_from_sensor, inverse(self.head_from_sensor))
     }
 
-    /// The reverse of [`Axes::position`].
+    /// Returns the reverse of [`Axes::position`].
     pub fn device_position(&self, tracker: Vec3) -> Vec3 {
         Mat3::from_quat(inverse(self.tracker_from_device)) * tracker
     }
 
-    /// The reverse of [`Axes::orientation`].
+    /// Returns the reverse of [`Axes::orientation`].
     pub fn device_orientation(&self, tracker: Quat) -> Quat {
         let device_from_head = compose(inverse(self.tracker_from_device), tracker);
         compose(device_from_head, self.head_from_sensor)
@@ -81,7 +81,7 @@ impl Axes {
 /// Forward (+X) becomes −Z, right (+Y) +X and down (+Z) −Y.
 const FROM_FORWARD_RIGHT_DOWN: Quat = Quat::from_xyzw(0.5, 0.5, -0.5, 0.5);
 
-/// The rotation whose columns are the sensor's axes.
+/// Returns the rotation whose columns are the sensor's axes.
 pub(crate) fn from_columns([x, y, z]: [Vec3; 3]) -> Result<Quat, DropReason> {
     if !(x.is_finite() && y.is_finite() && z.is_finite()) {
         return Err(DropReason::OutOfRange);
@@ -118,13 +118,14 @@ pub(crate) fn from_columns([x, y, z]: [Vec3; 3]) -> Result<Quat, DropReason> {
     Ok(Quat::from_array(parts.map(|part| part / norm)))
 }
 
-/// The sensor's axes: the columns of the rotation's matrix.
+/// Returns the sensor's axes: the columns of the rotation's matrix.
 pub(crate) fn columns(q: Quat) -> [Vec3; 3] {
     let m = Mat3::from_quat(q);
     [m.x_axis, m.y_axis, m.z_axis]
 }
 
-/// The rotation of azimuth about Z, elevation about the new Y, roll about the new X: degrees.
+/// Returns the rotation of azimuth about Z, elevation about the new Y, roll about the new X:
+/// degrees.
 pub(crate) fn from_euler_degrees(
     azimuth: f32,
     elevation: f32,
@@ -142,7 +143,7 @@ pub(crate) fn from_euler_degrees(
     valid::sent_rotation(compose(compose(about_z, about_y), about_x))
 }
 
-/// The reverse of [`from_euler_degrees`]; elevation within ±90.
+/// Returns the reverse of [`from_euler_degrees`]; elevation within ±90.
 pub(crate) fn euler_degrees(q: Quat) -> [f32; 3] {
     let [x, y, z] = columns(q);
     let azimuth = libm::atan2f(x.y, x.x);

@@ -102,14 +102,14 @@ pub struct Config {
 }
 
 impl Default for Config {
-    /// A FASTRAK with [the usual items](ItemList::usual), as [`Config::new`] has it.
+    /// Returns a FASTRAK with [the usual items](ItemList::usual), as [`Config::new`] has it.
     fn default() -> Self {
         Self::new(ItemList::usual(Family::Fastrak))
     }
 }
 
 impl Config {
-    /// A FASTRAK with these items: inches, four stations, its own axes.
+    /// Returns a FASTRAK with these items: inches, four stations, its own axes.
     pub const fn new(items: ItemList) -> Self {
         Self {
             items,
@@ -122,7 +122,7 @@ impl Config {
         }
     }
 
-    /// Bytes of a record.
+    /// Returns bytes of a record.
     pub const fn record_bytes(&self) -> usize {
         HEADER_BYTES + self.items.bytes()
     }
@@ -136,8 +136,8 @@ impl Config {
         }
     }
 
-    /// The record that a device sends of a sample. What it lacks is the origin, no rotation and
-    /// time 0; that, or a held reading, gives the status `k`.
+    /// Returns the record that a device sends of a sample. What it lacks is the origin, no rotation
+    /// and time 0; that, or a held reading, gives the status `k`.
     pub fn encode(&self, sample: &Sample) -> Record {
         let station = sample.sensor.min(MOST_STATIONS - 1) + 1;
         let tracked = self.items.is_tracked(&sample.head);
@@ -258,7 +258,7 @@ pub struct Fastrak {
 }
 
 impl Fastrak {
-    /// A decoder of a device that is set up this way.
+    /// Returns a decoder of a device that is set up this way.
     pub fn new(config: Config) -> Self {
         Self {
             stream: Stream::default(),
@@ -314,7 +314,7 @@ impl Config {
     }
 }
 
-/// An answer: `2`, station or a space, a letter, and text up to the line's end.
+/// Returns an answer: `2`, station or a space, a letter, and text up to the line's end.
 fn look_at_reply(bytes: &[u8]) -> Step {
     const ERROR: &[u8] = b"*ERROR*";
     let nowhere = Step::Skip(DropReason::OutOfStep);
@@ -389,7 +389,7 @@ fn error_record(body: &[u8]) -> Event {
     Event::reply(command.into(), result, error_meaning(result))
 }
 
-/// The manual's meaning of a command error's number, without its sign.
+/// Returns the manual's meaning of a command error's number, without its sign.
 pub const fn error_meaning(result: u32) -> &'static str {
     match result {
         1 => "a field is missing",

@@ -127,7 +127,7 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// All of them.
+    /// All modes.
     pub const ALL: [Self; 7] = [
         Self::Angles,
         Self::Position,
@@ -138,7 +138,7 @@ impl Mode {
         Self::PositionQuaternion,
     ];
 
-    /// The command that chooses it.
+    /// Returns the command that chooses it.
     pub const fn command(self) -> u8 {
         match self {
             Self::Angles => b'W',
@@ -151,17 +151,17 @@ impl Mode {
         }
     }
 
-    /// Whether its records hold a position.
+    /// Returns whether its records hold a position.
     pub const fn has_position(self) -> bool {
         !matches!(self, Self::Angles | Self::Matrix | Self::Quaternion)
     }
 
-    /// Whether its records hold a rotation, in any form.
+    /// Returns whether its records hold a rotation, in any form.
     pub const fn has_orientation(self) -> bool {
         !matches!(self, Self::Position)
     }
 
-    /// Words of a record.
+    /// Returns words of a record.
     pub const fn words(self) -> usize {
         let turn = match self {
             Self::Position => 0,
@@ -237,7 +237,7 @@ impl Default for Config {
 }
 
 impl Config {
-    /// Bytes of a record.
+    /// Returns bytes of a record.
     pub const fn record_bytes(&self) -> usize {
         2 * self.mode.words() + self.group as usize
     }
@@ -279,8 +279,8 @@ impl Config {
         })
     }
 
-    /// The record that a device sends of a sample: bird 1's of sensor 0. What it lacks is the
-    /// origin and no rotation; what is out of range stops at its end.
+    /// Returns the record that a device sends of a sample: bird 1's of sensor 0. What it lacks is
+    /// the origin and no rotation; what is out of range stops at its end.
     pub fn encode(&self, sample: &Sample) -> Vec<u8, MOST_RECORD_BYTES> {
         let metres = sample.head.position.map_or(Vec3::ZERO, |p| p.value);
         let position = self.axes.device_position(metres) / self.range.metres();
@@ -322,7 +322,7 @@ impl Config {
     }
 }
 
-/// A record's words; those that it does not have are 0.
+/// Returns a record's words; those that it does not have are 0.
 fn words(record: &[u8]) -> [i16; MOST_WORDS] {
     let mut words = [0; MOST_WORDS];
     for (word, &[low, high]) in words.iter_mut().zip(record.as_chunks().0) {
@@ -343,7 +343,7 @@ pub struct Flock {
 }
 
 impl Flock {
-    /// A decoder of a device that is set up this way.
+    /// Returns a decoder of a device that is set up this way.
     pub fn new(config: Config) -> Self {
         Self {
             stream: Stream::default(),

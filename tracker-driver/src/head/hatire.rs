@@ -181,7 +181,7 @@ impl Config {
         bytes
     }
 
-    /// The frame of a sample; what it lacks is the origin, no rotation and count 0.
+    /// Returns the frame of a sample; what it lacks is the origin, no rotation and count 0.
     pub fn encode(&self, sample: &Sample) -> [u8; FRAME_BYTES] {
         let rotation = sample.head.orientation.map_or(Quat::IDENTITY, |q| q.value);
         let angles = axes::euler_degrees(self.axes.device_orientation(rotation));
@@ -201,7 +201,7 @@ impl Config {
         self.encode_frame(&frame)
     }
 
-    /// The frame of a text, which zeros fill up.
+    /// Returns the frame of a text, which zeros fill up.
     pub fn encode_text(&self, code: u16, text: &[u8; TEXT_BYTES]) -> [u8; FRAME_BYTES] {
         let mut bytes = self.encode_frame(&Frame {
             code,
@@ -246,7 +246,7 @@ pub struct Hatire {
 }
 
 impl Hatire {
-    /// A decoder of a device that is set up this way.
+    /// Returns a decoder of a device that is set up this way.
     pub fn new(config: Config) -> Self {
         Self {
             stream: Stream::default(),
@@ -276,7 +276,7 @@ impl Decoder for Hatire {
 /// More samples than this cannot be missing: the count began anew, or does not count.
 const LARGEST_GAP: u32 = 250;
 
-/// Whether a frame holds text. Inlined, it makes the compiler copy each sample on its way.
+/// Returns whether a frame holds text. Inlined, it makes the compiler copy each sample on its way.
 #[inline(never)]
 fn is_text(frame: &[u8; FRAME_BYTES]) -> bool {
     let [_, _, _, _, text @ .., _, _] = frame;

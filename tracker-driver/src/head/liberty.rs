@@ -126,7 +126,7 @@ impl Default for Config {
 }
 
 impl Config {
-    /// These items: inches, every station, the device's own axes.
+    /// Returns a configuration with these items: inches, every station, the device's own axes.
     pub const fn new(items: ItemList) -> Self {
         Self {
             items,
@@ -139,13 +139,13 @@ impl Config {
         }
     }
 
-    /// Bytes of a record.
+    /// Returns bytes of a record.
     pub const fn record_bytes(&self) -> usize {
         HEADER_BYTES + self.items.bytes()
     }
 
-    /// The record that a device sends of a sample. What it lacks is the origin, no rotation and
-    /// time 0; that, or a held reading, gives the error `*`.
+    /// Returns the record that a device sends of a sample. What it lacks is the origin, no rotation
+    /// and time 0; that, or a held reading, gives the error `*`.
     pub fn encode(&self, sample: &Sample) -> Record {
         let tracked = self.items.is_tracked(&sample.head);
         let error = if tracked { b' ' } else { b'*' };
@@ -212,7 +212,7 @@ pub struct Liberty {
 }
 
 impl Liberty {
-    /// A decoder of a device that is set up this way.
+    /// Returns a decoder of a device that is set up this way.
     pub fn new(config: Config) -> Self {
         Self {
             stream: Stream::default(),

@@ -73,7 +73,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// A report of version 1: the inverse of [`Report::head_orientation`].
+    /// Returns a report of version 1: the inverse of [`Report::head_orientation`].
     pub fn of_head(sequence: u8, head: Quat) -> Self {
         Self {
             sequence,
@@ -82,13 +82,13 @@ impl Report {
         }
     }
 
-    /// How the head is turned: `tracker_from_head`, both with +Y up.
+    /// Returns how the head is turned: `tracker_from_head`, both with +Y up.
     pub fn head_orientation(&self) -> Quat {
         let y_up_from_sensor = compose(Y_UP_FROM_Z_UP, self.orientation);
         compose(y_up_from_sensor, inverse(HEAD_FROM_SENSOR))
     }
 
-    /// The sample of a report that came in at `arrival`.
+    /// Returns the sample of a report that came in at `arrival`.
     pub fn sample(&self, arrival: Micros) -> Sample {
         Sample {
             sequence: Some(u32::from(self.sequence)),
@@ -173,8 +173,8 @@ pub fn decode(report: &[u8]) -> Result<Report, ReportError> {
     })
 }
 
-/// The report's first [`REPORT_LENGTH`] bytes: of version 2 with an angular velocity, else of
-/// version 1. Parts of the quaternion stop at ±2, velocities at ±64 rad/s; NaN becomes 0.
+/// Returns the report's first [`REPORT_LENGTH`] bytes: of version 2 with an angular velocity, else
+/// of version 1. Parts of the quaternion stop at ±2, velocities at ±64 rad/s; NaN becomes 0.
 pub fn encode(report: &Report) -> [u8; REPORT_LENGTH] {
     let version = if report.angular_velocity.is_some() {
         2
@@ -212,7 +212,7 @@ pub struct OsvrHdk {
 }
 
 impl OsvrHdk {
-    /// A decoder that has seen no report.
+    /// Returns a decoder that has seen no report.
     pub fn new() -> Self {
         Self::default()
     }

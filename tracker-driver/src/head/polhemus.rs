@@ -60,7 +60,7 @@ pub enum Units {
 }
 
 impl Units {
-    /// Metres that one of them has.
+    /// Returns metres that one of them has.
     pub const fn metres(self) -> f32 {
         match self {
             Self::Inches => 0.0254,
@@ -137,7 +137,7 @@ pub(crate) struct Header {
     pub(crate) meaning: &'static str,
 }
 
-/// The record behind a header. A fault is said where it is not the `last` of its sensor.
+/// Returns the record behind a header. A fault is said where it is not the `last` of its sensor.
 pub(crate) fn record(
     window: Window<'_>,
     header: Header,
@@ -173,7 +173,7 @@ pub(crate) fn record(
 }
 
 impl ItemList {
-    /// A list of these items, in this order.
+    /// Returns a list of these items, in this order.
     ///
     /// # Errors
     /// Where an item is unknown or named twice, none says a pose, the record is too long, or the
@@ -218,7 +218,7 @@ impl ItemList {
         })
     }
 
-    /// The usual list, in binary: position, quaternion, the time of a Liberty, a space.
+    /// Returns the usual list, in binary: position, quaternion, the time of a Liberty, a space.
     pub fn usual(family: Family) -> Self {
         let numbers: &[u8] = match family {
             Family::Fastrak => &[2, 11, 0],
@@ -233,29 +233,29 @@ impl ItemList {
         })
     }
 
-    /// How its numbers are written.
+    /// Returns how its numbers are written.
     pub const fn format(&self) -> Format {
         self.format
     }
 
-    /// Its items' numbers.
+    /// Returns its items' numbers.
     pub fn numbers(&self) -> impl Iterator<Item = u8> {
         self.items.iter().map(|item| item.number)
     }
 
-    /// Bytes of its items, without a record's header.
+    /// Returns bytes of its items, without a record's header.
     pub const fn bytes(&self) -> usize {
         self.bytes
     }
 
-    /// Whether it holds a position.
+    /// Returns whether it holds a position.
     pub fn has_position(&self) -> bool {
         self.items
             .iter()
             .any(|item| item.content == Content::Position)
     }
 
-    /// Whether it holds a rotation, in any form.
+    /// Returns whether it holds a rotation, in any form.
     pub fn has_orientation(&self) -> bool {
         let turn = |item: &Item| {
             matches!(
@@ -266,14 +266,14 @@ impl ItemList {
         self.items.iter().any(turn)
     }
 
-    /// Whether a head is tracked in all that the list holds.
+    /// Returns whether a head is tracked in all that the list holds.
     pub(crate) fn is_tracked(&self, head: &Head) -> bool {
         let position = head.position.is_some_and(|position| position.tracked);
         let orientation = head.orientation.is_some_and(|turn| turn.tracked);
         (position || !self.has_position()) && (orientation || !self.has_orientation())
     }
 
-    /// The command that makes a station send it, such as `O1,2,11,0` and a carriage return.
+    /// Returns the command that makes a station send it, such as `O1,2,11,0` and a carriage return.
     pub fn command(&self, station: u8) -> crate::command::Bytes {
         let mut command = crate::command::Bytes::new();
         // 46 bytes at most: three a number and its comma.

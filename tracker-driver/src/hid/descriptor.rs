@@ -100,7 +100,7 @@ pub(super) struct Element<'a> {
 }
 
 impl Element<'_> {
-    /// The usage of the innermost collection that has one.
+    /// Returns the usage of the innermost collection that has one.
     pub(super) fn parent(&self) -> Option<Usage> {
         self.collections.iter().rev().find_map(|usage| *usage)
     }
@@ -117,7 +117,7 @@ pub(super) struct ReportSize {
 }
 
 impl ReportSize {
-    /// Its bytes, with the id where there is one.
+    /// Returns its bytes, with the id where there is one.
     pub(super) const fn bytes(self) -> usize {
         self.bits.div_ceil(8) as usize + (self.report_id != 0) as usize
     }

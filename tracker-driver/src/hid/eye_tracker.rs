@@ -149,7 +149,7 @@ pub struct EyeTracker {
 const FARTHEST_ORIGIN: f32 = 1.0e9;
 
 impl EyeTracker {
-    /// A decoder for the device with this report descriptor.
+    /// Returns a decoder for the device with this report descriptor.
     ///
     /// # Errors
     /// Where that is of no eye or head tracker, and for axes that are none.
@@ -220,12 +220,12 @@ impl EyeTracker {
         }
     }
 
-    /// The id of the tracking data's reports; 0 where there are none.
+    /// Returns the id of the tracking data's reports; 0 where there are none.
     pub fn report_id(&self) -> u8 {
         self.tracking.size().map_or(0, |size| size.report_id)
     }
 
-    /// The ids and bytes, id included, of the feature reports that there are: capabilities,
+    /// Returns the ids and bytes, id included, of the feature reports that there are: capabilities,
     /// configuration, status and control.
     pub fn feature_reports(&self) -> [Option<(u8, usize)>; 4] {
         [
@@ -282,7 +282,8 @@ impl EyeTracker {
         })
     }
 
-    /// The report that asks for a mode; `None` without one of [`LONGEST_CONTROL`] bytes or fewer.
+    /// Returns the report that asks for a mode; `None` without one of [`LONGEST_CONTROL`] bytes or
+    /// fewer.
     pub fn mode_request(&self, mode: Mode) -> Option<Vec<u8, LONGEST_CONTROL>> {
         let size = self.control.size()?;
         let [field] = self.control.fields;
@@ -329,7 +330,8 @@ impl EyeTracker {
         }
     }
 
-    /// The turn by angles: one that the device lacks is 0, with one out of range there is none.
+    /// Returns the turn by angles: one that the device lacks is 0, with one out of range there is
+    /// none.
     fn turned(&self, fields: [Option<Field>; 3], body: &[u8]) -> Option<Quat> {
         if fields.iter().all(Option::is_none) {
             return None;
@@ -398,7 +400,7 @@ fn read_status(group: &Group<2>, report: &[u8]) -> Result<Status, ReportError> {
     })
 }
 
-/// The gaze point; raw where it has no length, not tracked where it has no value.
+/// Returns the gaze point; raw where it has no length, not tracked where it has no value.
 fn gaze_point(x: Option<Field>, y: Option<Field>, body: &[u8]) -> Option<Reading<GazePoint>> {
     let is_length = x?.is_length();
     if y?.is_length() != is_length {
@@ -418,7 +420,7 @@ fn gaze_point(x: Option<Field>, y: Option<Field>, body: &[u8]) -> Option<Reading
     })
 }
 
-/// A head that faces this way, +X level; `None` for straight up and down.
+/// Returns a head that faces this way, +X level; `None` for straight up and down.
 fn facing(towards: Vec3) -> Option<Quat> {
     let forward = numeric::normalize(towards)?;
     let right = numeric::normalize(forward.cross(Vec3::Y)).filter(|_| forward.y.abs() < 0.999)?;

@@ -34,7 +34,7 @@ fn device(transactions: &[Transaction]) -> I2cHid<Mock> {
     I2cHid::new(Mock::new(transactions), ADDRESS, 1)
 }
 
-/// What Linux does, byte for byte.
+/// Returns what Linux does, byte for byte.
 fn bringing_up() -> List<Transaction> {
     List::from([
         read_descriptor(),

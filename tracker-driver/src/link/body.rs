@@ -24,7 +24,7 @@ impl Body<'_> {
         self.take().map(u64::from_le_bytes)
     }
 
-    /// A finite number.
+    /// Returns a finite number.
     pub(super) fn number(&mut self) -> Result<f32, DropReason> {
         let number = f32::from_le_bytes(self.take()?);
         valid::within(number, f32::MAX)
@@ -34,7 +34,7 @@ impl Body<'_> {
         Ok(Vec3::new(self.number()?, self.number()?, self.number()?))
     }
 
-    /// A time, and when its clock wraps if it does.
+    /// Returns a time, and when its clock wraps if it does.
     pub(super) fn time(&mut self, wraps: bool) -> Result<DeviceTime, DropReason> {
         let microseconds = self.u64()?;
         let wraps_at = if wraps { self.u64()? } else { 0 };
@@ -47,7 +47,7 @@ impl Body<'_> {
         })
     }
 
-    /// Nothing may be left over.
+    /// Checks that no byte is left over.
     pub(super) fn end(&self) -> Result<(), DropReason> {
         if self.0.is_empty() {
             Ok(())

@@ -46,7 +46,7 @@ impl Content {
         let _ = self.0.extend_from_slice(bytes);
     }
 
-    /// The frame.
+    /// Returns the frame.
     pub(super) fn finish(mut self) -> Frame {
         let crc = CRC.checksum(self.0.get(LEAD..).unwrap_or_default());
         self.push(&crc.to_le_bytes());

@@ -73,7 +73,7 @@ fn read_eye_event(body: &mut Body<'_>) -> Result<EyeEvent, DropReason> {
     })
 }
 
-/// The message in a body of this kind.
+/// Returns the message in a body of this kind.
 pub(super) fn read_message(kind: u8, body: &[u8]) -> Result<Message, DropReason> {
     let mut body = Body(body);
     let message = match kind {

@@ -15,7 +15,7 @@ fn unit_vector(random: &mut Random) -> Vec3 {
     Vec3::new(x, y, z - 1.0).normalize()
 }
 
-/// A sample that has each field or not, or all, tracked or not, by chance.
+/// Returns a sample that has each field or not, or all, tracked or not, by chance.
 fn any_sample(random: &mut Random, all: bool) -> Sample {
     fn reading<T>(random: &mut Random, all: bool, value: T) -> Option<Reading<T>> {
         let tracked = random.next().is_multiple_of(2);
@@ -66,7 +66,7 @@ fn any_sample(random: &mut Random, all: bool) -> Sample {
     }
 }
 
-/// A sample with every field that there is.
+/// Returns a sample with every field that there is.
 fn full_sample() -> Sample {
     any_sample(&mut Random(7), true)
 }
@@ -215,7 +215,7 @@ fn missing_and_repeated_frames_are_counted() {
     assert_eq!(decoder.counts().samples, 298);
 }
 
-/// A frame with any content, and a CRC that matches.
+/// Returns a frame with any content, and a CRC that matches.
 fn frame_of(content: &[u8]) -> Frame {
     let mut written = Content::new();
     written.push(content);

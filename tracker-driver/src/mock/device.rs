@@ -89,7 +89,7 @@ impl<T: Copy> Reference<T> {
 }
 
 impl Device {
-    /// A device that streams records of this protocol.
+    /// Returns a device that streams records of this protocol.
     pub fn new(protocol: &Protocol) -> Self {
         Self {
             protocol: protocol.clone(),

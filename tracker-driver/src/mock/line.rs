@@ -25,7 +25,7 @@ pub struct Line<S> {
 }
 
 impl<S: Source<Item = Sample>> Line<S> {
-    /// A device that measures `source` and streams records of this protocol.
+    /// Returns a device that measures `source` and streams records of this protocol.
     pub fn new(source: S, protocol: &Protocol) -> Self {
         Self::of(source, Device::new(protocol))
     }
@@ -42,7 +42,7 @@ impl<S: Source<Item = Sample>> Line<S> {
         }
     }
 
-    /// The device that obeys the commands.
+    /// Returns the device that obeys the commands.
     pub const fn device(&self) -> &Device {
         &self.device
     }
@@ -55,7 +55,7 @@ impl<S: Source<Item = Sample>> Line<S> {
         }
     }
 
-    /// The next record of what was measured last.
+    /// Returns the next record of what was measured last.
     fn due(&mut self) -> Option<Chunk> {
         while let Some(event) = self.events.pop_front() {
             let message = Message::Eyes(event);
@@ -79,7 +79,7 @@ impl<S: Source<Item = Sample>> Line<S> {
 impl<S: Source<Item = Sample>> Source for Line<S> {
     type Item = Chunk;
 
-    /// The next record that it sends at `until` or before.
+    /// Returns the next record that it sends at `until` or before.
     fn poll(&mut self, until: Micros) -> Option<Chunk> {
         loop {
             if let Some(chunk) = self.due() {

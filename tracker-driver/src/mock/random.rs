@@ -11,7 +11,7 @@ pub struct Random {
 impl Random {
     const FACTOR: u64 = 6_364_136_223_846_793_005;
 
-    /// One of 2⁶³ independent sequences from one of 2⁶⁴ seeds.
+    /// Returns one of 2⁶³ independent sequences from one of 2⁶⁴ seeds.
     pub fn new(seed: u64, sequence: u64) -> Self {
         let mut random = Self {
             state: 0,
@@ -36,7 +36,7 @@ impl Random {
         (self.bits() >> 8) as f32 / 16_777_216.0
     }
 
-    /// Whether something of this probability happens.
+    /// Returns whether something of this probability happens.
     pub fn chance(&mut self, probability: f32) -> bool {
         self.uniform() < probability
     }
@@ -46,21 +46,21 @@ impl Random {
         least + (most - least) * self.uniform()
     }
 
-    /// A normal number of mean 0 and standard deviation 1 (Box and Muller).
+    /// Returns a normal number of mean 0 and standard deviation 1 (Box and Muller).
     pub fn normal(&mut self) -> f32 {
         let radius = sqrt(2.0 * self.exponential());
         let (_, cos) = sin_cos(TAU * self.uniform());
         radius * cos
     }
 
-    /// An exponential number of mean 1.
+    /// Returns an exponential number of mean 1.
     pub fn exponential(&mut self) -> f32 {
         // Never the logarithm of 0.
         let rest = 1.0 - self.uniform();
         (-libm::logf(rest)).clamp(0.0, 24.0 * LN_2)
     }
 
-    /// A log-normal number: its median, and its logarithm's standard deviation.
+    /// Returns a log-normal number: its median, and its logarithm's standard deviation.
     pub fn log_normal(&mut self, median: f32, deviation: f32) -> f32 {
         median * libm::expf(deviation * self.normal())
     }

@@ -99,7 +99,7 @@ fn number(chunk: &Chunk) -> u64 {
     u64::from_le_bytes(chunk.bytes().try_into().unwrap())
 }
 
-/// The chunks that come through faults, polled at some intervals.
+/// Returns the chunks that come through faults, polled at some intervals.
 fn faulty(config: FaultsConfig, interval: u64, seconds: u64) -> Vec<Chunk> {
     let mut faults = Faults::new(Numbered(0), config, 6).unwrap();
     let mut chunks = Vec::new();

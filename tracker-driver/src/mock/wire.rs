@@ -23,7 +23,7 @@ pub const RAW_PER_METRE: f32 = 600.0;
 const RAW_PUPIL: f32 = 400.0;
 
 impl Protocol {
-    /// Whether a sample has the pose or the gaze that this protocol's records hold.
+    /// Returns whether a sample has the pose or the gaze that this protocol's records hold.
     pub fn carries(&self, sample: &Sample) -> bool {
         let head = &sample.head;
         let pose = |position: bool, orientation: bool| {
@@ -45,7 +45,7 @@ impl Protocol {
         }
     }
 
-    /// Whether its records can say that a value is not tracked; otherwise none is sent.
+    /// Returns whether its records can say that a value is not tracked; otherwise none is sent.
     pub const fn says_untracked(&self) -> bool {
         !matches!(self, Self::Flock(_) | Self::Hatire(_) | Self::OsvrHdk)
     }
@@ -60,7 +60,7 @@ pub struct Wire<S> {
 }
 
 impl<S: Source<Item = Sample>> Wire<S> {
-    /// The bytes of `source`'s samples in a protocol.
+    /// Returns the bytes of `source`'s samples in a protocol.
     pub fn new(source: S, protocol: Protocol) -> Self {
         Self {
             source,
@@ -69,12 +69,12 @@ impl<S: Source<Item = Sample>> Wire<S> {
         }
     }
 
-    /// The source of the samples.
+    /// Returns the source of the samples.
     pub fn source(&mut self) -> &mut S {
         &mut self.source
     }
 
-    /// How they are written.
+    /// Returns how they are written.
     pub const fn protocol(&self) -> &Protocol {
         &self.protocol
     }
@@ -84,7 +84,8 @@ impl<S: Source<Item = Sample>> Wire<S> {
         self.protocol = protocol;
     }
 
-    /// The bytes of a sample: a record, packet or report. `None`: the protocol has none for it.
+    /// Returns the bytes of a sample: a record, packet or report. `None`: the protocol has none for
+    /// it.
     pub fn encode(&mut self, sample: &Sample) -> Option<Chunk> {
         if !self.protocol.says_untracked() && !self.protocol.carries(sample) {
             return None;
@@ -115,7 +116,7 @@ impl<S: Source<Item = Sample>> Wire<S> {
 }
 
 impl<S> Wire<S> {
-    /// The bytes of a message at `now`; `None` where the protocol has none for it.
+    /// Returns the bytes of a message at `now`; `None` where the protocol has none for it.
     pub(super) fn encode_message(&mut self, message: &Message, now: Micros) -> Option<Chunk> {
         match (&self.protocol, message) {
             (Protocol::Link, message) => Some(Chunk::new(now, &self.link.message(message))),
@@ -140,7 +141,7 @@ impl<S: Source<Item = Sample>> Source for Wire<S> {
     }
 }
 
-/// Where both eyes together look, in their frame.
+/// Returns where both eyes together look, in their frame.
 fn direction(sample: &Sample) -> Option<Vec3> {
     let of = |eye: &crate::sample::Eye| eye.direction.map(|direction| direction.value);
     of(&sample.combined).or_else(|| match (of(&sample.left), of(&sample.right)) {
@@ -149,7 +150,7 @@ fn direction(sample: &Sample) -> Option<Vec3> {
     })
 }
 
-/// The sample of a tracker that sees one eye and knows no directions.
+/// Returns the sample of a tracker that sees one eye and knows no directions.
 fn raw(sample: &Sample) -> Sample {
     let mut raw = *sample;
     if raw.gaze_point.is_none() {
@@ -162,7 +163,8 @@ fn raw(sample: &Sample) -> Sample {
     raw
 }
 
-/// The sample of a tracker under a screen: eyes in its own frame, and a point on the screen.
+/// Returns the sample of a tracker under a screen: eyes in its own frame, and a point on the
+/// screen.
 fn on_screen(sample: &Sample, screen: &Screen) -> Sample {
     let mut seen = *sample;
     let head = sample.head.position.zip(sample.head.orientation);
@@ -192,7 +194,7 @@ fn on_screen(sample: &Sample, screen: &Screen) -> Sample {
 /// The farthest point that a report has numbers for: metres.
 const FARTHEST: f32 = 2.0;
 
-/// The sample in the coordinates of a device that has these axes.
+/// Returns the sample in the coordinates of a device that has these axes.
 fn in_axes(sample: &Sample, axes: &eye_tracker::Axes) -> Sample {
     let back = inverse(axes.rotation);
     let place = |reading: Reading<Vec3>| Reading {

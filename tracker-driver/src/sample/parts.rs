@@ -66,7 +66,7 @@ impl Parts {
     /// None of them.
     pub const NONE: Self = Self(0);
 
-    /// These bits: the lowest is that of the first of [`Part::ALL`]. `None` where
+    /// Returns the parts of these bits: the lowest is that of the first of [`Part::ALL`]. `None` where
     /// one is no part's.
     pub const fn from_bits(bits: u16) -> Option<Self> {
         if bits >> Part::ALL.len() == 0 {
@@ -81,31 +81,31 @@ impl Parts {
         self.0
     }
 
-    /// These and one more.
+    /// Returns these parts and one more.
     #[must_use]
     pub const fn with(self, part: Part) -> Self {
         Self(self.0 | 1 << part as u16)
     }
 
-    /// These but one.
+    /// Returns these parts without one.
     #[must_use]
     pub const fn without(self, part: Part) -> Self {
         Self(self.0 & !(1 << part as u16))
     }
 
-    /// Whether a part is among them.
+    /// Returns whether a part is among them.
     pub const fn contains(self, part: Part) -> bool {
         self.0 & 1 << part as u16 != 0
     }
 
-    /// Whether there is none.
+    /// Returns whether there is none.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 }
 
 impl fmt::Display for Parts {
-    /// The names, between commas.
+    /// Returns the names, between commas.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut before = "";
         for part in Part::ALL {

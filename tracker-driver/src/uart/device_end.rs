@@ -28,7 +28,7 @@ struct Queue {
 }
 
 impl<S: Source<Item = Sample>> DeviceEnd<S> {
-    /// The end of this device's line.
+    /// Returns the end of this device's line.
     pub const fn new(line: Line<S>) -> Self {
         Self {
             line,
@@ -40,7 +40,7 @@ impl<S: Source<Item = Sample>> DeviceEnd<S> {
         }
     }
 
-    /// The device.
+    /// Returns the device.
     pub const fn line(&self) -> &Line<S> {
         &self.line
     }

@@ -78,7 +78,7 @@ where
         !work.budget.is_exhausted()
     }
 
-    /// Its rays go through the scene together.
+    /// Traces its rays together.
     // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
     fn trace_together(&self, batch: &mut Batch, screen: &Screen, work: &mut Work<'_>) -> bool {
@@ -132,7 +132,7 @@ where
         !work.budget.is_exhausted()
     }
 
-    /// What one sample of a pixel sees; `None` outside a dome master's rim.
+    /// Returns what one sample of a pixel sees; `None` outside a dome master's rim.
     pub(super) fn see(
         &self,
         (x, y): (u32, u32),

@@ -32,7 +32,7 @@ impl Cell {
         other
     }
 
-    /// The cell after this one and all of its parts; `None` after a square's last.
+    /// Returns the cell after this one and all of its parts; `None` after a square's last.
     fn next(&self, grid: &Grid) -> Option<Self> {
         let (coarsest, steps) = (grid.coarsest() as u8, grid.steps() as u8);
         let (mut column, mut row, mut step) = (self.column, self.row, self.step);

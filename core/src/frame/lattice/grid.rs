@@ -42,7 +42,7 @@ impl Grid {
         }
     }
 
-    /// Whether the piece contains a part of a block of `step` steps a side.
+    /// Returns whether the piece contains a part of a block of `step` steps a side.
     pub(super) fn meets(&self, (column, row): (usize, usize), step: usize) -> bool {
         let side = step as u32 * self.unit;
         let meets =
@@ -52,17 +52,17 @@ impl Grid {
         meets(x, tile.x, tile.width) && meets(y, tile.y, tile.height)
     }
 
-    /// Steps along a side of the square.
+    /// Returns steps along a side of the square.
     pub(super) const fn steps(&self) -> usize {
         (self.piece.side / self.unit) as usize
     }
 
-    /// Steps between the samples that every square has.
+    /// Returns steps between the samples that every square has.
     pub(super) const fn coarsest(&self) -> usize {
         (self.piece.stride / self.unit) as usize
     }
 
-    /// The pixel of a node: it may be past the view's borders.
+    /// Returns the pixel of a node: it may be past the view's borders.
     pub(super) fn place(&self, column: usize, row: usize) -> (u32, u32) {
         let (x, y) = self.piece.corner;
         (x + column as u32 * self.unit, y + row as u32 * self.unit)

@@ -19,7 +19,7 @@ impl FlatScreen {
     /// The least distance of an eye from the screen's plane, metres.
     pub const CLOSEST: f32 = 1.0e-6;
 
-    /// A screen by three of its corners, seen from its front side.
+    /// Returns a screen by three of its corners, seen from its front side.
     pub fn from_corners(
         lower_left: Vec3,
         lower_right: Vec3,
@@ -57,7 +57,7 @@ impl FlatScreen {
 mod tests {
     use super::*;
 
-    /// The front wall of a 3 m cube around the origin.
+    /// Returns the front wall of a 3 m cube around the origin.
     fn front() -> FlatScreen {
         let corner = |x: f32, y: f32| 1.5 * Vec3::new(x, y, -1.0);
         let (left, right, upper) = (corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0));

@@ -27,7 +27,7 @@ pub enum ViewError {
     #[error("the eye's position is not finite or too far out")]
     Eye,
     /// A corner that cannot be traced, an eye in the plane, or parallel steps.
-    #[error("the eye is in the screen's plane, or the screen is none")]
+    #[error("the eye is in the screen's plane, or the screen has no area")]
     Screen,
     /// The eye is behind a [`FlatScreen`](super::FlatScreen) or in its plane.
     #[error("the eye is not in front of the screen")]
@@ -130,7 +130,7 @@ impl OnePoint for Screen {
         self.direction(x, y)
     }
 
-    /// Columns past the last repeat it.
+    /// Returns the positions of a row's columns from `x` on; the last one is repeated.
     #[inline(always)]
     fn columns_at<L: Lanes<8>>(&self, l: L, x: u32, dx: f32) -> ScreenColumns<L::F> {
         let mut columns = [0.0; 8];

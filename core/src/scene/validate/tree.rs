@@ -6,7 +6,7 @@ use crate::scene::{STACK_ENTRIES, Scene, SceneError};
 use core::ops::Range;
 use heapless::Vec;
 
-/// Whether `order` names each of `W` lanes once.
+/// Returns whether `order` names each of `W` lanes once.
 fn is_permutation<const W: usize>(order: u32) -> bool {
     let bits = W.trailing_zeros();
     let named = (0..W as u32).fold(0u32, |named, place| {
@@ -27,7 +27,7 @@ pub(super) struct Tree<'m> {
 }
 
 impl Tree<'_> {
-    /// Whether a leaf of this many triangles holds them and no others.
+    /// Returns whether a leaf of this many triangles holds them and no others.
     fn check_leaf<const W: usize>(
         &self,
         scene: &Scene<'_, W>,

@@ -78,7 +78,7 @@ where
         });
     }
 
-    /// Once all rays of a fan's wavelength are through, its next.
+    /// Goes to a fan's next wavelength once all rays of this one are through.
     #[inline(always)]
     pub(super) fn advance_fan(&mut self) {
         if let Some(fan) = &self.fan

@@ -16,7 +16,7 @@ impl<const W: usize, const EFFECTS: u32, R: Record> RayTree<'_, '_, W, EFFECTS, 
 where
     Simd: Runs<W>,
 {
-    /// A surface's own light and that of lights, in the colours of its texture.
+    /// Returns a surface's own light and that of lights, in the colours of its texture.
     #[inline(always)]
     pub(super) fn own_light(&mut self, surface: &Surface<'_>, incidence: Incidence) -> Vec3 {
         let material = surface.material;
@@ -46,7 +46,7 @@ where
         light
     }
 
-    /// Light from lights: ambient, Lambert, and Blinn-Phong (Blinn 1977).
+    /// Returns light from lights: ambient, Lambert, and Blinn-Phong (Blinn 1977).
     fn lit(&mut self, at: &Lighting<'_, '_>) -> Vec3 {
         let scene = &self.shading.searcher.scene;
         let mut sum = Vec3::from_array(scene.header.ambient) * at.diffuse;
@@ -79,7 +79,7 @@ where
         sum
     }
 
-    /// The mean over points of a rectangle; its middle alone without soft light.
+    /// Returns the mean over points of a rectangle; its middle alone without soft light.
     fn lit_by_rectangle(&mut self, at: &Lighting<'_, '_>, number: u32, source: &Light) -> Vec3 {
         const SOFT_LIGHT: u32 = EffectSet::SOFT_LIGHT.bits();
         let Some(rectangle) = Rectangle::new(source) else {
@@ -124,7 +124,7 @@ where
         Vec3::from_array(source.colour) * (sum / count as f32)
     }
 
-    /// Whether something keeps light from a place: a ray for `cause`.
+    /// Returns whether something keeps light from a place: a ray for `cause`.
     #[inline]
     fn is_shadowed(&mut self, ray: &Ray, limit: f32, cause: EffectSet) -> bool {
         const SHADOWS: u32 = EffectSet::SHADOWS.bits();
@@ -162,7 +162,7 @@ pub(super) struct Incidence {
 }
 
 impl Lighting<'_, '_> {
-    /// The unit vector to a light and its cosine, where it is on the ray's side.
+    /// Returns the unit vector to a light and its cosine, where it is on the ray's side.
     #[inline(always)]
     fn sees(&self, to_light: Vec3) -> Option<(Vec3, f32)> {
         let unit = normalize(to_light)?;
@@ -171,7 +171,7 @@ impl Lighting<'_, '_> {
         (cosine > 0.0 && outside).then_some((unit, cosine))
     }
 
-    /// A ray to a light and the light's distance along it.
+    /// Returns a ray to a light and the light's distance along it.
     #[inline(always)]
     fn ray_to(&self, unit: Vec3, place: Option<Vec3>) -> Option<(Ray, f32)> {
         let start = self.surface.start(unit);
@@ -179,7 +179,7 @@ impl Lighting<'_, '_> {
         Some((Ray::new(start, along)?, limit))
     }
 
-    /// What it sends back along the ray of irradiance 1 from a direction.
+    /// Returns what it sends back along the ray of irradiance 1 from a direction.
     #[inline(always)]
     fn answer(&self, unit: Vec3, cosine: f32) -> Vec3 {
         let material = self.surface.material;

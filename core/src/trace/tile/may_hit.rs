@@ -69,7 +69,7 @@ impl<const W: usize> Kernel<W> for MayHit<'_, '_, W> {
 }
 
 impl<const W: usize> MayHit<'_, '_, W> {
-    /// The node below a lane of another, or an instance's cover, if there is one.
+    /// Returns the node below a lane of another, or an instance's cover, if there is one.
     #[inline(always)]
     fn child(&self, node: u32, lane: usize) -> Option<u32> {
         let child = *self.scene.nodes.get(node as usize)?.child.get(lane)?;

@@ -184,7 +184,7 @@ impl TileSlabs {
         )
     }
 
-    /// Least and greatest corner as nearer and farther planes.
+    /// Returns least and greatest corner as nearer and farther planes.
     #[inline(always)]
     pub(super) fn planes(&self, low: [f32; 3], high: [f32; 3]) -> ([f32; 3], [f32; 3]) {
         let pick = |axis: usize, far: usize| {

@@ -108,7 +108,7 @@ const PORTABLE: &str = Simd::PORTABLE.name();
 const NO_AVX2: &str = "note: no AVX2 here: frames are compared on portable code alone, by modes, \
                        trees and numbers of threads; a processor with AVX2 compares both";
 
-/// The instruction sets on which frames were compared, where `simd` is the fastest.
+/// Returns the instruction sets on which frames were compared, where `simd` is the fastest.
 fn paths_compared(cases: &[Row], simd: &'static str) -> Vec<&'static str> {
     if cases.iter().all(|row| row.group != FRAMES) {
         Vec::new()

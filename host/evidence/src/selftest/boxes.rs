@@ -65,7 +65,7 @@ fn smits(ray: &Ray, low: Vec3, high: Vec3) -> bool {
     far >= 0.0 && near <= far
 }
 
-/// Whether the half-line meets the box with `more` metres added around, in f64.
+/// Returns whether the half-line meets the box with `more` metres added around, in f64.
 fn truth(ray: &Ray, low: Vec3, high: Vec3, more: f64) -> bool {
     let (o, d) = (ray.origin().as_dvec3(), ray.direction().as_dvec3());
     let (low, high) = (low.as_dvec3() - more, high.as_dvec3() + more);
@@ -89,7 +89,7 @@ fn on_grid(inputs: &mut Inputs) -> DVec3 {
     DVec3::from_array([0; 3].map(|_| inputs.range(-64.0, 64.0).round() / 8.0))
 }
 
-/// A box, and one of its points: inside, on a face, on an edge or a corner.
+/// Returns a box, and one of its points: inside, on a face, on an edge or a corner.
 fn a_box(inputs: &mut Inputs) -> (Corners, DVec3) {
     let (a, b) = (on_grid(inputs), on_grid(inputs));
     let (low, high) = (a.min(b), a.max(b));
@@ -101,7 +101,7 @@ fn a_zero(inputs: &mut Inputs) -> f32 {
     if inputs.sign() < 0.0 { -0.0 } else { 0.0 }
 }
 
-/// A ray through the point, with `zeros` components of the direction exactly 0.
+/// Returns a ray through the point, with `zeros` components of the direction exactly 0.
 fn through(inputs: &mut Inputs, point: DVec3, zeros: usize) -> Option<Ray> {
     let mut direction = single(on_grid(inputs));
     let first = inputs.below(3);

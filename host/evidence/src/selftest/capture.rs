@@ -70,7 +70,7 @@ fn perspective(a: f32, p: f32) -> Option<(SpheroidMirror, Mirror)> {
     Some((SpheroidMirror::perspective(a, p).ok()?, double.ok()?))
 }
 
-/// One of the paper's two mirrors with a viewpoint, or the best one.
+/// Returns one of the paper's two mirrors with a viewpoint, or the best one.
 fn named(inputs: &mut Inputs) -> Option<(SpheroidMirror, Mirror)> {
     let mirror = [
         SpheroidMirror::PAPER_SPHERE,

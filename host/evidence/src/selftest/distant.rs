@@ -236,8 +236,8 @@ struct Met<'t> {
 }
 
 impl Met<'_> {
-    /// The distance by which surfaces or outlines would have to move, metres, for the nearest
-    /// hit to be as found.
+    /// Returns the distance by which surfaces or outlines would have to move, metres, for the
+    /// nearest hit to be as found.
     fn error(&self, found: Option<f32>) -> f64 {
         let (found, nearest) = match (found.map(f64::from), self.nearest) {
             (None, None) => return 0.0,
@@ -261,8 +261,8 @@ impl Met<'_> {
         }
     }
 
-    /// The distance of the ray's line from the nearest edge between a front and a back face,
-    /// metres: the mesh can be missed there and nowhere else.
+    /// Returns the distance of the ray's line from the nearest edge between a front and a back
+    /// face, metres: the mesh can be missed there and nowhere else.
     fn outline(&self) -> f64 {
         let sines = |of: &[usize]| {
             let faces = |&triangle: &usize| {

@@ -80,8 +80,8 @@ fn frame(
     render::cave(scene, &room, &[eye], &options, &|_, _| {}).ok()
 }
 
-/// The bits of a frame at a quarter of its size, every pixel the mean of 16: threads take rows in
-/// turn, and their sums for a pixel are added at the end.
+/// Returns the bits of a frame at a quarter of its size, every pixel the mean of 16: threads take
+/// rows in turn, and their sums for a pixel are added at the end.
 fn reduced(frame: &Frame, threads: usize) -> Vec<u32> {
     let mut bits = Vec::new();
     for picture in frame.pictures.iter().map(|one| &one.picture) {

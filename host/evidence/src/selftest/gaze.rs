@@ -58,7 +58,7 @@ struct Both {
 }
 
 impl Both {
-    /// A viewer who looks along −Z, so that no axis rounds anything. `None` is not reached.
+    /// Returns a viewer who looks along −Z, so that no axis rounds anything. `None` is not reached.
     fn front() -> Option<Self> {
         let sight = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).ok()?;
         let double =
@@ -96,7 +96,7 @@ fn compare(
     })
 }
 
-/// The ray whose angles are a and b: equations 4 and 5, read backwards, |a| up
+/// Returns the ray whose angles are a and b: equations 4 and 5, read backwards, |a| up
 /// to π and |b| below π/2.
 fn of_angles(a: f64, b: f64) -> Vec3 {
     let (right, forward) = libm::sincos(a);
@@ -141,7 +141,7 @@ fn central_border(inputs: &mut Inputs) -> Vec3 {
     at(FRAC_PI_6 + off, inputs.unit())
 }
 
-/// The paper's border at a turn, radians.
+/// Returns the paper's border at a turn, radians.
 fn outer(turn: f64) -> f64 {
     let (along, across) = libm::sincos(turn * TAU);
     let up = if along < 0.0 { 70f64 } else { 60.0 };
@@ -195,7 +195,7 @@ fn continuity(effort: Effort) -> Option<Errors> {
     found.filter(|_| bounded >= tries / 3)
 }
 
-/// A direction next to a border of the formula.
+/// Returns a direction next to a border of the formula.
 fn at_a_border(inputs: &mut Inputs) -> Vec3 {
     let turn = match inputs.below(3) {
         0 => inputs.unit(),
@@ -213,7 +213,7 @@ fn at_a_border(inputs: &mut Inputs) -> Vec3 {
     }
 }
 
-/// The most that a level without a step may change between two directions.
+/// Returns the most that a level without a step may change between two directions.
 ///
 /// With l and L of equations 6 and 7 and φ the turn around the line of sight,
 /// the level falls by 1/(L − π/6) a radian of l, and changes by at most as much
@@ -262,7 +262,7 @@ impl Turned {
         })
     }
 
-    /// The direction in the axes of a viewer who looks along −Z, by plain cross products.
+    /// Returns the direction in the axes of a viewer who looks along −Z, by plain cross products.
     fn seen(&self, direction: Vec3) -> Vec3 {
         let forward = self.forward.normalize();
         let right = forward.cross(self.up).normalize();
@@ -296,7 +296,7 @@ fn turned(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Vec3) -> Option<Er
 /// The largest angle that counts as next to the side, radians.
 const SIDE: f64 = 0.1;
 
-/// A direction on a border, along the line of sight or anywhere but next to the side.
+/// Makes a direction on a border, along the line of sight or anywhere but next to the side.
 fn anywhere(inputs: &mut Inputs) -> Vec3 {
     loop {
         let turn = inputs.unit();

@@ -11,7 +11,7 @@ impl Inputs {
         Self(Random::new(seed, 8))
     }
 
-    /// A number from 0 up to, but not including, 1.
+    /// Returns a number from 0 up to, but not including, 1.
     pub(crate) fn unit(&mut self) -> f64 {
         let high = u64::from(self.0.bits()) << 32 | u64::from(self.0.bits());
         (high >> 11) as f64 / (1u64 << 53) as f64
@@ -21,7 +21,7 @@ impl Inputs {
         low + (high - low) * self.unit()
     }
 
-    /// A number between two powers of ten, evenly over the exponents.
+    /// Returns a number between two powers of ten, evenly over the exponents.
     pub(crate) fn magnitude(&mut self, low: f64, high: f64) -> f64 {
         libm::exp10(self.range(low, high))
     }
@@ -35,7 +35,7 @@ impl Inputs {
         (self.unit() * count as f64) as usize
     }
 
-    /// A direction, evenly over the unit sphere.
+    /// Returns a direction, evenly over the unit sphere.
     pub(crate) fn direction(&mut self) -> DVec3 {
         let z = self.range(-1.0, 1.0);
         let (sin, cos) = libm::sincos(self.range(0.0, std::f64::consts::TAU));
@@ -43,12 +43,12 @@ impl Inputs {
         DVec3::new(r * cos, r * sin, z)
     }
 
-    /// A point, evenly in the unit ball.
+    /// Returns a point, evenly in the unit ball.
     pub(crate) fn in_ball(&mut self) -> DVec3 {
         self.direction() * libm::cbrt(self.unit())
     }
 
-    /// A unit vector perpendicular to another.
+    /// Returns a unit vector perpendicular to another.
     pub(crate) fn across(&mut self, direction: DVec3) -> DVec3 {
         let (x, y) = direction.any_orthonormal_pair();
         let (sin, cos) = libm::sincos(self.range(0.0, std::f64::consts::TAU));
@@ -56,7 +56,8 @@ impl Inputs {
     }
 }
 
-/// A ray from `origin` towards `target`, rounded to f32 for the tracer and the reference alike.
+/// Returns a ray from `origin` towards `target`, rounded to f32 for the tracer and the reference
+/// alike.
 pub(super) fn aimed(origin: DVec3, target: DVec3) -> Option<Ray> {
     Ray::new(origin.as_vec3(), (target - origin).as_vec3())
 }

@@ -40,7 +40,7 @@ pub(super) fn positions(mesh: &TriangleMesh, triangle: [u32; 3]) -> [Vec3; 3] {
     triangle.map(|v| Vec3::from(mesh.positions[v as usize]))
 }
 
-/// The parts of a closed mesh, each by its vertices in order: `of` are those of a triangle.
+/// Returns the parts of a closed mesh, each by its vertices in order: `of` are those of a triangle.
 fn targets(mesh: &TriangleMesh, of: fn([u32; 3]) -> Vec<Vec<u32>>) -> Vec<Target> {
     let mut parts: BTreeMap<Vec<u32>, Vec<[Vec3; 3]>> = BTreeMap::new();
     for &triangle in &mesh.triangles {
@@ -71,7 +71,7 @@ fn edges([a, b, c]: [u32; 3]) -> Vec<Vec<u32>> {
     edges.map(|[p, q]| vec![p.min(q), p.max(q)]).to_vec()
 }
 
-/// A turned ellipsoid of 5,120 triangles: an icosahedron, its faces cut in
+/// Returns a turned ellipsoid of 5,120 triangles: an icosahedron, its faces cut in
 /// four four times. Convex, so that from inside every target is in sight.
 pub(super) fn ellipsoid() -> TriangleMesh {
     let golden = f64::midpoint(1.0, 5f64.sqrt());

@@ -54,7 +54,7 @@ pub(super) const CASES: &[Case] = cases! {
         "a normal that faces away from the ray, as an interpolated one may";
 };
 
-/// A direction down to a level border at an angle of this cosine.
+/// Returns a direction down to a level border at an angle of this cosine.
 fn falling(cos: f32) -> Vec3 {
     let sin = (1.0 - f64::from(cos) * f64::from(cos)).max(0.0).sqrt();
     Vec3::new(sin as f32, -cos, 0.0)
@@ -139,7 +139,7 @@ fn index(inputs: &mut Inputs) -> f32 {
     [1.333_403, 1.458_464, 1.5168, 1.784_72, 2.417_486][inputs.below(5)]
 }
 
-/// The cosine at which light of an index stays inside.
+/// Returns the cosine at which light of an index stays inside.
 fn critical(index: f32) -> f64 {
     let sine = 1.0 / f64::from(index);
     (1.0 - sine * sine).sqrt()

@@ -51,8 +51,8 @@ impl Wall {
         screen.view_from(eye).ok()
     }
 
-    /// The vector from the eye to a place of the wall; `x` and `y` are in pixels, (0, 0) is the
-    /// middle of the first.
+    /// Returns the vector from the eye to a place of the wall; `x` and `y` are in pixels, (0, 0) is
+    /// the middle of the first.
     fn exact(&self, eye: Vec3, x: f64, y: f64) -> DVec3 {
         let Self(corners, [columns, rows]) = self;
         let [ll, lr, ul] = corners.map(Vec3::as_dvec3);
@@ -61,7 +61,7 @@ impl Wall {
         ul + (lr - ll) * u + (ll - ul) * v - eye.as_dvec3()
     }
 
-    /// The ray by the inverse of a projection (Kooima, "Generalized Perspective
+    /// Returns the ray by the inverse of a projection (Kooima, "Generalized Perspective
     /// Projection", 2009), near 0.1 m and far 100 m.
     fn by_matrix(&self, eye: Vec3, x: f32, y: f32) -> Vec3 {
         let Self([lower_left, lower_right, upper_left], size) = *self;
@@ -100,7 +100,7 @@ impl Wall {
         room_from_clip.project_point3(ndc) - eye
     }
 
-    /// The farthest coordinate of its corners and the eye, metres.
+    /// Returns the farthest coordinate of its corners and the eye, metres.
     fn reach(&self, eye: Vec3) -> f64 {
         let all = self.0.into_iter().chain([eye]);
         let farthest = all.map(shisen_core::numeric::largest_magnitude);
@@ -126,7 +126,7 @@ fn compare(worst: &mut Errors, wall: &Wall, eye: Vec3, x: u32, y: u32) {
     worst.naive(error(wall.by_matrix(eye, x, y)));
 }
 
-/// A wall of 3 m × 2 m or so, turned any way, its lower left corner at the
+/// Returns a wall of 3 m × 2 m or so, turned any way, its lower left corner at the
 /// origin; and its normal.
 fn drawn(inputs: &mut Inputs, width: f64, height: f64, size: [u32; 2]) -> (Wall, [DVec3; 3]) {
     let normal = inputs.direction();
@@ -136,8 +136,8 @@ fn drawn(inputs: &mut Inputs, width: f64, height: f64, size: [u32; 2]) -> (Wall,
     (Wall(corners, size), [right, up, normal])
 }
 
-/// A wall whose plane is that of two axes, so that it is known to a micrometre; its width and
-/// height.
+/// Returns a wall whose plane is that of two axes, so that it is known to a micrometre; its width
+/// and height.
 fn level(inputs: &mut Inputs) -> (Wall, f64, f64) {
     let (width, height) = (inputs.range(1.0, 4.0), inputs.range(1.0, 4.0));
     let corners = [Vec3::ZERO, Vec3::X * width as f32, Vec3::Y * height as f32];
@@ -158,7 +158,7 @@ fn next_to_it(inputs: &mut Inputs, worst: &mut Errors) {
     compare(worst, &wall, eye, x, y);
 }
 
-/// A distance just above the limit: the wall's normal is rounded.
+/// Returns a distance just above the limit: the wall's normal is rounded.
 fn just_over() -> f32 {
     FlatScreen::CLOSEST * (1.0 + 1.0e-6)
 }
@@ -213,7 +213,7 @@ fn square(inputs: &mut Inputs) -> Seam {
     }
 }
 
-/// Walls on both sides of an edge in any direction.
+/// Returns walls on both sides of an edge in any direction.
 fn crooked(inputs: &mut Inputs) -> Seam {
     let size = inputs.magnitude(0.0, 1.0);
     let foot = inputs.in_ball() * 2.0;

@@ -84,7 +84,7 @@ fn add_mesh(scene: &mut Scene, mesh: TriangleMesh, material: Material) {
     add(scene, Shape::Mesh(scene.meshes.len() - 1), material);
 }
 
-/// A box from corner to corner, faces outwards.
+/// Returns a box from corner to corner, faces outwards.
 fn cuboid(low: DVec3, high: DVec3) -> TriangleMesh {
     let (low, high) = (single(low).to_array(), single(high).to_array());
     let corner = |i: usize| [0, 1, 2].map(|axis| [low, high][i >> axis & 1][axis]);
@@ -282,7 +282,7 @@ fn hall(_: Effort) -> Option<Errors> {
     Some(worst)
 }
 
-/// A direction down at up to 80° to the normal.
+/// Returns a direction down at up to 80° to the normal.
 fn slanting(inputs: &mut Inputs) -> Vec3 {
     let (sin, cos) = libm::sincos(inputs.range(0.0, 80f64.to_radians()));
     let across = inputs.across(DVec3::Z);
@@ -334,8 +334,8 @@ fn slab(way: fn(&mut Inputs) -> Vec3, inwards: bool) -> Option<Errors> {
     Some(worst)
 }
 
-/// The light that leaves a slab of this index after 2, 4, 6 … up to `depth` borders. Light that is
-/// not followed further inside leaves at once.
+/// Returns the light that leaves a slab of this index after 2, 4, 6 … up to `depth` borders. Light
+/// that is not followed further inside leaves at once.
 fn through(cos: f64, index: f64, depth: u8) -> f64 {
     let Some((r, _)) = exact_refraction(cos, 1.0, index) else {
         return f64::NAN;
@@ -354,8 +354,8 @@ fn through(cos: f64, index: f64, depth: u8) -> f64 {
     through
 }
 
-/// The light of a ray down through the slab to the panel by the textbook, where both rays start
-/// a fixed distance off each border; from index `m` into `n`.
+/// Returns the light of a ray down through the slab to the panel by the textbook, where both rays
+/// start a fixed distance off each border; from index `m` into `n`.
 fn stepped(eye: &mut Eye<'_>, ray: &Ray, (m, n): (f32, f32), inwards: bool, depth: u8) -> f64 {
     let Some((t, _)) = eye.nearest(ray) else {
         return 0.0;

@@ -127,7 +127,7 @@ fn body(inputs: &mut Inputs) -> ([f32; 2], DVec3) {
     (radii, DVec3::new(e, p, e))
 }
 
-/// The distance of a touching line from the surface, radii: on either side, 10⁻⁹ to 10⁻⁶.
+/// Returns the distance of a touching line from the surface, radii: on either side, 10⁻⁹ to 10⁻⁶.
 fn beside(inputs: &mut Inputs) -> f64 {
     inputs.sign() * inputs.magnitude(-9.0, -6.0)
 }

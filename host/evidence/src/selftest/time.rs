@@ -64,8 +64,8 @@ impl Device {
         })
     }
 
-    /// Both ways' times of a sample measured at `time` with the device time `shown`, and its
-    /// arrival.
+    /// Returns both ways' times of a sample measured at `time` with the device time `shown`, and
+    /// its arrival.
     fn stamp(&mut self, time: u64, shown: DeviceTime) -> [i64; 3] {
         let arrival = time + 2_000 + self.inputs.below(1_000) as u64;
         let mut sample = Sample::arrived(Micros(arrival));
@@ -184,7 +184,7 @@ fn render(budget: u64, calls: u64) -> Option<(Vec<Pixel>, u64)> {
     Some((pixels, first?))
 }
 
-/// The number of pixels that differ in a bit.
+/// Returns the number of pixels that differ in a bit.
 fn different(a: &[Pixel], b: &[Pixel]) -> f64 {
     let bits = |p: &Pixel| [p.red, p.green, p.blue, p.alpha].map(f32::to_bits);
     let unlike = a.iter().zip(b).filter(|(a, b)| bits(a) != bits(b));

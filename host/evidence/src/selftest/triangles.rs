@@ -50,7 +50,7 @@ fn ours(corners: [Vec3; 3], ray: &Ray) -> Option<f32> {
     Triangle(corners).intersect(ray, extent).map(|hit| hit.t)
 }
 
-/// The farthest coordinate, metres.
+/// Returns the farthest coordinate, metres.
 fn extent(corners: [Vec3; 3], ray: &Ray) -> f64 {
     let all = [corners[0], corners[1], corners[2], ray.origin()];
     all.into_iter()
@@ -58,8 +58,9 @@ fn extent(corners: [Vec3; 3], ray: &Ray) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// The distance from the ray's line to the nearest edge, metres; below 0 for a line outside, and
-/// then the distance to the farthest crossed edge. Off by 10⁻¹⁵ of the size of the inputs.
+/// Returns the distance from the ray's line to the nearest edge, metres; below 0 for a line
+/// outside, and then the distance to the farthest crossed edge. Off by 10⁻¹⁵ of the size of the
+/// inputs.
 fn margin(corners: [Vec3; 3], ray: &Ray) -> f64 {
     let corners = corners.map(Vec3::as_dvec3);
     let (o, d) = (ray.origin().as_dvec3(), ray.direction().as_dvec3());
@@ -228,7 +229,7 @@ fn without_area(inputs: &mut Inputs, worst: &mut Errors) -> Option<()> {
     Some(())
 }
 
-/// The least distance of the ray's line from the sides of a triangle.
+/// Returns the least distance of the ray's line from the sides of a triangle.
 fn between_lines(ray: &Ray, corners: [Vec3; 3]) -> f64 {
     let (o, d) = (
         ray.origin().as_dvec3(),

@@ -156,7 +156,7 @@ struct Done {
     dearest: u64,
 }
 
-/// The steps that a frame leaves untouched, for the work that it finishes after the others.
+/// Returns the steps that a frame leaves untouched, for the work that it finishes after the others.
 const fn set_aside(dearest: u64) -> u64 {
     dearest.saturating_sub(1)
 }
@@ -167,8 +167,8 @@ fn render_within(views: &[(View, Renderer<'_>)], steps: u64, dearest: u64) -> Re
     render(views, budget, u64::MAX)
 }
 
-/// The most steps from the end of a budget to the end of the work begun: in slices of one step
-/// each pixel has a call of its own, with the rays of its block where it is the first.
+/// Returns the most steps from the end of a budget to the end of the work begun: in slices of one
+/// step each pixel has a call of its own, with the rays of its block where it is the first.
 fn dearest(views: &[(View, Renderer<'_>)]) -> Result<u64, Cause> {
     Ok(render(views, Budget::UNLIMITED, 1)?.dearest)
 }
@@ -220,7 +220,7 @@ fn render(views: &[(View, Renderer<'_>)], budget: Budget, slice: u64) -> Result<
     })
 }
 
-/// The linear colour of a value from 0 to 1.
+/// Returns the linear colour of a value from 0 to 1.
 fn viridis(value: f64) -> [f32; 4] {
     let colour = VIRIDIS.eval_continuous(value);
     let linear = |channel: u8| (f32::from(channel) / 255.0).powf(2.2);

@@ -103,14 +103,15 @@ impl Optics {
         point.measured(errors, time, Some(time.first.statistics.steps))
     }
 
-    /// The largest error of surroundings that are far away, pixels of 4,096.
+    /// Returns the largest error of surroundings that are far away, pixels of 4,096.
     fn far_error(&self) -> f64 {
         Design::of(self.mirror.mirror())
             .mapped(self.mapping)
             .error_px_4096
     }
 
-    /// The largest error of surroundings at a distance in equatorial radii, pixels of 4,096.
+    /// Returns the largest error of surroundings at a distance in equatorial radii, pixels of
+    /// 4,096.
     fn near_error(&self, distance: f64) -> Option<f64> {
         let near = NearField::new(self.mirror.mirror(), self.mapping);
         near.check(distance).ok()?;
@@ -182,7 +183,7 @@ fn mappings(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
 
 const HALF_A_PIXEL: Limit = limit(0.5, "half a pixel");
 
-/// The optics whose sizes are compared, the nearest at 100 radii first: of equal ones the
+/// Returns the optics whose sizes are compared, the nearest at 100 radii first: of equal ones the
 /// first is chosen.
 fn nearest_first() -> Vec<Optics> {
     let mut optics = all(1);

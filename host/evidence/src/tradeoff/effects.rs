@@ -107,7 +107,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     Ok(section)
 }
 
-/// One wall in front; `size` is in pixels a side.
+/// Returns one wall in front; `size` is in pixels a side.
 fn room(size: u32) -> Result<Cave, Cause> {
     let corner = |x: f64, y: f64| DVec3::new(x, y, -1.5);
     let corners = [corner(-1.5, -1.5), corner(1.5, -1.5), corner(-1.5, 1.5)];
@@ -116,7 +116,7 @@ fn room(size: u32) -> Result<Cave, Cause> {
     Ok(Cave::new(vec![wall])?)
 }
 
-/// The scene with the bench's mesh for its animals, and a picture to hang up.
+/// Returns the scene with the bench's mesh for its animals, and a picture to hang up.
 fn scene(bench: &Bench<'_>) -> Result<Scene, Cause> {
     let folder = tempfile::tempdir()?;
     swatches()?.write_png(&folder.path().join("picture.png"), &[])?;

@@ -39,8 +39,8 @@ pub(super) struct CloseUp {
 pub(super) const CLOSE_UP: u32 = 200;
 
 impl CloseUp {
-    /// A close-up for viewers that look along `forward`, not upwards, past the middle of the
-    /// head: 5° all round the point they look at; `size` is in pixels a side.
+    /// Returns a close-up for viewers that look along `forward`, not upwards, past the middle of
+    /// the head: 5° all round the point they look at; `size` is in pixels a side.
     pub(super) fn new(forward: Vec3, eyes: &[Observer], size: u32) -> Result<Self, Cause> {
         let forward = forward.as_dvec3().normalize();
         let right = forward.cross(DVec3::Y).normalize();
@@ -78,7 +78,7 @@ impl CloseUp {
         error(&self.sights, pictures(found), truth)
     }
 
-    /// The pixels within 1° of the line of sight, of the eye with fewest.
+    /// Returns the pixels within 1° of the line of sight, of the eye with fewest.
     pub(super) fn pixels_in_the_fovea(&self) -> usize {
         let pixels = self.sights.iter().map(|sight| sight.pixels(Ring::Fovea));
         pixels.min().unwrap_or(0)
@@ -190,7 +190,7 @@ impl Room {
         observers(self.line_of_sight, lod)
     }
 
-    /// The view and the observer of each picture of a frame, in its order.
+    /// Returns the view and the observer of each picture of a frame, in its order.
     pub(super) fn views(&self, lod: Option<Lod>) -> Result<Vec<(View, Observer)>, Cause> {
         let mut views = Vec::new();
         for screen in self.cave.screens() {
@@ -227,14 +227,14 @@ impl Room {
         error(&self.sights, found, truth)
     }
 
-    /// The left eye's walls unfolded; pictures are in the order of a frame's.
+    /// Returns the left eye's walls unfolded; pictures are in the order of a frame's.
     pub(super) fn unfold(&self, pictures: &[Picture]) -> Result<Picture, Cause> {
         let of_left = pictures.iter().step_by(Eye::STEREO.len());
         let screens: Vec<_> = self.cave.screens().zip(of_left).collect();
         Ok(net::unfold(&screens)?)
     }
 
-    /// Pixels a degree at the middle of a wall.
+    /// Returns pixels a degree at the middle of a wall.
     pub(super) fn pixels_per_degree(&self) -> f32 {
         let each = self.sights.iter().map(Sight::pixels_per_degree);
         each.fold(f32::INFINITY, f32::min)
@@ -267,7 +267,7 @@ fn rendered(
     )?)
 }
 
-/// The error of pictures, which are in the order of a frame's.
+/// Returns the error of pictures, which are in the order of a frame's.
 fn error<'p>(
     sights: &[Sight],
     found: impl Iterator<Item = &'p Picture>,

@@ -72,7 +72,7 @@ impl Comparison {
     }
 }
 
-/// A sentence that names the cheapest point within the limit, or the nearest to the truth
+/// Returns a sentence that names the cheapest point within the limit, or the nearest to the truth
 /// where no point is. The cost is steps where all points have them, which are exact, and else
 /// time, by which nothing is chosen where the build's times do not count.
 pub(super) fn choice(points: &[Point], label: &str, limit: &Limit, times_count: bool) -> String {
@@ -153,7 +153,7 @@ impl Cost {
         self.number(a).total_cmp(&self.number(b))
     }
 
-    /// Whether one costs less than another beyond doubt: by more than a hundredth of the
+    /// Returns whether one costs less than another beyond doubt: by more than a hundredth of the
     /// steps, or than the spread of the times.
     fn is_less(self, one: &Point, other: &Point) -> bool {
         let doubt = match self {

@@ -273,7 +273,7 @@ fn central(degrees: u16) -> Result<VisualField, Cause> {
     Ok(VisualField::new(limits, paper.boundary())?)
 }
 
-/// The paper's field with its border farther out by this angle, as far as fields go.
+/// Returns the paper's field with its border farther out by this angle, as far as fields go.
 fn border(degrees: i8) -> Result<VisualField, Cause> {
     let paper = VisualField::PAPER;
     let by = f32::from(degrees).to_radians();

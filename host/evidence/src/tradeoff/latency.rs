@@ -128,7 +128,7 @@ fn horizons(
     Ok(comparison)
 }
 
-/// A frame whose field of full detail is wider by these degrees.
+/// Returns a frame whose field of full detail is wider by these degrees.
 fn widened(degrees: f64) -> Way<'static> {
     let field = VisualField::PAPER.wider(degrees.to_radians() as f32);
     let lod = field.map(|field| Lod {

@@ -43,7 +43,7 @@ impl Ring {
     /// All of them, from the middle outwards.
     pub const ALL: [Self; 3] = [Self::Fovea, Self::Parafovea, Self::Periphery];
 
-    /// The ring at an angle from the line of sight, degrees.
+    /// Returns the ring at an angle from the line of sight, degrees.
     pub fn of(degrees: f32) -> Self {
         match degrees {
             ..=1.0 => Self::Fovea,

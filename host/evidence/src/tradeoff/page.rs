@@ -18,7 +18,7 @@ use std::ops::Range;
 /// Columns and rows of a chart; two stand side by side.
 const CHART: [u32; 2] = [580, 400];
 
-/// The page.
+/// Returns the page.
 ///
 /// # Errors
 /// A chart that cannot be drawn, a picture that cannot be encoded.
@@ -99,7 +99,7 @@ fn write_comparison(page: &mut String, comparison: &Comparison) -> io::Result<()
 
 const NUMBER: &str = " class=\"number\"";
 
-/// A cell of a table, `th` or `td`.
+/// Returns a cell of a table, `th` or `td`.
 fn cell(tag: &str, attribute: &str, text: &str) -> String {
     format!("<{tag}{attribute}>{}</{tag}>", escaped(text))
 }
@@ -226,7 +226,7 @@ fn charts_of(comparison: &Comparison) -> Vec<Chart> {
 /// The most points that are all named.
 const FEW: usize = 6;
 
-/// The points in the colours of their series, and their front; `None` where no point has a
+/// Returns the points in the colours of their series, and their front; `None` where no point has a
 /// cost.
 // Longer than 80 lines: it sets each part of one drawing in turn.
 fn chart(
@@ -334,7 +334,7 @@ fn part(range: &Range<f64>, value: f64, logarithmic: bool) -> f64 {
     }
 }
 
-/// Whether numbers above 0 are far enough apart for ticks at powers of ten.
+/// Returns whether numbers above 0 are far enough apart for ticks at powers of ten.
 fn spans_decades(numbers: &[f64]) -> bool {
     let [least, most] = ends(numbers.iter().copied().filter(|number| *number > 0.0));
     most > 10.0 * least
@@ -347,7 +347,7 @@ fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
     )
 }
 
-/// The range of numbers with room around them; `None` where none can be shown.
+/// Returns the range of numbers with room around them; `None` where none can be shown.
 fn axis(numbers: &[f64], logarithmic: bool) -> Option<Range<f64>> {
     let shown = numbers.iter().copied();
     let [least, most] = ends(shown.filter(|number| !logarithmic || *number > 0.0));
@@ -364,7 +364,7 @@ fn axis(numbers: &[f64], logarithmic: bool) -> Option<Range<f64>> {
     is_drawable(&range, logarithmic).then_some(range)
 }
 
-/// Three digits, and more before the point.
+/// Returns three digits, and more before the point.
 pub(super) fn short(number: f64) -> String {
     let size = number.abs();
     if size == 0.0 {
@@ -400,7 +400,7 @@ pub(super) fn time(seconds: f64) -> String {
     }
 }
 
-/// A whole number in groups of three digits with thin spaces.
+/// Returns a whole number in groups of three digits with thin spaces.
 fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();

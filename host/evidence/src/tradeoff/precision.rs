@@ -67,7 +67,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     Ok(section)
 }
 
-/// The precision to choose for all stages together: a program has one.
+/// Returns the precision to choose for all stages together: a program has one.
 fn choice(comparisons: &[Comparison], times_count: bool) -> String {
     let beyond = |way: usize| {
         let is_beyond = |one: &&Comparison| one.points[way].error() > one.limit.error;
@@ -143,7 +143,7 @@ const OURS: usize = 0;
 const NAIVE: usize = 1;
 const DOUBLE: usize = 2;
 
-/// The built-in, the textbook's and the true way at all inputs; `error` gives the kinds of
+/// Returns the built-in, the textbook's and the true way at all inputs; `error` gives the kinds of
 /// errors of a result.
 fn ways<'w, I, T, E, const N: usize>(
     inputs: &'w [I],

@@ -128,7 +128,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     Ok(section)
 }
 
-/// The difference that 95 % of the pixels with glass are below.
+/// Returns the difference that 95 % of the pixels with glass are below.
 fn off_by(truth: &Truth, found: &Picture) -> f64 {
     let [_, glass] = truth.differences(found);
     quantile_of(glass, 0.95)
@@ -193,8 +193,8 @@ fn truths<N: Copy + Send + Sync>(
     Ok((pictures, rougher))
 }
 
-/// The cost of the number of wavelengths by itself: with as many rays for each wavelength as
-/// in the truth edges are drawn alike, and add no error.
+/// Returns the cost of the number of wavelengths by itself: with as many rays for each wavelength
+/// as in the truth edges are drawn alike, and add no error.
 fn numbers_alone(
     bench: &Bench<'_>,
     details: &[Quartz],
@@ -316,7 +316,7 @@ impl Setting {
         })
     }
 
-    /// The paper's method with as many rays for each wavelength however many there are.
+    /// Returns the paper's method with as many rays for each wavelength however many there are.
     fn alone(count: u32) -> Result<Self, Cause> {
         let one = Self::new(Method::Paper, count)?;
         Ok(Self {
@@ -331,7 +331,7 @@ impl Setting {
         Ok(quartz.frame(self.dispersion, self.samples)?)
     }
 
-    /// The point of the setting's frames, one of each detail.
+    /// Returns the point of the setting's frames, one of each detail.
     fn measured(&self, truths: &[Truth], time: &Timed<Vec<Frame>>) -> Point {
         let pairs = truths.iter().zip(&time.first);
         let details: Vec<Vec<f64>> = pairs

@@ -5,7 +5,7 @@ fn levels(min: u32, max: u32, rungs: u32) -> PolygonLevels {
     PolygonLevels::new(min..=max, rungs).unwrap()
 }
 
-/// A closed torus of 2·`around`·`across` triangles, nowhere the same.
+/// Returns a closed torus of 2·`around`·`across` triangles, nowhere the same.
 fn torus(around: u32, across: u32) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     for (i, j) in (0..around).flat_map(|i| (0..across).map(move |j| (i, j))) {

@@ -23,7 +23,7 @@ impl Topology {
         }
     }
 
-    /// Whether no ray gets inside other than through a face.
+    /// Returns whether no ray gets inside other than through a face.
     pub const fn is_closed(&self) -> bool {
         self.open_edges == 0
     }
@@ -133,7 +133,7 @@ impl Side {
         sides.chunk_by(|a, b| a.ends == b.ends)
     }
 
-    /// How many of an edge's sides have no opposite.
+    /// Returns how many of an edge's sides have no opposite.
     fn open(edge: &[Self]) -> usize {
         let ascending = edge.iter().filter(|side| side.ascends).count();
         ascending.abs_diff(edge.len() - ascending)

@@ -42,7 +42,7 @@ pub fn write(warp: &Warp<'_>, to: impl Write + Seek) -> io::Result<()> {
     archive.finish()?.flush()
 }
 
-/// A portable float map: rows from the lowest up, the least byte first.
+/// Returns a portable float map: rows from the lowest up, the least byte first.
 fn write_points(warp: &Warp<'_>, to: &mut impl Write) -> io::Result<()> {
     let [columns, rows] = warp.grid;
     write!(to, "PF\n{columns} {rows}\n-1.000000\n")?;
@@ -82,7 +82,7 @@ fn alpha(warp: &Warp<'_>) -> io::Result<Vec<u8>> {
     Ok(file)
 }
 
-/// The text of `mpcdi.xml`, without a line feed at its end.
+/// Returns the text of `mpcdi.xml`, without a line feed at its end.
 fn description(warp: &Warp<'_>, points: &str, weights: &str) -> String {
     let projector = warp.projector;
     let [columns, rows] = projector.resolution;

@@ -62,7 +62,7 @@ impl Projector {
         Ok(Self::from_toml(&text, &path.to_string_lossy())?)
     }
 
-    /// A projector from the text of a file; `name` is what messages call it.
+    /// Returns a projector from the text of a file; `name` is what messages call it.
     ///
     /// ```toml
     /// name = "back"
@@ -214,7 +214,7 @@ impl Entry {
     }
 }
 
-/// The tangent of half a field of view, in degrees.
+/// Returns the tangent of half a field of view, in degrees.
 fn tangent(key: &'static str, direction: &str, degrees: f64) -> Result<f64, RoomError> {
     if (1.0..=179.0).contains(&degrees) {
         return Ok(libm::tan(0.5 * degrees.to_radians()));
@@ -223,7 +223,7 @@ fn tangent(key: &'static str, direction: &str, degrees: f64) -> Result<f64, Room
     Err(RoomError::new(key, message, "give degrees from 1 to 179"))
 }
 
-/// The axes of a projector that looks along a direction.
+/// Returns the axes of a projector that looks along a direction.
 fn looking(look: DVec3, up: DVec3) -> Result<DMat3, RoomError> {
     let DVec3 { x, y, z } = look;
     let Some(ahead) = look.try_normalize() else {

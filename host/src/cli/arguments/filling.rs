@@ -62,7 +62,7 @@ impl CaptureDetail {
         }
     }
 
-    /// The first of these arguments that was given.
+    /// Returns the first of these arguments that was given.
     pub fn given(&self) -> Option<&'static str> {
         let size = self.size.map(|_| "--fill-size");
         size.or(self.level.map(|_| "--fill-level"))

@@ -16,7 +16,7 @@ pub struct Level {
 }
 
 impl Level {
-    /// The levels of all meshes, the finest of each first.
+    /// Returns the levels of all meshes, the finest of each first.
     pub fn of(baked: &BakedScene) -> Vec<Self> {
         with_scene!(baked.scene(), |scene| Self::all(&scene))
     }

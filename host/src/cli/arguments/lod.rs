@@ -170,7 +170,7 @@ impl LodArguments {
         self.lod != Choice::Off
     }
 
-    /// Whether some pixels have no ray of their own.
+    /// Returns whether some pixels have no ray of their own.
     pub fn is_foveated(&self) -> bool {
         self.lod == Choice::Foveated
     }

@@ -56,7 +56,7 @@ impl RoomArguments {
         }
     }
 
-    /// The eyes and their positions in the room, metres.
+    /// Returns the eyes and their positions in the room, metres.
     pub fn eyes(&self, pose: HeadPose) -> impl Iterator<Item = (Eye, DVec3)> + Clone + use<> {
         let viewer = Viewer {
             pose,
@@ -80,8 +80,8 @@ impl RoomArguments {
         Ok(())
     }
 
-    /// The viewer's directions forward and up. A measured head may be tilted; a viewer who looks
-    /// along `--look` is upright.
+    /// Returns the viewer's directions forward and up. A measured head may be tilted; a viewer who
+    /// looks along `--look` is upright.
     pub fn directions(&self, pose: HeadPose) -> (DVec3, DVec3) {
         match (self.look, self.head_report) {
             (None, Some(_)) => {

@@ -148,7 +148,7 @@ pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
     baked(path, &bytes)
 }
 
-/// Whether a file has the extension of a mesh.
+/// Returns whether a file has the extension of a mesh.
 pub fn is_mesh(path: &Path) -> bool {
     let mut known = ["obj", "ply", "gltf", "glb"].into_iter();
     let extension = path.extension();
@@ -189,7 +189,8 @@ fn baked(path: &Path, bytes: &[u8]) -> Result<BakedScene, Failure> {
 fn load_scene(path: &Path) -> Result<Loaded, Failure> {
     let shown = path.display();
     if is_mesh(path) {
-        let help = "place it in a built-in scene with --scene A --mesh FILE, or bake it first";
+        let help = "place it in a built-in scene with --scene A --mesh FILE, or bake it first: \
+                    shisen bake FILE --output FILE.shisen";
         return Err(Fault::new(format!("{shown} is a mesh, not a scene"), help).into());
     }
     let bytes = crate::files::read(path).map_err(|reason| {
@@ -201,7 +202,9 @@ fn load_scene(path: &Path) -> Result<Loaded, Failure> {
     if bytes.starts_with(&MAGIC) {
         return baked(path, &bytes).map(Loaded::Baked);
     }
-    let text = String::from_utf8(bytes).map_err(|_| {
+    let named_as_baked = path.extension().is_some_and(|extension| extension == "shisen");
+    let text = String::from_utf8(bytes).ok().filter(|_| !named_as_baked);
+    let text = text.ok_or_else(|| {
         let message = format!("{shown} is neither a TOML description nor a baked scene");
         let help = "if `shisen bake` wrote it, it has been damaged since: bake it again";
         Fault::new(message, help)

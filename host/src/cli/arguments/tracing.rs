@@ -28,7 +28,7 @@ pub struct TracingArguments {
 }
 
 impl TracingArguments {
-    /// The options to render a scene with, and a report of them.
+    /// Returns the options to render a scene with, and a report of them.
     pub fn options(&self, baked: &BakedScene) -> Result<(Options, TracingReport), Failure> {
         let mut options = Options {
             effects: self.effects.effects,

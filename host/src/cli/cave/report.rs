@@ -240,8 +240,8 @@ impl fmt::Display for Report {
         let fill = self.lod.as_ref().map(|lod| &lod.fill);
         if let Some((fill, error)) = fill.and_then(|fill| Some((fill, fill.outside_rms?))) {
             let mode = fill.mode.name();
-            write!(f, "outside the field ({mode}): {error:.1} of 255 codes ")?;
-            f.write_str("from full tracing")?;
+            write!(f, "outside the field ({mode}) the picture differs ")?;
+            write!(f, "from full tracing by {error:.1} of 255 levels (RMS)")?;
             if let Some(capture) = &fill.capture {
                 let (ms, steps) = (1e3 * capture.seconds, capture.steps);
                 write!(f, ", captured in {ms:.1} ms and {steps} steps")?;

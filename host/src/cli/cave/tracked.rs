@@ -84,8 +84,8 @@ impl Follower {
         Ok(Self { source, hz, start })
     }
 
-    /// Where the viewer looks when frame `number` is shown, by all samples that came until one
-    /// refresh before.
+    /// Returns where the viewer looks when frame `number` is shown, by all samples that came until
+    /// one refresh before.
     pub(super) fn frame(&mut self, number: u64) -> Estimate {
         let refresh = |count: u64| Micros(count * 1_000_000 / self.hz);
         let due = self.start.after(refresh(number));
@@ -156,7 +156,7 @@ mod tests {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    /// A follower of the device on a line.
+    /// Returns a follower of the device on a line.
     fn follower(line: &Path, protocol: &str) -> Follower {
         let name = format!("serial:{}?protocol={protocol}", line.display());
         let arguments = TrackerArguments {

@@ -51,7 +51,7 @@ pub(super) struct MirrorArguments {
 }
 
 impl MirrorArguments {
-    /// The mirror that is asked for, if any.
+    /// Returns the mirror that is asked for, if any.
     pub(super) fn design(&self) -> Result<Option<Design>, Failure> {
         if let Some(named) = self.config {
             return Ok(Some(Design::of(named.mirror())));
@@ -78,13 +78,14 @@ impl MirrorArguments {
         Ok(Some(Design::of(mirror.or_misuse()?)))
     }
 
-    /// The mirror that is asked for, or else Table 1 (1), that of the paper's figures 18 to 20.
+    /// Returns the mirror that is asked for, or else Table 1 (1), that of the paper's figures 18 to
+    /// 20.
     pub(super) fn design_or_first(&self) -> Result<Design, Failure> {
         let first = || Design::of(Named::Paper1.mirror());
         Ok(self.design()?.unwrap_or_else(first))
     }
 
-    /// The mirror's name; `None` for a mirror by its shape.
+    /// Returns the mirror's name; `None` for a mirror by its shape.
     pub(super) fn name(&self) -> Option<&'static str> {
         match (self.config, self.projection) {
             (Some(named), _) => Some(named.name()),

@@ -64,8 +64,8 @@ pub(super) struct Optics {
 const RADIUS: f32 = 1.0e-3;
 
 impl MirrorChoice {
-    /// The first argument that was given and makes sense only with a mirror. A grid's distance
-    /// needs the mirror's size, too.
+    /// Returns the first argument that was given and makes sense only with a mirror. A grid's
+    /// distance needs the mirror's size, too.
     fn given(&self, grid: Option<f64>) -> Option<&'static str> {
         let config = self.config.map(|_| "--config");
         let size = self.mirror_size.filter(|_| grid.is_none());
@@ -135,7 +135,7 @@ impl MirrorChoice {
 pub(super) const DISTANCE: f64 = 100.0;
 
 impl Optics {
-    /// The built-in grid, at a distance in mirror radii from the screen's centre.
+    /// Returns the built-in grid, at a distance in mirror radii from the screen's centre.
     pub(super) fn grid(&self, distance: f64, camera: &DomeCamera) -> Result<Scene, Failure> {
         let radius = distance * f64::from(self.radius);
         let (least, most) = Spheroid::RADII;

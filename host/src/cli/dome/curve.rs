@@ -68,7 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&Report { figures, folder }, arguments.json)
 }
 
-/// The charts of figures 10 to 16, with `count` axis ratios each.
+/// Returns the charts of figures 10 to 16, with `count` axis ratios each.
 fn charts(count: u32, mapping: Mapping) -> Result<[Chart; 7], Failure> {
     let whole = perspective(&WHOLE, count, mapping)?;
     let small = perspective(&SMALL_ERRORS, count, mapping)?;
@@ -156,7 +156,7 @@ fn of_ratio(range: &Range<f64>) -> Axis {
     Axis::linear("a", "polar by equatorial radius, a", range.clone())
 }
 
-/// The lines of the best viewpoint and of the other local minimum.
+/// Returns the lines of the best viewpoint and of the other local minimum.
 fn both(shapes: &[Shape], value: impl Fn(&Design) -> Option<f64>) -> Vec<Line> {
     let other = |shape: &Shape| (shape.a, shape.other.as_ref().and_then(&value));
     let other = Line::new("the other local minimum", 1, shapes.iter().map(other));
@@ -166,7 +166,7 @@ fn both(shapes: &[Shape], value: impl Fn(&Design) -> Option<f64>) -> Vec<Line> {
     vec![Line { faint, ..other }, best]
 }
 
-/// Where the error is largest, to a thousandth: at one place or two.
+/// Returns where the error is largest, to a thousandth: at one place or two.
 fn places(shapes: &[Shape]) -> Chart {
     let places = |name, colour, wanted: &dyn Fn(f64) -> bool| {
         let point = |Shape { a, best, .. }: &Shape| {

@@ -62,7 +62,7 @@ pub(super) fn logarithmic(axis: Axis) -> Axis {
     }
 }
 
-/// A chart whose lines are named in a corner.
+/// Returns a chart whose lines are named in a corner.
 pub(super) fn chart(
     title: impl Into<String>,
     [x, y]: [Axis; 2],

@@ -121,7 +121,7 @@ pub(super) struct NotSimulated {
     reason: &'static str,
 }
 
-/// The effects that a scene does not ask for.
+/// Returns the effects that a scene does not ask for.
 pub(super) fn not_simulated(asked: EffectSet, records: &Records<'_>) -> Vec<NotSimulated> {
     let others = EffectSet::NAMED
         .iter()
@@ -197,7 +197,7 @@ impl<'r> Met<'r> {
         }
     }
 
-    /// What asks for an effect; for shadows and soft light all lit materials.
+    /// Returns what asks for an effect; for shadows and soft light all lit materials.
     pub(super) fn cause(&self, asked: EffectSet) -> Cause {
         let (shadows, soft) = (asked == EffectSet::SHADOWS, asked == EffectSet::SOFT_LIGHT);
         let materials = self.materials.iter().filter(|(_, material)| {

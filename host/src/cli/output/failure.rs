@@ -28,10 +28,10 @@ pub(super) fn no_output(reason: &io::Error) -> Fault {
 
 /// Turns errors into failures.
 pub trait OrFail<T> {
-    /// The error is the machine's, or a file's.
+    /// Returns the error as a fault of the machine or of a file: exit code 1.
     fn or_fail(self) -> Result<T, Failure>;
 
-    /// The error is the command line's.
+    /// Returns the error as a wrong use of the command line: exit code 2.
     fn or_misuse(self) -> Result<T, Failure>;
 }
 
@@ -54,7 +54,7 @@ macro_rules! misuse {
 pub(in crate::cli) use misuse;
 
 impl Failure {
-    /// A wrong use of arguments together.
+    /// Returns a wrong use of arguments together.
     pub fn usage(message: &(impl ToString + ?Sized)) -> Self {
         Self::Misused(message.to_string())
     }
@@ -83,7 +83,7 @@ impl Failure {
         ))
     }
 
-    /// An error without a remedy beside its message.
+    /// Returns an error without a remedy beside its message.
     pub fn from_error(error: impl StdError + Send + Sync + 'static) -> Self {
         Self::Failed(miette::Report::from_err(error))
     }

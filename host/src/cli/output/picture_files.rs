@@ -15,7 +15,7 @@ pub fn make_writable(folder: &Path) -> Result<(), Fault> {
         })
 }
 
-/// Whether a path names a PNG file, and not a folder.
+/// Returns whether a path names a PNG file, and not a folder.
 pub fn is_png(path: &Path) -> bool {
     let extension = path.extension();
     extension.is_some_and(|extension| extension.eq_ignore_ascii_case("png"))
@@ -27,7 +27,7 @@ pub fn metadata(note: String) -> [(&'static str, String); 2] {
     [("Software", software.to_owned()), ("Description", note)]
 }
 
-/// A hash as 16 digits: a JSON number does not hold 64 bits.
+/// Returns a hash as 16 digits: a JSON number does not hold 64 bits.
 pub fn hexadecimal(hash: u64) -> String {
     format!("{hash:016x}")
 }

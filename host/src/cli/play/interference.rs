@@ -21,7 +21,7 @@ impl Interference {
         }
     }
 
-    /// The difference from an earlier count.
+    /// Returns the difference from an earlier count.
     #[must_use]
     pub fn since(&self, before: &Self) -> Self {
         let switches = self.involuntary_switches.zip(before.involuntary_switches);

@@ -253,7 +253,10 @@ impl Report {
             let (depth, faces) = (quality.depth, quality.faces);
             let (field, centre) = (100.0 * quality.field, 100.0 * quality.centre);
             write!(f, "  {frames:6} frames: {depth} bounces, ")?;
-            write!(f, "faces of level {faces}, {field:.0}% of the field, ")?;
+            write!(
+                f,
+                "meshes at {faces} of their detail, {field:.0}% of the field, "
+            )?;
             write!(f, "{centre:.0}% of its centre")?;
             if quality.sampling > 1.0 {
                 write!(f, ", {} times as coarse", quality.sampling)?;
@@ -279,7 +282,7 @@ impl Report {
         }
         let frames = session.frames_without_gaze;
         if frames > 0 {
-            write!(f, "; {frames} frames had no tracker sample, ")?;
+            write!(f, "; {} had no tracker sample, ", counted(frames, "frame"))?;
             f.write_str("so they have no latency")?;
         }
         writeln!(f)
@@ -307,12 +310,13 @@ impl fmt::Display for Report {
         let unfinished = one.frames_with_unfinished_tiles;
         if unfinished > 0 {
             let near = one.frames_with_unfinished_fovea;
-            write!(f, "{unfinished} frames lack a part of the picture, ")?;
-            writeln!(f, "{near} of them where the viewer looks")?;
+            let unfinished = counted(unfinished, "frame");
+            write!(f, "part of the picture is missing in {unfinished}, ")?;
+            writeln!(f, "in {near} of them where the viewer looks")?;
         }
         let (lowered, changes) = (100.0 * self.lowered_share, one.quality_changes);
         write!(f, "quality lowered in {lowered:.1}% of the frames, ")?;
-        writeln!(f, "changed {changes} times")?;
+        writeln!(f, "changed {}", counted(changes, "time"))?;
         if let Some(spent) = one.spent_share.map(|share| 100.0 * share) {
             writeln!(f, "the median frame spent {spent:.0}% of its budget")?;
         }
@@ -323,11 +327,9 @@ impl fmt::Display for Report {
                 ..9.95 => format!("about {share:.1} times"),
                 _ => format!("about {share:.0} times"),
             };
-            let frame = "in full quality the median frame needs";
-            writeln!(f, "{frame} {needed} this budget")?;
+            writeln!(f, "a frame of full quality needs {needed} this budget")?;
             if share <= 1.0 && self.lowered_share == 0.0 {
-                let more = "this budget is more than a frame of full quality needs";
-                writeln!(f, "{more}: it lowered nothing")?;
+                writeln!(f, "the budget lowered nothing")?;
             }
         }
         self.fmt_samples(f)?;
@@ -338,7 +340,7 @@ impl fmt::Display for Report {
         write!(
             f,
             "{:20} {:>9} {:>9} {:>9} {:>9}",
-            "milliseconds", "median", "95%", "99%", "most"
+            "milliseconds", "median", "95%", "99%", "longest"
         )?;
         for leg in Leg::ALL {
             if let Some(Some(time)) = self.stages.get(leg.name()) {

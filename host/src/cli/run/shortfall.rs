@@ -79,7 +79,7 @@ mod tests {
 
     const LEAST: usize = Quality::LADDER.len() - 1;
 
-    /// A frame that takes a time of its 2 ms.
+    /// Returns a frame that takes a time of its 2 ms.
     fn frame(rung: usize, done_us: u64) -> FrameRecord {
         FrameRecord {
             rung,

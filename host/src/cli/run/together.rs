@@ -18,7 +18,7 @@ pub(super) fn lock(arguments: &Arguments) -> Result<Box<dyn SwapLock>, Failure> 
     }
 }
 
-/// The number of processes that `mpirun` started, as Open MPI and MPICH say it.
+/// Returns the number of processes that `mpirun` started, as Open MPI and MPICH say it.
 fn started_by_mpirun() -> Option<usize> {
     let names = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
     let said = names.into_iter().find_map(|name| std::env::var(name).ok());

@@ -125,7 +125,7 @@ impl Watch {
         self.about = Arc::new(about);
     }
 
-    /// The frame to be filled in, if the window has time for one.
+    /// Returns the frame to be filled in, if the window has time for one.
     pub(super) fn wanted(&mut self) -> Option<&mut Frame> {
         if self.next.is_none() {
             match self.wanted.try_recv() {
@@ -160,7 +160,7 @@ impl Watch {
         }
     }
 
-    /// The direction at which the mouse points, if it is the gaze.
+    /// Returns the direction at which the mouse points, if it is the gaze.
     pub(super) fn gaze(&self) -> Option<Vec3> {
         *lock(&self.shared.gaze)
     }

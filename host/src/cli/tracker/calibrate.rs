@@ -89,7 +89,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(targets) => (targets, None),
         None if !feed.is_live() => {
             let spec = &arguments.spec;
-            let message = format!("nobody can look at targets now: {spec} is no device");
+            let message =
+                format!("{spec} is a recording, so no targets can be shown to its viewer");
             let help = "say with --targets CSV what the viewer looked at";
             return Err(Fault::new(message, help).into());
         }
@@ -98,7 +99,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             let help = "give --setup TOML with a [screen] (corner = [x, y, z] and size = [w, h], \
                         metres) that this terminal fills, or --targets CSV";
             let screen = file.screen.ok_or_else(|| Fault::new(message, help))?;
-            let message = "targets cannot be shown: standard error is no terminal";
+            let message = "targets cannot be shown: standard error is not a terminal";
             let shown = Shown::new(&screen, feed.now());
             let shown = shown.ok_or_else(|| Fault::new(message, "give --targets CSV"))?;
             (shown.targets(), Some(shown))

@@ -11,7 +11,7 @@ pub(super) fn by_reason(counts: &Counts) -> BTreeMap<&'static str, u32> {
     all.filter(|&(_, count)| count > 0).collect()
 }
 
-/// Words such as ` (3 truncated, 1 out of step)`; nothing without drops.
+/// Returns words such as ` (3 truncated, 1 out of step)`; nothing without drops.
 pub(super) fn in_words(reasons: &BTreeMap<&'static str, u32>) -> String {
     let all = reasons
         .iter()
@@ -22,7 +22,7 @@ pub(super) fn in_words(reasons: &BTreeMap<&'static str, u32>) -> String {
     }
 }
 
-/// Words what is wrong, and why bytes were dropped so far.
+/// Returns words what is wrong, and why bytes were dropped so far.
 pub(super) fn with_drops(trouble: &Trouble, counts: &Counts) -> String {
     match in_words(&by_reason(counts)) {
         words if words.is_empty() => trouble.to_string(),

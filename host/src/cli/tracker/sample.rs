@@ -157,7 +157,7 @@ enum DeviceMessage {
 }
 
 impl DeviceMessage {
-    /// What a message says; `None` for what the samples tell.
+    /// Returns what a message says; `None` for what the samples tell.
     fn of(message: &Message) -> Option<Self> {
         Some(match message {
             &Message::Fault { code, meaning } => Self::Fault { code, meaning },

@@ -76,7 +76,7 @@ impl LiveCapture {
         render::hemispheres(scene, pose, self.options, options, spectrum)
     }
 
-    /// The tiles to renew next, a `part` of all in turns; all while one is missing.
+    /// Returns the tiles to renew next, a `part` of all in turns; all while one is missing.
     pub(super) fn due(&mut self, part: f32) -> impl Iterator<Item = usize> + use<> {
         let (tile, count, next) = (self.tile, self.count, self.next);
         let due = if self.is_whole() {

@@ -88,7 +88,7 @@ impl Group {
     }
 }
 
-pub(super) fn everything<'t>(
+pub(super) fn unlimited<'t>(
     tiles: impl Iterator<Item = &'t Mutex<LiveTile>>,
     groups: &mut Vec<Group>,
 ) {

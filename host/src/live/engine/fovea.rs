@@ -9,7 +9,7 @@ pub(super) const SAME_PLACE: f32 = 0.017_453_292;
 
 const ROUNDING: f32 = 1.0e-3;
 
-/// The cosine of the angle between the line of sight and a tile's centre.
+/// Returns the cosine of the angle between the line of sight and a tile's centre.
 pub(super) fn towards(sight: Option<Vec3>, view: &View, tile: Tile) -> f32 {
     let Some(sight) = sight else {
         return 1.0;
@@ -40,7 +40,8 @@ pub(super) fn reaching_fovea<'t>(tiles: impl Iterator<Item = (Vec3, &'t View, Ti
     first
 }
 
-/// The largest angle between two corners of a tile. `None` where a corner is off the screen.
+/// Returns the largest angle between two corners of a tile. `None` where a corner is off the
+/// screen.
 fn across(view: &View, tile: Tile) -> Option<f32> {
     let at = |x: u32, y: u32| view.direction((tile.x + x) as f32, (tile.y + y) as f32);
     let (right, bottom) = (tile.width - 1, tile.height - 1);
@@ -68,7 +69,7 @@ pub(super) fn is_foveal(sight: Option<Vec3>, view: &View, tile: Tile) -> bool {
     })
 }
 
-/// Whether a direction of any length is within [`FOVEA`] of a line of sight of length 1.
+/// Returns whether a direction of any length is within [`FOVEA`] of a line of sight of length 1.
 fn is_near(direction: Vec3, forward: Vec3) -> bool {
     const SQUARE: f32 = 0.992_403_88;
     let along = direction.dot(forward);

@@ -39,7 +39,7 @@ impl<'s, const W: usize> Plan<'s, W> {
     }
 }
 
-/// The screens and eyes of a share's pictures, with the number of the screen.
+/// Returns the screens and eyes of a share's pictures, with the number of the screen.
 pub(super) fn pairs<'c>(
     cave: &'c Cave,
     eyes: &'c [Observer],

@@ -74,7 +74,7 @@ impl Ladder {
         self.recent = [(self.rung, 0.0); RECENT];
     }
 
-    /// The need of a rung relative to another's.
+    /// Returns the need of a rung relative to another's.
     fn ratio(&self, rung: usize, other: usize) -> f64 {
         let between = |from: usize, to: usize| -> f64 {
             let ratios = self.ratios.get(from..to).unwrap_or_default();
@@ -87,7 +87,8 @@ impl Ladder {
         }
     }
 
-    /// The same in the cell of the next frame's gaze, as far as rungs near both were seen there.
+    /// Returns the same in the cell of the next frame's gaze, as far as rungs near both were seen
+    /// there.
     fn ratio_here(&self, rung: usize, other: usize) -> f64 {
         let there = |rung: usize| self.cell.map_or(0.0, |cell| self.there(cell, rung));
         match there(other) {
@@ -96,14 +97,16 @@ impl Ladder {
         }
     }
 
-    /// The need of a rung by the newest frames: the most of the last few. 0 before the first.
+    /// Returns the need of a rung by the newest frames: the most of the last few. 0 before the
+    /// first.
     fn recent(&self, rung: usize) -> f64 {
         let needs = self.recent.iter();
         let needs = needs.map(|&(of, need)| need * self.ratio_here(rung, of));
         needs.fold(0.0, f64::max)
     }
 
-    /// The need of the best rung, by the gaze's cell or else the newest frames. 0 before the first.
+    /// Returns the need of the best rung, by the gaze's cell or else the newest frames. 0 before
+    /// the first.
     pub(super) fn best_need(&self) -> f64 {
         if let Some(need) = self.cell.and_then(|cell| self.needs.best_need(cell)) {
             return need;
@@ -123,7 +126,7 @@ impl Ladder {
         nearest.map_or(0.0, |(of, need)| need * self.ratio(rung, of))
     }
 
-    /// The need of a rung: the most by the newest frames and by frames in the gaze's cell.
+    /// Returns the need of a rung: the most by the newest frames and by frames in the gaze's cell.
     fn need(&self, rung: usize) -> f64 {
         let there = self.cell.map_or(0.0, |cell| self.there(cell, rung));
         self.recent(rung).max(there)
@@ -133,7 +136,7 @@ impl Ladder {
         self.need(rung) <= steps * part
     }
 
-    /// Steps that are enough for all of the least quality.
+    /// Returns steps that are enough for all of the least quality.
     pub(super) fn least(&self) -> u64 {
         (AT_LEAST * self.need(Quality::LADDER.len() - 1)) as u64
     }

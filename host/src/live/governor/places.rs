@@ -40,14 +40,15 @@ impl NeedsByGaze {
         Self(vec![[0.0; RUNGS]; 6 * SIDE * SIDE])
     }
 
-    /// The rungs that were seen in a cell, from the best on, with their needs.
+    /// Returns the rungs that were seen in a cell, from the best on, with their needs.
     pub(super) fn known(&self, cell: Cell) -> impl Iterator<Item = (usize, f64)> {
         let rungs = self.0.get(cell.0).copied().unwrap_or([0.0; RUNGS]);
         let all = rungs.into_iter().enumerate();
         all.filter(|&(_, need)| need > 0.0)
     }
 
-    /// The need of the rung below relative to this one's, over all cells in which both were seen.
+    /// Returns the need of the rung below relative to this one's, over all cells in which both were
+    /// seen.
     pub(super) fn ratio(&self, rung: usize) -> Option<f64> {
         let (mut own, mut below) = (0.0, 0.0);
         for rungs in &self.0 {
@@ -61,7 +62,8 @@ impl NeedsByGaze {
         (own > 0.0).then(|| below / own)
     }
 
-    /// The need of the best rung in a cell, or else the mean over the cells where it was seen.
+    /// Returns the need of the best rung in a cell, or else the mean over the cells where it was
+    /// seen.
     pub(super) fn best_need(&self, cell: Cell) -> Option<f64> {
         let best = |rungs: &[f64; RUNGS]| rungs.first().copied().filter(|&need| need > 0.0);
         self.0.get(cell.0).and_then(best).or_else(|| {

@@ -66,8 +66,8 @@ impl Pacing {
         time.as_nanos().div_ceil(self.period.as_nanos()) as u64
     }
 
-    /// The refreshes that the next frame takes, and how long it may wait before it begins without
-    /// being shown later. Frames that took more refreshes than the median were held up.
+    /// Returns the refreshes that the next frame takes, and how long it may wait before it begins
+    /// without being shown later. Frames that took more refreshes than the median were held up.
     fn expected(&self) -> (u64, Duration) {
         let mut all = self.traced;
         let count = self.known.min(REMEMBERED);
@@ -98,7 +98,8 @@ impl Pacing {
         self.refreshes(self.elapsed(done)).max(self.next)
     }
 
-    /// The refresh at which a frame is shown that was meant for `shown` but is only shown now.
+    /// Returns the refresh at which a frame is shown that was meant for `shown` but is only shown
+    /// now.
     pub(super) fn shown_late(&self, shown: u64, now: Instant) -> u64 {
         let under_way = self.elapsed(now).as_nanos() / self.period.as_nanos();
         shown.max(under_way as u64)

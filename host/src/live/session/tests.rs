@@ -158,7 +158,7 @@ fn gap(records: &[FrameRecord]) -> u64 {
     median(records, |pair| pair[1].refresh - pair[0].refresh)
 }
 
-/// Microseconds from when a frame is shown until the next takes the gaze.
+/// Returns microseconds from when a frame is shown until the next takes the gaze.
 fn wait(records: &[FrameRecord]) -> u64 {
     median(records, |pair| pair[1].latch_us - pair[0].present_us)
 }

@@ -14,7 +14,7 @@ const GLANCE: f32 = 0.5;
 const COMPARED_FRAMES: usize = 3;
 
 impl Session<'_> {
-    /// The median seconds of a frame without level of detail.
+    /// Returns the median seconds of a frame without level of detail.
     pub(super) fn plain(&mut self, look: &Look) -> Result<f64, SessionError> {
         let mut seconds = Vec::new();
         while seconds.is_empty() || seconds.len() < PLAIN_FRAMES && !self.display.is_over() {

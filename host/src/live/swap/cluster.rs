@@ -15,7 +15,7 @@ pub trait Wire {
     /// This machine's number, from 0.
     fn rank(&self) -> usize;
 
-    /// The number of machines, 1 or more.
+    /// Returns the number of machines, 1 or more.
     fn ranks(&self) -> usize;
 
     /// This machine's name, for people.
@@ -24,7 +24,7 @@ pub trait Wire {
     /// Sends a message without waiting until it arrives.
     fn send(&mut self, to: usize, message: &[u8]);
 
-    /// The next message from a machine, if one has come.
+    /// Returns the next message from a machine, if one has come.
     fn poll(&mut self, from: usize) -> Option<Vec<u8>>;
 
     /// Ends the messages; called only where all machines end together.
@@ -54,7 +54,7 @@ const DONE: u8 = 3;
 const SWAP: u8 = 4;
 const END: u8 = 5;
 
-/// A message of a kind and words of eight bytes. All machines have one byte order.
+/// Returns a message of a kind and words of eight bytes. All machines have one byte order.
 fn message(kind: u8, words: &[u64]) -> Vec<u8> {
     let mut bytes = vec![kind];
     bytes.extend_from_slice(words.as_bytes());
@@ -74,7 +74,7 @@ const PURPOSES: [Purpose; 4] = [
 ];
 
 impl Order {
-    /// The order in a message, with `u64::MAX` for no limit of steps.
+    /// Returns the order in a message, with `u64::MAX` for no limit of steps.
     fn words(&self) -> Vec<u64> {
         let purpose = PURPOSES.iter().position(|one| *one == self.purpose);
         let Decision {
@@ -128,7 +128,7 @@ impl Order {
 }
 
 impl FrameResult {
-    /// The result in a message, with the time since the order on the machine's own clock.
+    /// Returns the result in a message, with the time since the order on the machine's own clock.
     fn words(&self, ready: Duration) -> Vec<u64> {
         let mut words = vec![
             self.frame,

@@ -4,7 +4,7 @@ use shisen_tracker::time::Micros;
 
 const NEWEST: u64 = 8;
 
-/// The next sample may come sooner than the mean interval by one part in so many.
+/// Divisor of the mean interval: the next sample may come sooner by that part.
 const SOONER: u64 = 8;
 
 /// Multiple of the mean interval above which an interval is an interruption and is not counted.

@@ -16,7 +16,7 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// A linear axis.
+    /// Returns a linear axis.
     pub const fn linear(name: &'static str, label: &'static str, range: Range<f64>) -> Self {
         Self {
             name,
@@ -26,7 +26,7 @@ impl Axis {
         }
     }
 
-    /// The place of a value along the drawn axis.
+    /// Returns the place of a value along the drawn axis.
     pub(super) fn place(&self, value: f64) -> f64 {
         if self.logarithmic {
             value.log10()
@@ -35,7 +35,7 @@ impl Axis {
         }
     }
 
-    /// A value between two, by places; the ends themselves at 0 and 1.
+    /// Returns a value between two, by places; the ends themselves at 0 and 1.
     pub(super) fn between(&self, low: f64, high: f64, part: f64) -> f64 {
         if part <= 0.0 {
             return low;
@@ -53,7 +53,8 @@ impl Axis {
         value.clamp(self.range.start, self.range.end)
     }
 
-    /// The part, 0 to 1, of the way between two values that is in the range; reversed if none.
+    /// Returns the part, 0 to 1, of the way between two values that is in the range; reversed if
+    /// none.
     pub(super) fn inside(&self, first: f64, last: f64) -> (f64, f64) {
         let (first, last) = (self.place(first), self.place(last));
         let (low, high) = (self.place(self.range.start), self.place(self.range.end));
@@ -71,7 +72,7 @@ impl Axis {
         (a.min(b).max(0.0), a.max(b).min(1.0))
     }
 
-    /// Whether a tick of a long logarithmic axis is not 1, 2 or 5 times a power of ten.
+    /// Returns whether a tick of a long logarithmic axis is not 1, 2 or 5 times a power of ten.
     fn is_crowded_at(&self, value: f64) -> bool {
         let digit = value / 10f64.powf(value.log10().floor());
         let is_round = [1.0, 2.0, 5.0, 10.0]

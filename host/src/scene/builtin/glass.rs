@@ -41,18 +41,19 @@ impl PrismBench {
         Self { deviation }
     }
 
-    /// The angle by which light of its wavelength is turned: radians.
+    /// Returns the angle by which light of its wavelength is turned: radians.
     pub const fn deviation(&self) -> f64 {
         self.deviation
     }
 
-    /// The unit vector at an angle.
+    /// Returns the unit vector at an angle.
     pub fn towards(angle: f64) -> DVec3 {
         let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
         DVec3::new(-sine, 0.0, -cosine)
     }
 
-    /// The angles of the outward normals of the face that is looked on, and of the one beyond.
+    /// Returns the angles of the outward normals of the face that is looked on, and of the one
+    /// beyond.
     pub fn faces(&self) -> [f64; 2] {
         let half = 0.5 * self.deviation;
         [half + 7.0 * FRAC_PI_6, half - FRAC_PI_6]
@@ -63,14 +64,14 @@ impl PrismBench {
         Self::SIDE / libm::sqrt(3.0)
     }
 
-    /// Its middle: metres.
+    /// Returns its middle: metres.
     pub fn centre(&self) -> DVec3 {
         let [near, _] = self.faces();
         let inradius = 0.5 * Self::circumradius();
         Self::DISTANCE * DVec3::NEG_Z - inradius * Self::towards(near)
     }
 
-    /// The slit's middle: metres. The light of its wavelength that comes from
+    /// Returns the slit's middle: metres. The light of its wavelength that comes from
     /// there, through the middles of both faces, meets the origin along +Z.
     pub fn slit(&self) -> DVec3 {
         let [_, far] = self.faces();
@@ -78,7 +79,7 @@ impl PrismBench {
         leaves + Self::TO_SLIT * Self::towards(self.deviation)
     }
 
-    /// The prism, about its own middle, as at no deviation.
+    /// Returns the prism, about its own middle, as at no deviation.
     fn mesh() -> TriangleMesh {
         let edge = |number: u32| {
             let angle = -FRAC_PI_3 + 2.0 * FRAC_PI_3 * f64::from(number) - FRAC_PI_6;
@@ -106,7 +107,7 @@ impl PrismBench {
         }
     }
 
-    /// The scene.
+    /// Returns the scene.
     pub fn scene(&self) -> Scene {
         // Its floor ends below the slit.
         let floor = DAffine3::from_translation(1.6 * DVec3::NEG_Y)
@@ -167,7 +168,8 @@ fn checker(greys: [f32; 2], repeats: f32) -> Material {
     }
 }
 
-/// A slit of light seen through a 60° prism of SF11, turned so that the d line is straight ahead.
+/// Returns a slit of light seen through a 60° prism of SF11, turned so that the d line is straight
+/// ahead.
 pub fn prism() -> Scene {
     PrismBench::new(line::D).scene()
 }
@@ -178,7 +180,7 @@ const BALLS: [([f64; 3], f64); 3] = [
     ([-0.05, -0.97, -2.1], 0.23),
 ];
 
-/// Three balls of crystal quartz on a checkered floor under a lamp and the sky:
+/// Returns three balls of crystal quartz on a checkered floor under a lamp and the sky:
 /// what Kishioka's paper shows of dispersion.
 pub fn spheres() -> Scene {
     let object = |shape, material, world_from_object| Object {

@@ -97,7 +97,7 @@ pub(super) fn read_light(check: &Check<'_>, entry: &Spanned<LightEntry>) -> Chec
     }
 }
 
-/// The unit vector to the right of a rectangle, seen from where its light goes.
+/// Returns the unit vector to the right of a rectangle, seen from where its light goes.
 fn right_of(check: &Check<'_>, light: &LightEntry, forward: DVec3) -> Checked<DVec3> {
     let left = match &light.up {
         Some(up) => {

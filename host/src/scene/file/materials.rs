@@ -14,7 +14,7 @@ use std::path::Path;
 use std::sync::Arc;
 use toml::Spanned;
 
-/// The materials in the order of their names, with the numbers of their textures.
+/// Returns the materials in the order of their names, with the numbers of their textures.
 pub(super) fn read_materials(
     check: &Check<'_>,
     entry: &SceneEntry,

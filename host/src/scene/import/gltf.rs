@@ -63,7 +63,7 @@ fn malformed(path: &Path, error: &gltf::Error) -> ImportError {
     syntax(path, format!("not a valid glTF 2.0 file: {error}"))
 }
 
-/// The error of a file of the first glTF, whose tables are others.
+/// Returns the error of a file of the first glTF, whose tables are others.
 fn outdated(path: &Path, version: &str) -> ImportError {
     let problem = format!("this is glTF {version}, but glTF 2.0 is needed");
     fault(path, problem, "export the mesh again as glTF 2.0")
@@ -94,7 +94,7 @@ fn document(path: &Path, json: &[u8]) -> Result<Document, ImportError> {
     Document::from_json(root).map_err(|error| malformed(path, &error))
 }
 
-/// The bytes of each buffer; buffers with the same URI share them.
+/// Returns the bytes of each buffer; buffers with the same URI share them.
 fn buffers(
     path: &Path,
     document: &Document,

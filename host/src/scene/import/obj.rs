@@ -54,7 +54,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, ImportErr
     })
 }
 
-/// The file's statements with their lines. A backslash joins two lines, but
+/// Returns the file's statements with their lines. A backslash joins two lines, but
 /// not after a comment, where it is a drawing or a path.
 fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     let mut lines = text.lines().zip(1..);
@@ -304,7 +304,7 @@ impl Geometry {
     }
 }
 
-/// An OBJ index counted from 0, where `count` items come before it.
+/// Returns an OBJ index counted from 0, where `count` items come before it.
 fn from_zero(index: i64, count: usize) -> Option<u32> {
     let from_zero = if index < 0 {
         index.checked_add(i64::try_from(count).ok()?)?

@@ -158,7 +158,7 @@ fn size(scalar: &ScalarType) -> u128 {
     }
 }
 
-/// The fewest bytes that one element takes.
+/// Returns the fewest bytes that one element takes.
 fn least_size(element: &ElementDef, encoding: Encoding) -> u128 {
     let properties = element.properties.values();
     let least = match encoding {

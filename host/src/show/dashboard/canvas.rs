@@ -27,7 +27,7 @@ pub(crate) struct Rect {
 }
 
 impl Rect {
-    /// A rectangle with its upper left corner at (`x`, `y`).
+    /// Returns a rectangle with its upper left corner at (`x`, `y`).
     pub(crate) const fn new(x: u32, y: u32, width: u32, height: u32) -> Self {
         Self {
             x,
@@ -42,7 +42,7 @@ impl Canvas {
     /// The most columns and rows of a window in the X protocol.
     pub(crate) const MOST: u32 = 16_384;
 
-    /// A black canvas, at most [`MOST`](Self::MOST) on each side.
+    /// Returns a black canvas, at most [`MOST`](Self::MOST) on each side.
     pub(crate) fn new(width: u32, height: u32) -> Self {
         let (width, height) = (width.min(Self::MOST), height.min(Self::MOST));
         Self {
@@ -52,17 +52,17 @@ impl Canvas {
         }
     }
 
-    /// Columns and rows.
+    /// Returns columns and rows.
     pub(crate) const fn size(&self) -> [u32; 2] {
         [self.width, self.height]
     }
 
-    /// The pixels row by row.
+    /// Returns the pixels row by row.
     pub(crate) fn pixels(&self) -> &[Colour] {
         &self.pixels
     }
 
-    /// The pixel in column `x` and row `y`; `None` outside.
+    /// Returns the pixel in column `x` and row `y`; `None` outside.
     pub(crate) fn pixel(&self, x: u32, y: u32) -> Option<Colour> {
         self.pixels.get(self.index(x, y)?).copied()
     }

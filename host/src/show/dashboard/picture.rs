@@ -54,7 +54,8 @@ impl Codes {
         })
     }
 
-    /// The colour of a level: dark violet at 0 to yellow at 1, dark grey where nothing is traced.
+    /// Returns the colour of a level: dark violet at 0 to yellow at 1, dark grey where nothing is
+    /// traced.
     fn level(&self, level: f32) -> [f32; 3] {
         if level > 0.0 {
             at(&self.levels, level)
@@ -72,7 +73,7 @@ fn gradient(gradient: Gradient) -> Vec<[f32; 3]> {
         .collect()
 }
 
-/// The colour of a gradient at a part, 0 to 1.
+/// Returns the colour of a gradient at a part, 0 to 1.
 fn at(gradient: &[[f32; 3]], part: f32) -> [f32; 3] {
     let step = (part * 255.0 + 0.5).min(255.0) as usize;
     gradient.get(step).copied().unwrap_or_default()
@@ -178,7 +179,7 @@ impl Area {
         block.map(|(_, level)| level)
     }
 
-    /// The place on the canvas that shows a direction, to a block; `None` where none does.
+    /// Returns the place on the canvas that shows a direction, to a block; `None` where none does.
     pub(super) fn place_of(&self, direction: Vec3) -> Option<(u32, u32)> {
         let wanted = direction.normalize_or_zero();
         let cosines = self.blocks.iter().enumerate().filter_map(|(index, block)| {
@@ -197,7 +198,7 @@ impl Area {
         towards(|screen| frame.view_of(cave, screen, self.eye), place)
     }
 
-    /// The light of a pixel; `Err` with a colour that is no light of a screen.
+    /// Returns the light of a pixel; `Err` with a colour that is no light of a screen.
     fn light(
         &self,
         index: usize,

@@ -82,7 +82,7 @@ impl<'c> Coordinates<'c> {
     }
 }
 
-/// A picture of its own columns and rows and the number of the screen, from 1.
+/// Returns a picture of its own columns and rows and the number of the screen, from 1.
 fn coordinates(number: usize, [columns, rows]: [u32; 2]) -> Result<Picture, PictureError> {
     let (width, height) = (columns.min(FINEST), rows.min(FINEST));
     let along = |place: u32, count: u32, of: u32| {

@@ -66,7 +66,7 @@ impl<'a> Sheet<'a> {
         })
     }
 
-    /// Whether a place, 0 to 1, is in the picture grown by some pixels: a dome's is round.
+    /// Returns whether a place, 0 to 1, is in the picture grown by some pixels: a dome's is round.
     fn is_inside(&self, at: DVec2, grow: f64) -> bool {
         let side = self.outline[1].x;
         self.corners.is_some() || (2.0 * at - 1.0).length() <= 1.0 + 2.0 * grow / side
@@ -90,7 +90,7 @@ fn outline(placement: &Placement, sheet: &Sheet) -> [DVec2; 4] {
         .map(|corner| placement.transform_point2(corner))
 }
 
-/// The placement of a sheet beside a placed one; `None` where they share no edge.
+/// Returns the placement of a sheet beside a placed one; `None` where they share no edge.
 fn folded(from: &Placement, placed: &Sheet, sheet: &Sheet) -> Option<Placement> {
     let (placed_corners, corners) = (placed.corners?, sheet.corners?);
     let placed_outline = outline(from, placed);
@@ -197,7 +197,7 @@ fn arrange(sheets: &[Sheet], first: usize) -> Vec<Placement> {
         .collect()
 }
 
-/// The sheets that are connected with `root`, breadth first.
+/// Returns the sheets that are connected with `root`, breadth first.
 fn unfold_piece(
     sheets: &[Sheet],
     root: usize,
@@ -230,7 +230,7 @@ fn bounds_of(corners: impl Iterator<Item = DVec2>) -> (DVec2, DVec2) {
     )
 }
 
-/// Whether two sheets overlap by more than the gap of a shared corner.
+/// Returns whether two sheets overlap by more than the gap of a shared corner.
 fn overlap(a: (&Sheet, &Placement), b: (&Sheet, &Placement)) -> bool {
     let shortest = a.0.edge_lengths().chain(b.0.edge_lengths());
     let slack = SHARED_CORNER * shortest.fold(f64::INFINITY, f64::min);
@@ -332,7 +332,7 @@ fn draw(sheets: &[Sheet], placements: &[Placement]) -> Result<Picture, ShowError
     Ok(canvas.picture)
 }
 
-/// The colours of a sheet's picture by place, 0 to 1 from the upper left corner.
+/// Returns the colours of a sheet's picture by place, 0 to 1 from the upper left corner.
 fn resample<'a>(sheet: &Sheet<'a>) -> impl Fn(DVec2) -> [f32; 4] + use<'a> {
     let picture = sheet.picture;
     let size = DVec2::new(f64::from(picture.width), f64::from(picture.height));

@@ -29,8 +29,8 @@ pub struct ViewerCamera {
 pub struct CameraError(String);
 
 impl ViewerCamera {
-    /// A camera at `eye` (metres, in the room) looking along `forward` with `up` upwards, of any
-    /// lengths and not necessarily perpendicular. The field of view is in radians, between 0
+    /// Returns a camera at `eye` (metres, in the room) looking along `forward` with `up` upwards,
+    /// of any lengths and not necessarily perpendicular. The field of view is in radians, between 0
     /// and π; `size` is columns and rows.
     ///
     /// # Errors
@@ -80,8 +80,8 @@ impl ViewerCamera {
         })
     }
 
-    /// The unit direction from the eye through a point of the picture, in pixels from its upper
-    /// left corner: the centre of pixel `i` is at `i + 0.5`.
+    /// Returns the unit direction from the eye through a point of the picture, in pixels from its
+    /// upper left corner: the centre of pixel `i` is at `i + 0.5`.
     pub fn ray(&self, x: f64, y: f64) -> DVec3 {
         let [columns, rows] = self.size.map(f64::from);
         let right = (2.0 * x / columns - 1.0) * self.half_right;
@@ -130,7 +130,8 @@ impl<'a> Surface<'a> {
         })
     }
 
-    /// Where a ray meets the surface: the ray's parameter, above 0, and the place in pixels.
+    /// Returns where a ray meets the surface: the ray's parameter, above 0, and the place in
+    /// pixels.
     fn meet(&self, picture: &Picture, eye: DVec3, direction: DVec3) -> Option<(f64, DVec2)> {
         let size = DVec2::new(f64::from(picture.width), f64::from(picture.height));
         match self {

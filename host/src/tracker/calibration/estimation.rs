@@ -49,7 +49,7 @@ pub(crate) fn estimation(
 /// The longest fixation: a coarse gaze that stays the same for longer is stuck.
 const COARSE_STUCK_AFTER: Micros = Micros::from_millis(1_500);
 
-/// Whether a tracker sends whole numbers of camera pixels.
+/// Returns whether a tracker sends whole numbers of camera pixels.
 fn is_coarse(spec: &Spec) -> bool {
     let protocol = spec.protocol().map(ProtocolSpec::protocol);
     matches!(protocol, Some(Protocol::Asl(_) | Protocol::Iscan(_)))

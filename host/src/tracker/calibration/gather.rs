@@ -44,7 +44,7 @@ impl Gatherer {
         }
     }
 
-    /// The targets.
+    /// Returns the targets.
     pub(crate) fn targets(&self) -> &[TimedTarget] {
         &self.targets
     }

@@ -46,7 +46,7 @@ impl Bench {
         (0..100).flat_map(|_| self.poll()).collect()
     }
 
-    /// What the device was told, each byte with the line's speed.
+    /// Returns what the device was told, each byte with the line's speed.
     fn received(&mut self) -> Vec<(u32, u8)> {
         let pty = self.pty.as_mut().unwrap();
         let mut buffer = [0; 256];

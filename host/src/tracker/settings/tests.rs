@@ -5,7 +5,8 @@ use miette::Diagnostic;
 use shisen_tracker::decoder::Event;
 use shisen_tracker::mock::{Source, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
 
-/// The mock's samples of a second, what a decoder reads of them, and the bytes that it drops.
+/// Returns the mock's samples of a second, what a decoder reads of them, and the bytes that it
+/// drops.
 fn read(sent_as: &str, read_as: &str) -> [u64; 3] {
     let protocol = |text: &str| text.parse::<ProtocolSpec>().unwrap();
     let viewer = Viewer::new(ViewerConfig::default(), 3);

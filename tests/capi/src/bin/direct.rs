@@ -80,7 +80,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Where the viewer looks after a stream, and how many samples there were.
+/// Returns where the viewer looks after a stream, and how many samples there were.
 fn gaze(stream: &[u8]) -> Result<(Estimate, u64), Box<dyn Error>> {
     let mut link = Link::new();
     let mut clock = ClockEstimator::new(ClockConfig::default())?;
@@ -99,7 +99,7 @@ fn gaze(stream: &[u8]) -> Result<(Estimate, u64), Box<dyn Error>> {
     Ok((estimate, link.counts().samples))
 }
 
-/// All pixels of a view at once.
+/// Returns all pixels of a view at once.
 fn picture(
     renderer: &Renderer<'_, 4>,
     view: &View,

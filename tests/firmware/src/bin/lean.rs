@@ -24,7 +24,7 @@ use shisen_tracker::link;
 use shisen_tracker::time::Micros;
 use shisen_tracker::uart;
 
-/// Bytes whose values the compiler cannot know.
+/// Returns bytes whose values the compiler cannot know.
 #[inline(never)]
 fn received() -> (&'static [u8], Micros) {
     black_box((&[], Micros(0)))
@@ -76,7 +76,7 @@ fn hid_over_i2c(buffer: &mut [u8], now: Micros) {
     black_box(device.sleep().ok());
 }
 
-/// A result that the compiler must not optimise away.
+/// Keeps the compiler from optimising a result away.
 fn ignore<T>(event: T) {
     black_box(event);
 }

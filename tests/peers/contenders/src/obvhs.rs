@@ -39,7 +39,7 @@ fn ray(&[a, b, c, d, e, f]: &[f32; 6]) -> Ray {
     Ray::new_inf([a, b, c].into(), [d, e, f].into())
 }
 
-/// Its hits count triangles in the order of the tree.
+/// Returns the number that a hit's triangle has in the mesh; hits count in the order of the tree.
 fn hit(found: &RayHit, indices: &[u32]) -> Hit {
     if found.t.is_finite() {
         Hit {

@@ -54,7 +54,7 @@ impl Bench {
         Ok(said.join("; "))
     }
 
-    /// A viewer whose eyes leap while frames are rendered: these are cut short, and the
+    /// Returns a viewer whose eyes leap while frames are rendered: these are cut short, and the
     /// next ones begin where the viewer looks.
     pub(crate) fn restarts(&self) -> Result<String, Wrong> {
         let run = |frames, restart_angle: f32| {
@@ -106,7 +106,7 @@ impl Bench {
 /// Tiles of a frame of three walls of 64² pixels.
 const TILES: u32 = 48;
 
-/// A viewer at rest whose eyes leap from one side to the other, and a tracker at 120 Hz.
+/// Returns a viewer at rest whose eyes leap from one side to the other, and a tracker at 120 Hz.
 fn leaps() -> TrackerBytes {
     /// Records from leap to leap.
     const STAY: u64 = 11;

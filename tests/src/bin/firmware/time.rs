@@ -102,7 +102,7 @@ impl Bench {
     }
 }
 
-/// Scenes made to take long, and bounces.
+/// Returns scenes made to take long, and bounces.
 fn scenes() -> Vec<(&'static str, Scene, u8)> {
     let ahead = DAffine3::from_translation(DVec3::new(0.0, 0.0, -3.0));
     let mirror = Material {
@@ -166,7 +166,7 @@ fn copies() -> TriangleMesh {
     }
 }
 
-/// Triangles with two corners or three in one place, edge-on and flat ones, and one that is
+/// Returns triangles with two corners or three in one place, edge-on and flat ones, and one that is
 /// none of these.
 fn slivers() -> TriangleMesh {
     let mut mesh = TriangleMesh {

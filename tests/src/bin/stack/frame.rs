@@ -49,7 +49,7 @@ struct State {
 }
 
 impl State {
-    /// What holds wherever one of both does.
+    /// Returns what holds wherever one of both does.
     fn join(&self, other: &Self) -> Self {
         let mut registers = self.registers;
         for (own, theirs) in registers.iter_mut().zip(&other.registers) {
@@ -186,7 +186,7 @@ fn follow(program: &Program, start: u32, function: &Function) -> Result<Frame, W
     Ok(frame)
 }
 
-/// Whether an instruction is one that grows or shrinks the stack as it stores or
+/// Returns whether an instruction is one that grows or shrinks the stack as it stores or
 /// loads, which it then has done.
 fn pushes(instruction: &Instruction, state: &mut State) -> bool {
     use Operand::{Memory, Number, Register};
@@ -222,7 +222,7 @@ fn pushes(instruction: &Instruction, state: &mut State) -> bool {
     true
 }
 
-/// Whether an instruction stores to the stack or loads what is followed, which it
+/// Returns whether an instruction stores to the stack or loads what is followed, which it
 /// then has done.
 fn moves(program: &Program, instruction: &Instruction, state: &mut State) -> Result<bool, Wrong> {
     use Operand::{Memory, Register};
@@ -280,7 +280,7 @@ fn moves(program: &Program, instruction: &Instruction, state: &mut State) -> Res
     Ok(true)
 }
 
-/// What an instruction does to the registers that are followed.
+/// Returns what an instruction does to the registers that are followed.
 // Longer than 80 lines: an arm for each kind of instruction.
 fn apply(program: &Program, instruction: &Instruction, state: &mut State) -> Result<(), Wrong> {
     use Operand::{Memory, Number, Register};
@@ -368,7 +368,7 @@ fn apply(program: &Program, instruction: &Instruction, state: &mut State) -> Res
     Ok(())
 }
 
-/// The operands to which an instruction may write.
+/// Returns the operands to which an instruction may write.
 fn written(instruction: &Instruction) -> &[Operand] {
     let all = instruction.operands.as_slice();
     let name = instruction.name.as_str();
@@ -400,7 +400,7 @@ fn forget(list: &[Operand], state: &mut State) {
     }
 }
 
-/// Where control goes.
+/// Returns where control goes.
 fn control(
     (program, function): (&Program, &Function),
     instruction: &Instruction,
@@ -444,7 +444,7 @@ fn control(
     )
 }
 
-/// The places of the function that a table of a switch leads to: it lies behind
+/// Returns the places of the function that a table of a switch leads to: it lies behind
 /// its jump. Constants may follow it: taking them for more of it is safe.
 fn table(
     (program, function): (&Program, &Function),

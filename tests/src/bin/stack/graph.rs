@@ -27,7 +27,7 @@ impl<'p> Graph<'p> {
         }
     }
 
-    /// The deepest way down from a function; recursion is an error.
+    /// Returns the deepest way down from a function; recursion is an error.
     pub(crate) fn deepest(&mut self, from: u32) -> Result<Deepest, Wrong> {
         self.descend(from, &mut Vec::new())
     }
@@ -62,7 +62,7 @@ impl<'p> Graph<'p> {
         Ok(deepest)
     }
 
-    /// Where a call may lead. A pointer that was loaded at an offset leads to no
+    /// Returns where a call may lead. A pointer that was loaded at an offset leads to no
     /// method that stands at another.
     fn targets(&self, callee: Callee) -> BTreeSet<u32> {
         let Program { taken, methods, .. } = self.program;
@@ -77,7 +77,7 @@ impl<'p> Graph<'p> {
         }
     }
 
-    /// What has been looked at, in a sentence.
+    /// Returns what has been looked at, in a sentence.
     pub(crate) fn summary(&self) -> Result<String, Wrong> {
         let frames = self.done.keys().map(|&at| frame(self.program, at));
         let frames = frames.collect::<Result<Vec<_>, Wrong>>()?;

@@ -118,7 +118,7 @@ fn compare(
     }
 }
 
-/// A function's name without its path.
+/// Returns a function's name without its path.
 fn short(name: &str) -> String {
     let name = name.trim_start_matches('<');
     let parts: Vec<_> = name.split("::").collect();

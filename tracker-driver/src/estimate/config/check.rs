@@ -13,7 +13,7 @@ pub enum EstimatorConfigError {
     /// A number outside its range, or NaN.
     #[error("{field} is {found}: give {least} to {most}")]
     OutOfRange {
-        /// Which, and its unit.
+        /// The name of the value, with its unit.
         field: &'static str,
         /// The number.
         found: f32,
@@ -25,7 +25,7 @@ pub enum EstimatorConfigError {
     /// A time outside its range.
     #[error("{field} is {} µs: give {} to {} µs", .found.0, .least.0, .most.0)]
     Time {
-        /// Which.
+        /// The name of the value.
         field: &'static str,
         /// The time.
         found: Micros,
@@ -196,7 +196,7 @@ fn number(
     })
 }
 
-/// The limits are milliseconds.
+/// Checks a time against limits in milliseconds.
 fn time(
     field: &'static str,
     found: Micros,
@@ -215,7 +215,7 @@ fn time(
     })
 }
 
-/// None of these may be below the one before it.
+/// Refuses values that do not ascend.
 fn ascend<T: PartialOrd + Copy>(values: &[(&'static str, T)]) -> Result<(), EstimatorConfigError> {
     for pair in values.windows(2) {
         if let [(first, lower), (second, higher)] = *pair

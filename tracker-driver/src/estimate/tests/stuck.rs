@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Whether a gaze was refused for being stuck; forgets what happened.
+/// Returns whether a gaze was refused for being stuck; forgets what happened.
 fn said_stuck(run: &mut Run) -> bool {
     let stuck = |event: &Event| {
         matches!(event, Event::Rejected { reason: Rejection::Stuck { since }, .. }

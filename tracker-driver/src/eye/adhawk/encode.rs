@@ -9,8 +9,9 @@ use crate::decoder::{EyeEvent, Side};
 use crate::sample::{Eye, GazePoint, Pupil, Reading, Sample};
 use glam::{Vec2, Vec3};
 
-/// The packet of stream 0x01 that a device sends for a sample, with fields 1, 2, 3, 5, 7 and 8
-/// as far as it has them; NaN for what one eye lacks or is not tracked. `None` without fields.
+/// Returns the packet of stream 0x01 that a device sends for a sample, with fields 1, 2, 3, 5, 7
+/// and 8 as far as it has them; NaN for what one eye lacks or is not tracked. `None` without
+/// fields.
 pub fn encode(sample: &Sample) -> Option<Packet> {
     let sides = [(RIGHT, &sample.right), (LEFT, &sample.left)];
     let present = sides.into_iter().filter(|(_, eye)| !eye.is_empty());
@@ -61,7 +62,7 @@ pub fn encode(sample: &Sample) -> Option<Packet> {
     (payload.len() > before).then(|| packet(&payload, true))
 }
 
-/// A vector that was measured, or NaN.
+/// Returns a vector that was measured, or NaN.
 fn measured(reading: Reading<Vec3>) -> Vec3 {
     if reading.tracked {
         reading.value
@@ -70,7 +71,7 @@ fn measured(reading: Reading<Vec3>) -> Vec3 {
     }
 }
 
-/// The packet of stream 0x18 for an event; what follows a duration is zero.
+/// Returns the packet of stream 0x18 for an event; what follows a duration is zero.
 pub fn encode_event(event: &EyeEvent) -> Packet {
     let is_it = |&kind: &u8| event_layout(kind).is_some_and(|(found, ..)| found == event.kind);
     // Every kind of event has a number.
@@ -96,7 +97,7 @@ pub fn encode_event(event: &EyeEvent) -> Packet {
     packet(&payload, true)
 }
 
-/// The response to a request of this kind; of `data` what a packet has room for.
+/// Returns the response to a request of this kind; of `data` what a packet has room for.
 pub fn encode_response(number: u16, kind: u8, result: u8, data: &[u8]) -> Packet {
     let [low, high] = number.to_le_bytes();
     let mut payload = Packet::new();
@@ -113,7 +114,7 @@ fn push_numbers(payload: &mut Packet, field: u8, numbers: &[f32]) {
     }
 }
 
-/// The bits of a number, the same for every NaN.
+/// Returns the bits of a number, the same for every NaN.
 const fn bits(number: f32) -> u32 {
     if number.is_nan() {
         NOT_MEASURED

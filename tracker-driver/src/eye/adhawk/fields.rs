@@ -14,7 +14,7 @@ const LARGEST_PUPIL: f32 = 0.05;
 /// No gaze is further outside a screen: screens.
 const LARGEST_SCREEN: f32 = 100.0;
 
-/// How many numbers a field holds for this many eyes.
+/// Returns how many numbers a field holds for this many eyes.
 pub(super) fn field_numbers(field: u8, eyes: usize) -> Option<usize> {
     Some(match field {
         1 | 6 | 8 => 4,
@@ -25,7 +25,7 @@ pub(super) fn field_numbers(field: u8, eyes: usize) -> Option<usize> {
     })
 }
 
-/// The stream of the eyes after its first byte.
+/// Returns the stream of the eyes after its first byte.
 pub(super) fn eye_fields(payload: &[u8], arrival: Micros) -> Result<(Sample, Parts), DropReason> {
     let Some((time, [eyes, fields @ ..])) = payload.split_first_chunk() else {
         return Err(DropReason::Length);
@@ -71,7 +71,7 @@ pub(super) fn eye_fields(payload: &[u8], arrival: Micros) -> Result<(Sample, Par
     Ok((sample, unmeasured))
 }
 
-/// The nth number of a field; its length was checked.
+/// Returns the nth number of a field; its length was checked.
 pub(super) fn number(numbers: &[u8], n: usize) -> f32 {
     let bytes = numbers.get(4 * n..).and_then(<[u8]>::first_chunk);
     bytes.map_or(f32::NAN, |bytes| f32::from_le_bytes(*bytes))
@@ -168,7 +168,8 @@ fn read_field(
     Ok(unmeasured)
 }
 
-/// The nth `N` numbers of a field, up to `limit` from zero; `None` where one is not measured.
+/// Returns the nth `N` numbers of a field, up to `limit` from zero; `None` where one is not
+/// measured.
 fn measured<const N: usize>(
     numbers: &[u8],
     n: usize,
@@ -191,7 +192,7 @@ fn measured<const N: usize>(
 pub(super) const NOT_MEASURED: u32 = 0x7FC0_0000;
 const SIGN: u32 = 1 << 31;
 
-/// The nth direction of a field; straight ahead and held where it is not measured.
+/// Returns the nth direction of a field; straight ahead and held where it is not measured.
 fn direction(numbers: &[u8], n: usize) -> Result<Reading<Vec3>, DropReason> {
     Ok(match measured(numbers, n, f32::MAX)? {
         Some(sent) => Reading::tracked(valid::direction(Vec3::from_array(sent))?),

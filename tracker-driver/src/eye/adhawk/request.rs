@@ -43,7 +43,7 @@ pub(crate) const SYSTEM_CONTROL: u8 = 0x9C;
 pub(crate) const EYE_TRACKING: u8 = 1;
 
 impl Request {
-    /// What the response calls it ([`Reply::to`](crate::decoder::Reply::to)).
+    /// Returns what the response calls it ([`Reply::to`](crate::decoder::Reply::to)).
     pub const fn kind(&self) -> u8 {
         match self {
             Self::Tracking(_) => SYSTEM_CONTROL,
@@ -52,7 +52,7 @@ impl Request {
         }
     }
 
-    /// The packet that asks; `number` comes back in the response.
+    /// Returns the packet that asks; `number` comes back in the response.
     pub fn encode(&self, number: u16) -> Packet {
         let mut payload = Packet::new();
         push(&mut payload, &number.to_le_bytes());
@@ -107,7 +107,7 @@ pub fn start(fields: u32, hertz: f32) -> Script {
     script
 }
 
-/// What makes it stop.
+/// Returns what makes it stop.
 pub fn stop() -> Script {
     let request = Request::Tracking(false);
     let reply = Awaited::Reply(u32::from(request.kind()));

@@ -105,7 +105,7 @@ fn every_field_has_its_place() {
     assert_eq!(samples(&mut AdHawk::new(), &packet), [sample]);
 }
 
-/// A packet of both eyes with these fields.
+/// Returns a packet of both eyes with these fields.
 fn packet_of(fields: &[(u8, &[f32])]) -> List<u8> {
     let mut bytes = List::from([0xAA, 0, 0x80, 0x01]);
     bytes.extend(1_000_u64.to_le_bytes());

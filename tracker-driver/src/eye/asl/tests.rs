@@ -8,7 +8,7 @@ const FRAME: [u8; 12] = [
     0x80, 0x00, 0x7F, 0x01, 0x70, 0x00, 0x7F, 0x56, 0x7B, 0x01, 0x2C, 0x01,
 ];
 
-/// The sample of one frame, which waits for the beginning of the next.
+/// Returns the sample of one frame, which waits for the beginning of the next.
 fn sample_of(mut decoder: Asl, frame: &[u8]) -> Sample {
     assert_eq!(samples(&mut decoder, frame), []);
     let [sample] = samples(&mut decoder, &[STATUS])[..] else {

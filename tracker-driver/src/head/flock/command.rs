@@ -72,7 +72,7 @@ const STREAMS: u8 = 1;
 /// Bytes that [`ALL_UNITS`] is answered with: one for each unit.
 pub(crate) const UNITS: usize = 14;
 
-/// How long the answer is; `None` of a parameter that is not known here.
+/// Returns how long the answer is; `None` of a parameter that is not known here.
 const fn answer_bytes(parameter: u8) -> Option<usize> {
     match parameter {
         ERROR => Some(1),
@@ -82,7 +82,7 @@ const fn answer_bytes(parameter: u8) -> Option<usize> {
     }
 }
 
-/// Bytes of a command with what belongs to it, by its first.
+/// Returns bytes of a command with what belongs to it, by its first.
 pub(crate) const fn command_bytes(first: u8) -> usize {
     match first {
         b'P' | b'L' => 3,
@@ -91,7 +91,7 @@ pub(crate) const fn command_bytes(first: u8) -> usize {
     }
 }
 
-/// What ends the stream of records and puts the birds to sleep.
+/// Returns what ends the stream of records and puts the birds to sleep.
 pub fn stop() -> Script {
     let mut script = Script::sending(b"B");
     script.send(b"G");
@@ -134,7 +134,7 @@ pub const fn error_meaning(code: u8) -> &'static str {
     }
 }
 
-/// What is made of bytes that may be an answer; `None` where they are not.
+/// Returns what is made of bytes that may be an answer; `None` where they are not.
 pub(super) fn answer(parameter: u8, window: Window<'_>, alone: bool) -> Option<Step> {
     let bytes = window.bytes;
     let length = answer_bytes(parameter)?;

@@ -137,7 +137,7 @@ fn start_and_stop_say_what_the_guide_says() {
     assert_eq!(error_meaning(13), "a bird does not answer");
 }
 
-/// Each mode alone, and two in a group.
+/// Returns each mode alone, and two in a group.
 fn forms() -> impl Iterator<Item = Config> {
     let forms = Mode::ALL.into_iter().map(|mode| (mode, false));
     let forms = forms.chain([(Mode::Angles, true), (Mode::PositionQuaternion, true)]);

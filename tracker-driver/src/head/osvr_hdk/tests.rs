@@ -120,7 +120,7 @@ fn head_has_the_heads_axes() {
     assert_eq!(up.angular_velocity, Some(Vec3::new(1.0, -2.0, -3.0)));
 }
 
-/// What a decoder makes of one report.
+/// Returns what a decoder makes of one report.
 fn event(decoder: &mut OsvrHdk, report: &[u8]) -> Event {
     let mut events = std::vec::Vec::new();
     decoder.feed(report, Micros(9), &mut |event| events.push(event));

@@ -1,4 +1,4 @@
-//! Lists that no device can be told.
+//! Item lists that cannot be sent to a device.
 
 use super::{Format, MOST_ITEMS, MOST_RECORD_BYTES};
 
@@ -39,7 +39,7 @@ pub enum ItemListError {
     /// More than [`MOST_ITEMS`].
     #[error("a list of {items} items: at most {MOST_ITEMS} are taken")]
     TooMany {
-        /// How many.
+        /// The number of items.
         items: usize,
     },
     /// A record of more than [`MOST_RECORD_BYTES`].

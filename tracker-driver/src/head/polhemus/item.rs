@@ -52,7 +52,7 @@ pub(super) struct Item {
 }
 
 impl Item {
-    /// The item of this number, or whether the format is what keeps it out.
+    /// Returns the item of this number, or whether the format is what keeps it out.
     pub(super) fn new(family: Family, format: Format, number: u8) -> Result<Self, ItemListError> {
         let (content, form) = match family {
             Family::Fastrak => Self::of_fastrak(format, number)?,

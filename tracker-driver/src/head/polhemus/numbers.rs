@@ -6,7 +6,7 @@ use super::Record;
 /// Steps from 0 to 1 in the 14-bit form, two bits short of 16.
 pub(super) const WORD_ONE: f32 = 32_768.0;
 
-/// The value of two bytes of seven bits; `None` where the second has its highest bit set.
+/// Returns the value of two bytes of seven bits; `None` where the second has its highest bit set.
 pub(super) fn word_value(bytes: &[u8]) -> Option<f32> {
     let &[low, high] = bytes else { return None };
     if high & 0x80 != 0 {
@@ -15,12 +15,12 @@ pub(super) fn word_value(bytes: &[u8]) -> Option<f32> {
     Some(f32::from(from_seven_bits(low, high)) / WORD_ONE)
 }
 
-/// The word of two bytes of seven bits, whose lowest two bits are 0.
+/// Returns the word of two bytes of seven bits, whose lowest two bits are 0.
 pub(crate) fn from_seven_bits(low: u8, high: u8) -> i16 {
     (u16::from(low & 0x7F) << 2 | u16::from(high & 0x7F) << 9) as i16
 }
 
-/// The reverse of [`from_seven_bits`].
+/// Returns the reverse of [`from_seven_bits`].
 pub(crate) fn to_seven_bits(word: i16) -> [u8; 2] {
     let word = word as u16;
     [(word >> 2 & 0x7F) as u8, (word >> 9 & 0x7F) as u8]
@@ -37,7 +37,7 @@ pub(super) fn word_bytes(value: f32, first: bool) -> [u8; 2] {
     [if first { low | 0x80 } else { low }, high]
 }
 
-/// A number of `Sxxx.xx` or `Sx.xxxx`: the first column is the sign's or blank, no digit.
+/// Returns a number of `Sxxx.xx` or `Sx.xxxx`: the first column is the sign's or blank, no digit.
 pub(super) fn read_fixed(bytes: &[u8], decimals: u8) -> Option<f32> {
     if bytes.first()?.is_ascii_digit() {
         return None;
@@ -61,7 +61,7 @@ pub(super) fn read_fixed(bytes: &[u8], decimals: u8) -> Option<f32> {
     Some(if negative { -value } else { value })
 }
 
-/// A number of `Sx.xxxxxESxxb`.
+/// Returns a number of `Sx.xxxxxESxxb`.
 pub(super) fn read_extended(bytes: &[u8]) -> Option<f32> {
     let &[
         sign,
@@ -103,7 +103,7 @@ pub(super) fn read_extended(bytes: &[u8]) -> Option<f32> {
     Some(if is_negative(sign)? { -value } else { value })
 }
 
-/// A whole number, right-aligned.
+/// Returns a whole number, right-aligned.
 pub(super) fn read_whole(bytes: &[u8]) -> Option<u32> {
     let bytes = bytes.trim_ascii_start();
     if bytes.is_empty() {
@@ -132,7 +132,7 @@ pub(super) fn power_of_ten(exponent: u32) -> f32 {
 
 pub(super) type Written = Result<(), heapless::CapacityError>;
 
-/// The last `N` decimal digits.
+/// Returns the last `N` decimal digits.
 fn decimal<const N: usize>(mut number: u32) -> [u8; N] {
     let mut digits = [b'0'; N];
     for digit in digits.iter_mut().rev() {

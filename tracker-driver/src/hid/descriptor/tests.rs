@@ -7,7 +7,7 @@ use std::vec::Vec as List;
 /// An element: its report, its first bit and how many, its usage.
 type Found = (ReportKind, u8, u32, u32, Option<Usage>);
 
-/// All elements.
+/// Returns all elements.
 fn elements(descriptor: &[u8]) -> Result<List<Found>, Problem> {
     let mut found = List::new();
     walk(descriptor, |e| {
@@ -152,7 +152,7 @@ fn long_items_and_odd_exponents_are_read() {
     assert_eq!(exponent(0x40), 7);
 }
 
-/// The variable elements that are not constant, as `hidreport` has them.
+/// Returns the variable elements that are not constant, as `hidreport` has them.
 fn theirs(descriptor: &[u8]) -> Option<List<Found>> {
     let parsed = hidreport::ReportDescriptor::try_from(descriptor).ok()?;
     let mut found = List::new();
@@ -201,7 +201,7 @@ fn another_parser_agrees() {
     }
 }
 
-/// A main item with its usages, in a report, in a few collections.
+/// Returns a main item with its usages, in a report, in a few collections.
 fn main_item() -> impl Strategy<Value = List<u8>> {
     let flags = prop::sample::select(&[0x81_u8, 0x91, 0xB1][..]);
     let kind = prop::sample::select(&[0_u8, 1, 2, 3, 6][..]);

@@ -50,7 +50,7 @@ pub const DESCRIPTOR: [u8; 340] = [
     0xB1, 0x02, 0xC0, 0xC0,
 ];
 
-/// The report of a sample; the head is turned to the point 1 m in front of it.
+/// Returns the report of a sample; the head is turned to the point 1 m in front of it.
 pub fn tracking(sample: &Sample) -> [u8; 65] {
     let mut report = [0; 65];
     let time = sample.device_time.map_or(0, |time| time.microseconds);
@@ -78,7 +78,7 @@ pub fn tracking(sample: &Sample) -> [u8; 65] {
     report
 }
 
-/// The feature report of the capabilities; what is not there is 0.
+/// Returns the feature report of the capabilities; what is not there is 0.
 pub fn capabilities(of: &Capabilities) -> [u8; 22] {
     let mut report = [0; 22];
     let lengths = [
@@ -95,7 +95,7 @@ pub fn capabilities(of: &Capabilities) -> [u8; 22] {
     report
 }
 
-/// The feature report of the configuration; what is not there is 0.
+/// Returns the feature report of the configuration; what is not there is 0.
 pub fn configuration(of: &Configuration) -> [u8; 19] {
     let mut report = [0; 19];
     let word = |value: Option<u32>| (value.unwrap_or(0) as u16).to_le_bytes();
@@ -111,7 +111,7 @@ pub fn configuration(of: &Configuration) -> [u8; 19] {
     report
 }
 
-/// The input or feature report of the status; what is not there is 0.
+/// Returns the input or feature report of the status; what is not there is 0.
 pub fn status(of: &Status) -> [u8; 4] {
     let frequency = libm::roundf(of.sampling_frequency.unwrap_or(0.0)) as u16;
     let [low, high] = frequency.to_le_bytes();

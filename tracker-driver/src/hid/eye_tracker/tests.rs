@@ -21,7 +21,7 @@ fn report() -> List<u8> {
     report
 }
 
-/// The report with other values from a place on.
+/// Returns the report with other values from a place on.
 fn report_with(place: usize, values: &[i32]) -> List<u8> {
     let mut report = report();
     for (n, value) in (place..).zip(values) {
@@ -30,7 +30,7 @@ fn report_with(place: usize, values: &[i32]) -> List<u8> {
     report
 }
 
-/// Whether a head looks this way and is level.
+/// Returns whether a head looks this way and is level.
 fn faces(head: &Head, forward: Vec3) -> bool {
     let turn = head.orientation.unwrap().value;
     (turn * Vec3::NEG_Z).distance(forward) < 1e-6 && (turn * Vec3::Y).distance(Vec3::Y) < 1e-6

@@ -7,7 +7,7 @@ fn frame(kind: u8, body: &[u8]) -> Frame {
     content.finish()
 }
 
-/// What a frame says, in the frame of who says it again, byte by byte; `None` where it is
+/// Returns what a frame says, in the frame of who says it again, byte by byte; `None` where it is
 /// counted as dropped.
 fn said_again(kind: u8, frame: &Frame) -> Option<Frame> {
     let (mut reports, mut orders) = (Reports::new(), Orders::new());

@@ -27,7 +27,7 @@ pub(super) struct Properties {
 }
 
 impl Default for Properties {
-    /// All fields, no events, as often as the mock measures.
+    /// Returns all fields, no events, as often as the mock measures.
     fn default() -> Self {
         Self {
             fields: u32::MAX,
@@ -83,7 +83,8 @@ impl Device {
 }
 
 impl Properties {
-    /// The value as [`SET_PROPERTY`] takes it; the sources do not say how the device sends it.
+    /// Returns the value as [`SET_PROPERTY`] takes it; the sources do not say how the device sends
+    /// it.
     fn get(&self, property: u8) -> Answer {
         match property {
             PROPERTY_RATE => (DONE, Some(self.hertz.to_le_bytes())),
@@ -120,7 +121,7 @@ impl Properties {
         DONE
     }
 
-    /// Whether the host asked for such events.
+    /// Returns whether the host asked for such events.
     pub(super) const fn tells(&self, kind: EyeEventKind) -> bool {
         let bit = match kind {
             EyeEventKind::Blink => 0,

@@ -43,7 +43,7 @@ impl Device {
     }
 }
 
-/// The numbers of the command `O` for station 1, up to its end.
+/// Returns the numbers of the command `O` for station 1, up to its end.
 fn of_first_station(command: &[u8]) -> Option<Vec<u8, MOST_ITEMS>> {
     let text = core::str::from_utf8(command).ok()?.strip_prefix("O1,")?;
     let mut numbers = Vec::new();

@@ -18,12 +18,12 @@ impl RayRow {
         seen: 0,
     };
 
-    /// Whether each place is inside the rim, with a ray that can be traced.
+    /// Returns whether each place is inside the rim, with a ray that can be traced.
     pub(crate) fn are_all(&self) -> bool {
         (0..8).all(|lane| self.ray(lane).is_some())
     }
 
-    /// The rays inside the rim that have a detail.
+    /// Returns the rays inside the rim that have a detail.
     #[inline]
     pub(crate) fn together(&self, detail: &[Option<RayDetail>; 8]) -> RowRays<'_> {
         let mut active = 0;
@@ -38,7 +38,7 @@ impl RayRow {
         }
     }
 
-    /// The ray of a lane; `None` outside the rim.
+    /// Returns the ray of a lane; `None` outside the rim.
     #[inline(always)]
     pub(crate) fn ray(&self, lane: usize) -> Option<Ray> {
         let lane = lane % 8;

@@ -13,7 +13,7 @@ use shisen::live::quantiles::median;
 use shisen::live::{Display, FrameBudget, FrameRecord, SessionSettings, SingleMachine};
 use std::time::Duration;
 
-/// Frames at half of what they take without a budget: in time, and whole where one looks
+/// Frames with half of the budget they need: are they in time, and complete where the viewer looks?
 ///
 /// Frames follow a tracker as with `shisen run`: first a tenth of them without a budget, for
 /// the medians; then all with half of the median steps, and all with half of the median time,

@@ -130,7 +130,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
 type Filled = (Timed<Frame>, Vec<f64>);
 
 impl Arguments {
-    /// The plain frame and the frame of each filling.
+    /// Returns the plain frame and the frame of each filling.
     fn measure(&self, frames: &Frames, look: Look) -> Result<(Timed<Frame>, Vec<Filled>), Failure> {
         let background = Filling::Background;
         let before = Look {
@@ -161,7 +161,7 @@ impl Arguments {
     }
 }
 
-/// The difference of a frame from the plain one outside of the visual field.
+/// Returns the difference of a frame from the plain one outside of the visual field.
 fn outside_difference(
     frames: &Frames,
     look: Look,

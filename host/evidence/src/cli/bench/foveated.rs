@@ -121,7 +121,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// Pixels a side of the smallest squares with a distance of samples of their own.
 const SQUARE: u32 = 16;
 
-/// The steps of full tracing with samples as far apart as acuity allows.
+/// Returns the steps of full tracing with samples as far apart as acuity allows.
 fn least_steps<const W: usize>(
     scene: &Scene<'_, W>,
     frames: &Frames,
@@ -165,8 +165,8 @@ where
     Ok(least as u64)
 }
 
-/// The least steps, the frames of all ways, and the ratio of the times of the plain one and the
-/// foveated one.
+/// Returns the least steps, the frames of all ways, and the ratio of the times of the plain one and
+/// the foveated one.
 fn measure(
     frames: &Frames,
     look: Look,

@@ -203,7 +203,7 @@ impl Frames {
         )?)
     }
 
-    /// The two eyes.
+    /// Returns the two eyes.
     ///
     /// # Errors
     /// A line of sight without a direction.

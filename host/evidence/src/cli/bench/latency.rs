@@ -56,7 +56,7 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-/// The argument `--budget`. By default frames end well before their refresh on any machine,
+/// Returns the argument `--budget`. By default frames end well before their refresh on any machine,
 /// which leaves time to wait for the newest sample.
 fn in_half_a_refresh(budget: Arg) -> Arg {
     budget
@@ -65,8 +65,8 @@ fn in_half_a_refresh(budget: Arg) -> Arg {
         .hide_default_value(true)
         .help(
             "What a frame may take: 33ms, 2000000steps (for the same gazes the same frames), paper \
-             (the seconds of its Table 2), paper-scaled (its time with level of detail as a part \
-             of its time without, of what that takes here) or off [default: a refresh of --hz, or \
+             (the seconds of its Table 2), paper-scaled (the part of a full frame's time that level \
+             of detail takes in Table 2) or off [default: a refresh of --hz, or \
              else 8ms, half of one at 60 Hz]",
         )
 }
@@ -203,7 +203,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 impl Arguments {
-    /// Both latches at a rate of the tracker.
+    /// Returns both latches at a rate of the tracker.
     fn at_rate(
         &self,
         rate: u64,

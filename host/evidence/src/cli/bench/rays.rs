@@ -120,7 +120,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(arguments.json, &report, &text)
 }
 
-/// The rays of a file; `None` for those that cannot be traced.
+/// Returns the rays of a file; `None` for those that cannot be traced.
 fn read_rays(path: &Path) -> Result<Vec<Option<Ray>>, Fault> {
     let shown = path.display();
     let bytes = shisen::files::read(path).map_err(|reason| {

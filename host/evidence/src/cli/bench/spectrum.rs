@@ -194,7 +194,7 @@ const WIDE: Window = Window([-0.83, -1.02], 1.58);
 /// The largest ball, from edge to edge.
 const CLOSE: Window = Window([-0.414, -0.370], 0.404);
 
-/// The median seconds of each way, rendered in turns; a way has its rays a pixel.
+/// Returns the median seconds of each way, rendered in turns; a way has its rays a pixel.
 fn seconds(quartz: &Quartz, ways: &[(Dispersion, u16)], rounds: u32) -> Result<Vec<f64>, Failure> {
     let timed = in_turns(ways, rounds as usize, |&(way, samples)| {
         Ok::<_, Failure>((quartz.frame(way, samples)?.seconds, ()))
@@ -215,7 +215,7 @@ impl Arguments {
         Quartz::new(window, size, options).map_err(Failure::Failed)
     }
 
-    /// A view in which a tenth of the pixels meets glass.
+    /// Returns a view in which a tenth of the pixels meets glass.
     fn cost(&self, size: u32, wavelengths: u32) -> Result<Cost, Failure> {
         let quartz = self.quartz(&WIDE, size)?;
         let ways = [dispersion(Method::Comb, wavelengths)?, Dispersion::Off];
@@ -231,7 +231,7 @@ impl Arguments {
         })
     }
 
-    /// A view that a ball fills, each ray split.
+    /// Returns a view that a ball fills, each ray split.
     fn splits(&self, size: u32) -> Result<Splits, Failure> {
         let quartz = self.quartz(&CLOSE, size)?;
         let mut ways = vec![(Dispersion::Off, 1)];
@@ -379,8 +379,9 @@ fn described(report: &Report) -> String {
     )
 }
 
-/// The fastest comb that is as close to the truth as the paper's pictures of most wavelengths,
-/// of which `paper` are the seconds and the mean difference; `None` where these are faster.
+/// Returns the fastest comb that is as close to the truth as the paper's pictures of most
+/// wavelengths, of which `paper` are the seconds and the mean difference; `None` where these are
+/// faster.
 fn same_error(
     quartz: &Quartz,
     truth: &Truth,
@@ -474,7 +475,7 @@ const DETAIL_PIXELS: u32 = 256;
 
 const GAP: u32 = 4;
 
-/// Rows of pictures' details, enlarged by whole pixels, on white.
+/// Returns rows of pictures' details, enlarged by whole pixels, on white.
 ///
 /// # Errors
 /// More pixels than there is memory for.

@@ -99,7 +99,7 @@ impl Gaze {
     }
 }
 
-/// The gaze with the greatest ratio, the first of equal ones.
+/// Returns the gaze with the greatest ratio, the first of equal ones.
 fn worst(gazes: &mut [Gaze], ratio: impl Fn(&Gaze) -> f64) -> &mut Gaze {
     let (mut at, mut greatest) = (0, f64::NEG_INFINITY);
     for (number, ratio) in gazes.iter().map(ratio).enumerate() {
@@ -164,7 +164,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     frames.print(Report { directions, scenes }, &text)
 }
 
-/// A point of a Fibonacci spiral of `count` points, evenly spread over the sphere.
+/// Returns a point of a Fibonacci spiral of `count` points, evenly spread over the sphere.
 fn direction(number: u32, count: u32) -> DVec3 {
     let height = 1.0 - (2.0 * f64::from(number) + 1.0) / f64::from(count);
     let turn = f64::from(number) * std::f64::consts::PI * (3.0 - 5.0f64.sqrt());

@@ -24,7 +24,7 @@ pub(in crate::cli) struct Arguments {
     frames: FrameArguments,
 }
 
-/// The argument `--repeat`: ratios of a few frames differ by hundredths from run to run.
+/// Returns the argument `--repeat`: ratios of a few frames differ by hundredths from run to run.
 fn often(repeat: Arg) -> Arg {
     repeat.default_value("25")
 }

@@ -45,7 +45,7 @@ impl Places {
         })
     }
 
-    /// The errors of a picture in these directions: the largest angle, the angle that 95 %
+    /// Returns the errors of a picture in these directions: the largest angle, the angle that 95 %
     /// are below, the mean, and the share in another colour.
     pub(super) fn errors(
         &self,

@@ -34,18 +34,18 @@ impl GazeError {
         quantile_of(self.classes.concat(), part)
     }
 
-    /// The degrees by which a field has to be wider for a part of the frames.
+    /// Returns the degrees by which a field has to be wider for a part of the frames.
     pub(super) fn widening(&self, part: f64) -> f64 {
         quantile_of(self.frames[0].clone(), part)
     }
 
-    /// The percentage of the other viewers' frames that a widening holds.
+    /// Returns the percentage of the other viewers' frames that a widening holds.
     fn held(&self, widening: f64) -> f64 {
         let held = self.frames[1].iter().filter(|&&off| off <= widening);
         100.0 * held.count() as f64 / self.frames[1].len().max(1) as f64
     }
 
-    /// The errors by [`MEASURES`](super::MEASURES), but for the last.
+    /// Returns the errors by [`MEASURES`](super::MEASURES), but for the last.
     pub(super) fn errors(&self) -> Vec<Option<f64>> {
         let of_class = |class: &Vec<f64>| {
             let any = !class.is_empty();
@@ -69,7 +69,7 @@ struct Moment {
     estimate: Option<DVec3>,
 }
 
-/// The largest error of each frame's estimate while the frame is shown.
+/// Returns the largest error of each frame's estimate while the frame is shown.
 fn frames(moments: &[Moment]) -> Vec<f64> {
     let frames = moments.windows(FRAME as usize).step_by(FRAME as usize);
     let most = frames.filter_map(|shown| {

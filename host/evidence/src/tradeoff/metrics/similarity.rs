@@ -9,8 +9,8 @@ const REACH: usize = 5;
 const C1: f64 = (0.01 * 255.0) * (0.01 * 255.0);
 const C2: f64 = (0.03 * 255.0) * (0.03 * 255.0);
 
-/// The similarity of two pictures around each pixel, −1 to 1: equation 13 of Wang et al. (2004).
-/// Rows have `width` lumas, 0 to 255; at the border the window ends.
+/// Returns the similarity of two pictures around each pixel, −1 to 1: equation 13 of Wang et al.
+/// (2004). Rows have `width` lumas, 0 to 255; at the border the window ends.
 pub(super) fn similarities(one: &[f64], other: &[f64], width: usize) -> Vec<f64> {
     let mean = |of: &dyn Fn(f64, f64) -> f64| {
         let pairs = one.iter().zip(other);

@@ -1,6 +1,6 @@
 use super::*;
 
-/// A wall of 16² pixels, 1 m a side, 1 m ahead.
+/// Returns a wall of 16² pixels, 1 m a side, 1 m ahead.
 fn view() -> View {
     let pixel = 1.0 / 16.0;
     let first = Vec3::new(-0.5 + 0.5 * pixel, 0.5 - 0.5 * pixel, -1.0);
@@ -14,7 +14,7 @@ fn view() -> View {
     .unwrap()
 }
 
-/// A grey of an 8-bit code.
+/// Returns a grey of an 8-bit code.
 fn grey(code: u8) -> Picture {
     let encoded = f32::from(code) / 255.0;
     let linear = match code {

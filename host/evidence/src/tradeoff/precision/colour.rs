@@ -55,7 +55,7 @@ fn xyz(light: &Light, values: impl Fn(f32) -> Vec3) -> Vec3 {
     sum / white
 }
 
-/// The table at a wavelength, by the core's polynomial.
+/// Returns the table at a wavelength, by the core's polynomial.
 fn table(nm: f64) -> DVec3 {
     let steps = (nm - f64::from(CIE_1931.first_nm)) / f64::from(CIE_1931.step_nm);
     let before = libm::floor(steps);
@@ -126,7 +126,7 @@ pub(super) fn colour(
 /// The white point D65 of ASTM E308.
 const WHITE: DVec3 = DVec3::new(0.950_47, 1.0, 1.088_83);
 
-/// Linear sRGB of XYZ, from the primaries of IEC 61966-2-1 and the white.
+/// Returns linear sRGB of XYZ, from the primaries of IEC 61966-2-1 and the white.
 fn linear_srgb() -> DMat3 {
     let xyz = |x: f64, y: f64| DVec3::new(x / y, 1.0, (1.0 - x - y) / y);
     let primaries = DMat3::from_cols(xyz(0.64, 0.33), xyz(0.30, 0.60), xyz(0.15, 0.06));

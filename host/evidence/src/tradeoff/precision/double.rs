@@ -45,8 +45,8 @@ pub(super) fn intersection(corners: [Vec3; 3], ray: &Ray, extent: f64) -> Option
     })
 }
 
-/// The interval of a ray in a box, whose slabs are widened by the rounding of coordinates up to
-/// `extent`.
+/// Returns the interval of a ray in a box, whose slabs are widened by the rounding of coordinates
+/// up to `extent`.
 fn interval(origin: DVec3, d: DVec3, (low, high): (DVec3, DVec3), extent: f64) -> (f64, f64) {
     let room = DVec3::splat(4.0 * f64::EPSILON * (extent + origin.abs().max_element()));
     let inverse = d.recip();

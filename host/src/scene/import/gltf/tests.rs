@@ -1,7 +1,7 @@
 use super::*;
 use crate::scene::texture::tests::{grey_png, texels};
 
-/// Three vertices, three normals and three indices of 16 bits.
+/// Returns three vertices, three normals and three indices of 16 bits.
 pub(in crate::scene::import) fn triangle_bytes() -> Vec<u8> {
     let mut bytes = Vec::new();
     for number in [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0] {

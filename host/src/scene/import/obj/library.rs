@@ -6,7 +6,7 @@ use crate::scene::material::Material;
 use crate::scene::texture::Texture;
 use std::path::Path;
 
-/// What a `map_Kd` of a library names, if it is a PNG file.
+/// Returns what a `map_Kd` of a library names, if it is a PNG file.
 pub(super) fn texture(
     textures: &mut Textures<String>,
     library: &Path,

@@ -26,7 +26,7 @@ pub(super) fn write(folder: &Path, runs: &[Run]) -> io::Result<Vec<String>> {
     Ok(paths)
 }
 
-/// The times of each stage of each frame, by the tracker's clock.
+/// Returns the times of each stage of each frame, by the tracker's clock.
 fn frames(runs: &[Run]) -> String {
     let mut text = "tracker_hz,latch,frame,sample_us,arrive_us,latch_us,first_ray_us,done_us,\
                     present_us,late\n"
@@ -53,7 +53,7 @@ fn frames(runs: &[Run]) -> String {
     text
 }
 
-/// The histograms of all legs.
+/// Returns the histograms of all legs.
 fn classes(runs: &[Run]) -> String {
     let mut text = "tracker_hz,latch,leg,milliseconds,frames\n".to_owned();
     for run in runs {
@@ -67,7 +67,7 @@ fn classes(runs: &[Run]) -> String {
     text
 }
 
-/// The part of the frames that is on the walls within a time.
+/// Returns the part of the frames that is on the walls within a time.
 fn motion_to_wall(runs: &[Run]) -> Chart {
     let named = runs.iter().map(|run| {
         let name = format!("{} Hz, {} latch", run.tracker_hz, run.latch);
@@ -76,7 +76,7 @@ fn motion_to_wall(runs: &[Run]) -> Chart {
     within("From a movement of the eye to the wall".to_owned(), named)
 }
 
-/// The part of the frames that has each leg behind it within a time, of the run with most
+/// Returns the part of the frames that has each leg behind it within a time, of the run with most
 /// samples.
 fn legs(runs: &[Run]) -> Chart {
     // The last of equal runs takes the gaze late.
@@ -88,7 +88,7 @@ fn legs(runs: &[Run]) -> Chart {
     within(title, run.into_iter().flat_map(legs))
 }
 
-/// The part of the frames that took no longer than a time.
+/// Returns the part of the frames that took no longer than a time.
 fn within<'r>(title: String, named: impl Iterator<Item = (String, &'r Run, Leg)>) -> Chart {
     let line = |(colour, (name, run, leg)): (usize, (String, &Run, Leg))| {
         let all = run.report.latencies.summary(leg);
