@@ -100,6 +100,12 @@ pub enum Outcome {
     BudgetSpent,
 }
 
+/// Renders views of a scene in the fast layout.
+pub type FastRenderer<'a> = Renderer<'a, 8>;
+
+/// Renders views of a scene in the compact layout.
+pub type CompactRenderer<'a> = Renderer<'a, 4>;
+
 /// Renders views of a scene.
 #[derive(Debug, Clone, Copy)]
 pub struct Renderer<'a, const W: usize = 8> {

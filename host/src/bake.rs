@@ -35,8 +35,9 @@ use std::sync::mpsc;
 use thiserror::Error;
 use tree::{Bounds, WideTree};
 
-/// A baked scene: the bytes of `shisen_core::scene`, aligned for use in place.
+/// A baked scene of one layout: the bytes of `shisen_core::scene`, aligned for use in place.
 #[derive(Debug, Clone, PartialEq)]
+#[doc(hidden)]
 pub struct Baked<const W: usize = 8> {
     bytes: AlignedBytes,
 }

@@ -446,6 +446,7 @@ where
 ///
 /// # Errors
 /// A wavelength at which the index of a medium of the scene is not known.
+#[doc(hidden)]
 pub fn renderer<'a, const W: usize>(
     scene: &Scene<'a, W>,
     observer: &Observer,

@@ -26,12 +26,7 @@ pub fn options(threads: usize, tile: u32, mode: Mode, simd: Simd) -> Options {
 
 /// Holds a frame of a scene so many lanes `wide` against one ray by ray in tiles of
 /// whole blocks: pixels and rays, and all that was counted where both went so.
-pub fn assert_same(
-    way: &str,
-    found: &Frame,
-    reference: &Frame,
-    (wide, options): (usize, &Options),
-) {
+pub fn assert_same(way: &str, found: &Frame, reference: &Frame, wide: usize, options: &Options) {
     let rays = |statistics: &Statistics| Statistics {
         steps: 0,
         deepest_stack: 0,

@@ -78,7 +78,7 @@ fn assert_one_hash(name: &str, scene: &Scene, side: u32, tiles: &[u32]) {
             (4, frame(compact.scene().into(), side, &options)),
         ] {
             let way = format!("{name}, {width} wide, {options:?}");
-            assert_same(&way, &found, &reference, (width, &options));
+            assert_same(&way, &found, &reference, width, &options);
         }
     }
 }

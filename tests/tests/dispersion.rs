@@ -23,7 +23,8 @@ const COLUMNS: u32 = 1024;
 
 fn renderer<'a>(
     baked: &'a Baked<8>,
-    (depth, samples): (u8, u16),
+    depth: u8,
+    samples: u16,
     spectrum: Spectrum<'a>,
 ) -> Renderer<'a, 8> {
     let settings = Settings {
@@ -48,7 +49,7 @@ fn spot(bench: PrismBench, nm: f32) -> f64 {
     let (right, down) = (Vec3::X * step, Vec3::NEG_Y * step);
     let wall = View::new(Vec3::ZERO, first, right, down, [COLUMNS, 1]).expect("a view");
     let baked = Baked::<8>::new(&bench.scene()).expect("a scene");
-    let row = pixels(&renderer(&baked, (3, 48), Spectrum::Single(nm)), &wall);
+    let row = pixels(&renderer(&baked, 3, 48, Spectrum::Single(nm)), &wall);
     let brightest = (0..row.len())
         .max_by(|&a, &b| row[a].red.total_cmp(&row[b].red))
         .expect("columns");
@@ -189,7 +190,7 @@ fn clear_glass_in_a_white_room_is_white() {
             let wavelengths = Wavelengths::new(count, Wavelengths::RANGE).expect("a range");
             let table = SpectralTable::new(wavelengths, 32, Matching::Wyman, &mut storage);
             let table = table.expect("a table");
-            let renderer = renderer(&baked, (depth, samples), Spectrum::Comb { table, each });
+            let renderer = renderer(&baked, depth, samples, Spectrum::Comb { table, each });
             // A single ray, into the ball or past its rim, must not affect the next picture.
             for x in [0.2, 0.5] {
                 let ray = Ray::new(Vec3::ZERO, Vec3::new(x, 0.0, -1.0)).expect("a ray");
@@ -269,7 +270,7 @@ fn a_split_is_the_sum_of_many_pictures() {
         .sum();
     let white = xyz_from_rgb(Vec3::ONE).as_dvec3();
     let picture = |spectrum| {
-        let pixels = pixels(&renderer(&baked, (3, samples), spectrum), &view);
+        let pixels = pixels(&renderer(&baked, 3, samples, spectrum), &view);
         let light = |p: Pixel| DVec3::new(p.red.into(), p.green.into(), p.blue.into());
         pixels.into_iter().map(light)
     };

@@ -910,9 +910,10 @@ shisen_status shisen_frame_begin_dome(void *memory,
 // Renders until a tile is finished (SHISEN_STATUS_TILE: `tile` describes it), the
 // frame is finished (SHISEN_STATUS_FINISHED), or this call's budget is spent
 // (SHISEN_STATUS_BUDGET_SPENT: call again to go on). Tiles that the frame's
-// budget did not finish are handed over, too. A call takes at most its budget
-// and the steps of one sample. The pixels do not depend on how the frame was cut
-// into calls.
+// budget did not finish are handed over, too. A call takes at most its budget,
+// 16 steps of a block's test and the steps of one sample: its ray tree and, in tile
+// mode, a primary ray for each pixel of its block. The pixels do not depend on how
+// the frame was cut into calls.
 //
 // `slice_budget`: steps that this call may take; 0 traces nothing.
 // `pixels`, `pixel_count`: room for a tile of `tile_side` squared pixels; a smaller

@@ -10,16 +10,31 @@ use zerocopy::IntoBytes as _;
 
 // Fewer under Miri, which is slow.
 const MOST: u16 = if cfg!(miri) { 20 } else { MAX_SAMPLES };
-const TILE: [u32; 2] = [3, 2];
+// Columns and rows of a tile: one with whole blocks, and a small one for many samples.
+const BLOCKS: [u32; 2] = [16, 16];
+const SMALL: [u32; 2] = [3, 2];
+const PIXELS: usize = (BLOCKS[0] * BLOCKS[1]) as usize;
 
 /// Renders a tile in slices; its pixels, and the most steps of a slice.
-fn in_slices(renderer: &Renderer<'_, 4>, view: &View, tile: Tile, steps: u64) -> ([Pixel; 6], u64) {
-    let (mut pixels, mut most) = ([Pixel::default(); 6], 0);
+fn in_slices(
+    renderer: &Renderer<'_, 4>,
+    view: &View,
+    tile: Tile,
+    steps: u64,
+) -> ([Pixel; PIXELS], u64) {
+    let (mut pixels, mut most) = ([Pixel::default(); PIXELS], 0);
+    let room = (tile.width * tile.height) as usize;
     let (mut job, mut workspace) = (TileJob::new(tile), Workspace::new());
     loop {
         workspace.statistics.steps = 0;
         let mut budget = Budget::steps(steps);
-        let outcome = job.render(renderer, view, &mut pixels, &mut budget, &mut workspace);
+        let outcome = job.render(
+            renderer,
+            view,
+            &mut pixels[..room],
+            &mut budget,
+            &mut workspace,
+        );
         most = most.max(workspace.statistics.steps);
         match outcome.unwrap() {
             Outcome::Finished => return (pixels, most),
@@ -41,7 +56,9 @@ fn dearest(tracer: &Tracer<'_, 4>, view: &View, tile: Tile, samples: u16) -> [u6
     let mut steps_of = |[x, y]: [u32; 2], sample, whole| {
         workspace.statistics.steps = 0;
         let (dx, dy) = offset(sample, samples);
-        let ray = view.ray(x as f32 + dx, y as f32 + dy).unwrap();
+        let Some(ray) = view.ray(x as f32 + dx, y as f32 + dy) else {
+            return 0;
+        };
         if whole {
             tracer.radiance(&ray, &mut { Budget::UNLIMITED }, &mut workspace);
         } else {
@@ -73,16 +90,15 @@ fn views() -> [View; 2] {
 }
 
 /// Returns a tile across the right edge of the ball, and across a border of blocks.
-fn tile(tracer: &Tracer<'_, 4>, view: &View) -> Tile {
+fn tile(tracer: &Tracer<'_, 4>, view: &View, [width, height]: [u32; 2]) -> Tile {
     let hits = |x: u32| {
         let ray = view.ray(x as f32, 31.0).unwrap();
         let hit = tracer.nearest(&ray, &mut { Budget::UNLIMITED }, &mut Workspace::new());
         hit.is_some()
     };
     let x = (1..63).rev().find(|&x| hits(x)).unwrap() - 1;
-    let [width, height] = TILE;
     Tile {
-        x,
+        x: x.min(64 - width),
         y: 31,
         width,
         height,
@@ -95,9 +111,10 @@ fn slices_end_between_samples_and_change_no_bit() {
     let scene = Scene::<4>::from_bytes(bytes.as_bytes()).unwrap();
     let sight = LineOfSight::new(Vec3::ZERO, Vec3::new(1.0, 0.0, -1.0), Vec3::Y).unwrap();
     let lod = LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER));
-    let ways = [Mode::Single, Mode::Tile].map(|mode| [1, MOST].map(|samples| (mode, samples)));
-    let ways = ways.as_flattened();
-    for (&(mode, samples), view) in ways.iter().flat_map(|way| views().map(|view| (way, view))) {
+    let kinds = [(1, BLOCKS), (1, SMALL), (MOST, SMALL)];
+    let ways = [Mode::Single, Mode::Tile].map(|mode| kinds.map(|kind| (mode, kind)));
+    let ways = ways.as_flattened().iter();
+    for (&(mode, (samples, size)), view) in ways.flat_map(|way| views().map(|view| (way, view))) {
         let settings = Settings {
             depth: 3,
             samples,
@@ -106,7 +123,7 @@ fn slices_end_between_samples_and_change_no_bit() {
         let plain = Renderer::new(scene, Simd::detect(), settings);
         let coarsest = Acuity::new(Acuity::STEEPEST, Acuity::COARSEST).unwrap();
         let foveated = plain.with_foveation(lod, coarsest);
-        let tile = tile(plain.tracer(), &view);
+        let tile = tile(plain.tracer(), &view, size);
         assert!(foveated.stride(&view, tile.x, tile.y) > 1);
         let [tree, primaries] = dearest(plain.tracer(), &view, tile, samples);
         let (whole, all) = in_slices(&plain, &view, tile, u64::MAX);

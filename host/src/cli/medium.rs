@@ -2,6 +2,7 @@
 
 use crate::cli::prelude::*;
 use crate::render::spectrum::{self, UnknownMedium};
+use crate::scene::builtin::minimum_deviation;
 use shisen_core::spectrum::{Medium, line};
 
 /// Says how a clear medium bends light of each wavelength
@@ -84,7 +85,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         clamped |= nm != asked;
         let n = medium.index_in(nm);
         let n = n.map_err(|error| misuse!("{name}: {error}; --clamp moves it to the end"))?;
-        let deviation = spectrum::minimum_deviation(n.into(), arguments.prism.to_radians());
+        let deviation = minimum_deviation(n.into(), arguments.prism.to_radians());
         Ok::<_, Failure>(Bent {
             nm: decimal(nm),
             n: n.into(),

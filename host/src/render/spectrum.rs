@@ -1,4 +1,4 @@
-//! Light by its wavelengths: media by name, ways to choose wavelengths, prisms.
+//! Light by its wavelengths: media by name, and ways to choose wavelengths.
 //!
 //! The tracer's own types are in [`shisen_core::spectrum`].
 
@@ -43,15 +43,6 @@ pub fn medium(name: &str) -> Result<Medium, UnknownMedium> {
         let name = name.escape_debug();
         UnknownMedium(format!("there is no medium \"{name}\": {help}"))
     })
-}
-
-/// Returns the least angle by which a prism turns light, radians; `index` is the prism's index of
-/// refraction, `apex` the angle between its two sides, radians. `None` where it reflects all light.
-///
-/// Light then passes symmetrically: sin((δ + A)/2) = n·sin(A/2).
-pub fn minimum_deviation(index: f64, apex: f64) -> Option<f64> {
-    let sine = index * libm::sin(0.5 * apex);
-    (sine.abs() <= 1.0).then(|| 2.0 * libm::asin(sine) - apex)
 }
 
 /// A way to choose wavelengths.

@@ -6,7 +6,7 @@
 
 mod glass;
 
-pub use glass::{PrismBench, prism, spheres};
+pub use glass::{PrismBench, minimum_deviation, prism, spheres};
 
 use super::placement::{Normalisation, Placement};
 use super::{Background, Light, Object, Scene, Shape};

@@ -3,7 +3,7 @@
 use crate::say;
 use glam::Vec3;
 use heapless::Vec;
-use shisen_core::frame::{FlatScreen, LevelOfDetail, Part, Pictures, Renderer, View};
+use shisen_core::frame::{CompactRenderer, FlatScreen, LevelOfDetail, Part, Pictures, View};
 use shisen_core::gaze::{Gaze, HeadPose, LineOfSight, VisualField};
 use shisen_tracker::link::display::{Order, Rendering};
 
@@ -115,7 +115,7 @@ impl Display {
     pub fn seen<'r, 'a>(
         &'r self,
         eyes: [Vec3; 2],
-        renderers: &'r [Renderer<'a, 4>; 2],
+        renderers: &'r [CompactRenderer<'a>; 2],
     ) -> Seen<'r, 'a> {
         Seen {
             screens: &self.screens,
@@ -139,7 +139,7 @@ pub struct Seen<'r, 'a> {
     eyes: [Vec3; 2],
     /// Returns the number of eyes.
     count: usize,
-    renderers: &'r [Renderer<'a, 4>; 2],
+    renderers: &'r [CompactRenderer<'a>; 2],
 }
 
 impl Seen<'_, '_> {
@@ -166,7 +166,7 @@ impl<'a> Pictures<'a, 4> for Seen<'_, 'a> {
             .ok()
     }
 
-    fn renderer(&self, number: usize) -> Option<&Renderer<'a, 4>> {
+    fn renderer(&self, number: usize) -> Option<&CompactRenderer<'a>> {
         self.renderers.get(self.place(number).1)
     }
 }
@@ -194,7 +194,7 @@ impl<'a> Pictures<'a, 4> for Shown<'_, 'a> {
         }
     }
 
-    fn renderer(&self, number: usize) -> Option<&Renderer<'a, 4>> {
+    fn renderer(&self, number: usize) -> Option<&CompactRenderer<'a>> {
         match self {
             Self::Screens(seen) => seen.renderer(number),
             Self::Capture(part) => part.as_slice().renderer(number),

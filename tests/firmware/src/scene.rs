@@ -2,7 +2,7 @@
 
 use crate::say;
 use shisen_core::Simd;
-use shisen_core::frame::{Pixel, Renderer, Settings};
+use shisen_core::frame::{CompactRenderer, Pixel, Renderer, Settings};
 use shisen_core::scene::EffectSet;
 use shisen_core::scene::{CompactScene, SceneError};
 
@@ -43,7 +43,7 @@ const fn fault(error: &SceneError) -> u32 {
 }
 
 /// Returns a renderer with at most `depth` bounces, which traces one ray at a time.
-pub fn renderer<'a>(scene: CompactScene<'a>, depth: u8) -> Renderer<'a, 4> {
+pub fn renderer<'a>(scene: CompactScene<'a>, depth: u8) -> CompactRenderer<'a> {
     let settings = Settings {
         depth,
         ..Settings::default()

@@ -3,7 +3,9 @@
 
 use core::slice;
 use shisen_core::Simd;
-use shisen_core::frame::{Budget, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace};
+use shisen_core::frame::{
+    Budget, CompactRenderer, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace,
+};
 use shisen_core::scene::{CompactScene, EffectSet};
 
 const EFFECTS: u32 = if cfg!(feature = "all-effects") {
@@ -51,7 +53,7 @@ pub unsafe extern "C" fn render_singly(order: &mut Order<'_>) -> u32 {
 /// The same as for [`render_together`].
 unsafe fn render<'a>(
     order: &mut Order<'a>,
-    renderer: fn(CompactScene<'a>, Simd, Settings) -> Renderer<'a, 4>,
+    renderer: fn(CompactScene<'a>, Simd, Settings) -> CompactRenderer<'a>,
 ) -> u32 {
     // SAFETY: the caller promises it.
     let (scene, pixels) = unsafe {

@@ -236,7 +236,8 @@ pub fn instances(extent: Extent, out: &Path, report: &mut Report) -> Result<(), 
 pub fn frames(
     shisen: &Shisen,
     extent: Extent,
-    (folder, out): (&Path, &Path),
+    folder: &Path,
+    out: &Path,
     report: &mut Report,
 ) -> Result<(), Box<dyn Error>> {
     let pictures = folder.join("frames");

@@ -70,6 +70,9 @@ struct Arguments {
     /// The command shisen
     #[arg(long, value_name = "FILE", default_value = "shisen")]
     shisen: PathBuf,
+    /// The command shisen-evidence
+    #[arg(long, value_name = "FILE", default_value = "shisen-evidence")]
+    evidence: PathBuf,
     /// The program povray; without, pictures are not compared
     #[arg(long, value_name = "FILE")]
     povray: Option<PathBuf>,
@@ -155,14 +158,21 @@ fn run(arguments: &Arguments) -> Result<Report, Box<dyn Error>> {
     std::fs::create_dir_all(&arguments.out)?;
     if asked(Part::Rays) {
         let side = if arguments.quick { 512 } else { 1024 };
-        let size = (side, report.rounds, arguments.seed);
-        speed::measure(&contenders, &subjects, size, &mut report);
+        let rounds = report.rounds;
+        speed::measure(
+            &contenders,
+            &subjects,
+            side,
+            rounds,
+            arguments.seed,
+            &mut report,
+        );
     }
     if asked(Part::Watertight) {
         let count = if arguments.quick { 250_000 } else { 5_000_000 };
-        watertight::measure(&contenders, (count, arguments.seed), &mut report)?;
+        watertight::measure(&contenders, count, arguments.seed, &mut report)?;
     }
-    measure_ours(arguments, &contenders, &subjects, &mut report)?;
+    let ours = measure_ours(arguments, &contenders, &subjects, &mut report);
     report.write_csv(&arguments.out.join("peers.csv"))?;
     let json = serde_json::to_string_pretty(&report)?;
     shisen::files::write_atomically(&arguments.out.join("peers.json"), |file| {
@@ -174,7 +184,7 @@ fn run(arguments: &Arguments) -> Result<Report, Box<dyn Error>> {
     } else {
         print!("{}", report.text());
     }
-    Ok(report)
+    ours.map(|()| report)
 }
 
 /// Measures the parts that need no library of a peer.
@@ -185,7 +195,8 @@ fn measure_ours(
     report: &mut Report,
 ) -> Result<(), Box<dyn Error>> {
     let asked = |part| arguments.only.contains(&part);
-    let shisen = Shisen(arguments.shisen.clone());
+    let [shisen, evidence] =
+        [&arguments.shisen, &arguments.evidence].map(|path| Shisen(path.clone()));
     let folder = tempfile::tempdir()?;
     let out = std::path::absolute(&arguments.out)?;
     if asked(Part::Alone) {
@@ -194,7 +205,7 @@ fn measure_ours(
         }
         if let Some(subject) = subjects.first() {
             let count = if arguments.quick { 1 << 18 } else { 1 << 20 };
-            product::two_threads(&shisen, subject, (count, folder.path()), report)?;
+            product::two_threads(&evidence, subject, count, folder.path(), report)?;
         }
     }
     if asked(Part::Growth) {
@@ -205,13 +216,13 @@ fn measure_ours(
         };
         growth::triangles(contenders, extent, &out, report)?;
         growth::instances(extent, &out, report)?;
-        growth::frames(&shisen, extent, (folder.path(), &out), report)?;
+        growth::frames(&shisen, extent, folder.path(), &out, report)?;
     }
     if let (true, Some(povray), Some(subject)) =
         (asked(Part::Pictures), &arguments.povray, subjects.first())
     {
         let size = if arguments.quick { 512 } else { 2048 };
-        povray::measure(&shisen, povray, subject, (size, &out), report)?;
+        povray::measure(&shisen, povray, subject, size, &out, report)?;
     }
     Ok(())
 }

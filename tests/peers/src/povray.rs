@@ -47,7 +47,8 @@ pub fn measure(
     shisen: &Shisen,
     povray: &Path,
     subject: &Subject,
-    (size, out): (u32, &Path),
+    size: u32,
+    out: &Path,
     report: &mut Report,
 ) -> Result<(), Box<dyn Error>> {
     let version = version(povray);

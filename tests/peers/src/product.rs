@@ -75,9 +75,10 @@ pub fn bake_and_check(subject: &Subject, report: &mut Report) -> Result<(), Box<
 /// Compares one process of two threads with two processes of one: incoherent rays, by wall
 /// time.
 pub fn two_threads(
-    shisen: &Shisen,
+    evidence: &Shisen,
     subject: &Subject,
-    (count, folder): (usize, &Path),
+    count: usize,
+    folder: &Path,
     report: &mut Report,
 ) -> Result<(), Box<dyn Error>> {
     let set = RaySet {
@@ -97,7 +98,7 @@ pub fn two_threads(
     let repeat = report.rounds.to_string();
     let command = |threads: &str| {
         let mut command =
-            shisen.command(["bench", "rays", "--repeat", &repeat, "--threads", threads]);
+            evidence.command(["bench", "rays", "--repeat", &repeat, "--threads", threads]);
         command.arg("--mesh").arg(&mesh).arg("--rays").arg(&rays);
         command
     };

@@ -65,7 +65,9 @@ fn ray_sets(subject: &Subject, side: u32, seed: u64, ours: &Opened) -> Vec<RaySe
 pub fn measure(
     contenders: &[Contender],
     subjects: &[Subject],
-    (side, rounds, seed): (u32, usize, u64),
+    side: u32,
+    rounds: usize,
+    seed: u64,
     report: &mut Report,
 ) {
     let mut ratios = Vec::new();

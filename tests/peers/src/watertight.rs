@@ -18,7 +18,8 @@ const CELLS: u32 = 40;
 /// and at vertices of an ellipsoid, a fifth of that along the lines of a cube.
 pub fn measure(
     contenders: &[Contender],
-    (count, seed): (usize, u64),
+    count: usize,
+    seed: u64,
     report: &mut Report,
 ) -> Result<(), BakeError> {
     let mesh = ellipsoid();
@@ -32,18 +33,27 @@ pub fn measure(
     let subject = Subject::new("ellipsoid", mesh)?;
     for (what, targets) in [("edges", middles), ("vertices", vertices)] {
         let next = |random: &mut Random| aimed(random, &targets);
-        count_lost(contenders, &subject, (what, count, seed), next, report);
+        count_lost(contenders, &subject, what, count, seed, next, report);
     }
     let cube = Subject::new("cube", gridded_cube(CELLS))?;
-    let size = ("axis rays", count / 5, seed);
-    count_lost(contenders, &cube, size, along_a_line, report);
+    count_lost(
+        contenders,
+        &cube,
+        "axis rays",
+        count / 5,
+        seed,
+        along_a_line,
+        report,
+    );
     Ok(())
 }
 
 fn count_lost(
     contenders: &[Contender],
     subject: &Subject,
-    (what, count, seed): (&'static str, usize, u64),
+    what: &'static str,
+    count: usize,
+    seed: u64,
     next: impl Fn(&mut Random) -> [f32; 6],
     report: &mut Report,
 ) {

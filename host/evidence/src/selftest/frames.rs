@@ -39,15 +39,14 @@ fn every_way(scene: &Scene, effort: Effort) -> Option<Errors> {
     let compact = Baked::<4>::new(scene).ok()?;
     // Pixels a side of each of three walls.
     let side = effort.pick(24, 96);
-    let reference = frame(fast.scene().into(), side, (1, Mode::Single, Simd::PORTABLE))?;
+    let reference = frame(fast.scene().into(), side, 1, Mode::Single, Simd::PORTABLE)?;
     let mut errors = Errors::new(0.0, 0.0);
     for threads in THREADS {
         for mode in [Mode::Single, Mode::Tile] {
             for simd in [Simd::PORTABLE, Simd::detect()] {
-                let way = (threads, mode, simd);
                 for found in [
-                    frame(fast.scene().into(), side, way),
-                    frame(compact.scene().into(), side, way),
+                    frame(fast.scene().into(), side, threads, mode, simd),
+                    frame(compact.scene().into(), side, threads, mode, simd),
                 ] {
                     let same = found.is_some_and(|found| found.hash() == reference.hash());
                     errors.ours += f64::from(u8::from(!same));
@@ -60,11 +59,7 @@ fn every_way(scene: &Scene, effort: Effort) -> Option<Errors> {
     Some(errors)
 }
 
-fn frame(
-    scene: AnyScene<'_>,
-    side: u32,
-    (threads, mode, simd): (usize, Mode, Simd),
-) -> Option<Frame> {
+fn frame(scene: AnyScene<'_>, side: u32, threads: usize, mode: Mode, simd: Simd) -> Option<Frame> {
     let room = Cave::built_in(BuiltInCave::ThreeWall, [side; 2]).ok()?;
     let eye = Observer::new(Eye::Centre, Viewer::default().eye(Eye::Centre));
     let options = Options {

@@ -34,7 +34,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     for (number, latency) in latencies.iter().enumerate() {
         let part = |share: f64| (number as f64 + share) / latencies.len() as f64;
         let share = (part(0.0), part(1.0));
-        comparisons.push(horizons(bench, (&room, &scene), latency, seconds, share)?);
+        comparisons.push(horizons(bench, &room, &scene, latency, seconds, share)?);
     }
     let about = format!(
         "A simulated viewer (fixations, saccades, pursuit, blinks) before a simulated tracker of \
@@ -54,7 +54,8 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
 
 fn horizons(
     bench: &Bench<'_>,
-    (room, scene): (&Room, &Baked),
+    room: &Room,
+    scene: &Baked,
     &(latency, id, title): &(u32, &'static str, &'static str),
     seconds: u64,
     (from, to): (f64, f64),

@@ -202,7 +202,9 @@ fn load_scene(path: &Path) -> Result<Loaded, Failure> {
     if bytes.starts_with(&MAGIC) {
         return baked(path, &bytes).map(Loaded::Baked);
     }
-    let named_as_baked = path.extension().is_some_and(|extension| extension == "shisen");
+    let named_as_baked = path
+        .extension()
+        .is_some_and(|extension| extension == "shisen");
     let text = String::from_utf8(bytes).ok().filter(|_| !named_as_baked);
     let text = text.ok_or_else(|| {
         let message = format!("{shown} is neither a TOML description nor a baked scene");

@@ -1,6 +1,5 @@
 //! Scenes of dispersive glass: a spectrum, and the balls of Kishioka's paper.
 
-use crate::render::spectrum::minimum_deviation;
 use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::texture::{Pattern, Texture};
@@ -8,6 +7,15 @@ use crate::scene::{Background, Light, Object, Scene, Shape};
 use glam::{DAffine3, DMat3, DVec3};
 use shisen_core::spectrum::{Medium, line};
 use std::f64::consts::{FRAC_PI_3, FRAC_PI_6, PI};
+
+/// Returns the least angle by which a prism turns light, radians; `index` is the prism's index of
+/// refraction, `apex` the angle between its two sides, radians. `None` where it reflects all light.
+///
+/// Light then passes symmetrically: sin((δ + A)/2) = n·sin(A/2).
+pub fn minimum_deviation(index: f64, apex: f64) -> Option<f64> {
+    let sine = index * libm::sin(0.5 * apex);
+    (sine.abs() <= 1.0).then(|| 2.0 * libm::asin(sine) - apex)
+}
 
 /// A prism before a viewer at the origin who looks along −Z, and the slit of light seen through it.
 /// Rays go from the eye, so a wall shows of the slit the spectrum that light through the prism

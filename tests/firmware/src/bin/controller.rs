@@ -12,8 +12,8 @@ use cortex_m_rt::entry;
 use glam::Vec3;
 use heapless::Deque;
 use shisen_core::frame::{
-    Budget, DomePose, DomeProjection, FrameJob, MirrorCamera, Part, Pictures, Pixel, Place,
-    Progress, Renderer, Statistics, Tile, Tiles, View, Workspace,
+    Budget, CompactRenderer, DomePose, DomeProjection, FrameJob, MirrorCamera, Part, Pictures,
+    Pixel, Place, Progress, Statistics, Tile, Tiles, View, Workspace,
 };
 use shisen_core::gaze::HeadPose;
 use shisen_core::scene::CompactScene;
@@ -159,7 +159,7 @@ fn renderers<'a>(
     start: &FrameStart,
     rendering: &Rendering,
     #[cfg(feature = "dispersion")] samples: &'a mut [SpectralSample],
-) -> [Renderer<'a, 4>; 2] {
+) -> [CompactRenderer<'a>; 2] {
     let renderer = scene::renderer(scene, rendering.depth);
     #[cfg(feature = "dispersion")]
     let renderer = spectrum(rendering.wavelengths, samples)

@@ -13,7 +13,9 @@ use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
 use glam::Vec3;
 use shisen_core::Simd;
-use shisen_core::frame::{Budget, FlatScreen, LevelOfDetail, Renderer, Settings, View, Workspace};
+use shisen_core::frame::{
+    Budget, CompactRenderer, FlatScreen, LevelOfDetail, Renderer, Settings, View, Workspace,
+};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 use shisen_core::scene::{CompactScene, EffectSet};
 use shisen_core::shape::Ray;
@@ -44,7 +46,7 @@ fn front_wall() -> Option<View> {
 /// A wall, the tracer and memory for measuring its rays.
 struct Wall<'a> {
     view: View,
-    renderer: Renderer<'a, 4>,
+    renderer: CompactRenderer<'a>,
     workspace: &'a mut Workspace,
 }
 

@@ -138,7 +138,7 @@ fn follow(program: &Program, start: u32, function: &Function) -> Result<Frame, W
             let bytes = frame.calls.entry(callee).or_default();
             *bytes = (*bytes).max(before.depth.max(0) as u32);
         };
-        match control((program, function), instruction, &before)? {
+        match control(program, function, instruction, &before)? {
             After::Next => targets.push(next),
             After::Jump(to, on) => {
                 for to in to {
@@ -402,7 +402,8 @@ fn forget(list: &[Operand], state: &mut State) {
 
 /// Returns where control goes.
 fn control(
-    (program, function): (&Program, &Function),
+    program: &Program,
+    function: &Function,
     instruction: &Instruction,
     state: &State,
 ) -> Result<After, Wrong> {
@@ -432,8 +433,8 @@ fn control(
             ("ldm" | "ldmia" | "ldmdb", list) if list.contains(&Register(Some(PC))) => {
                 return Err(unknown(instruction, "jumps to nobody knows where"));
             }
-            ("tbb", _) => After::Jump(table((program, function), instruction, 1)?, false),
-            ("tbh", _) => After::Jump(table((program, function), instruction, 2)?, false),
+            ("tbb", _) => After::Jump(table(program, function, instruction, 1)?, false),
+            ("tbh", _) => After::Jump(table(program, function, instruction, 2)?, false),
             (_, [Register(Some(PC)), ..])
                 if !["cmp", "str", "push"].contains(&instruction.name.as_str()) =>
             {
@@ -447,7 +448,8 @@ fn control(
 /// Returns the places of the function that a table of a switch leads to: it lies behind
 /// its jump. Constants may follow it: taking them for more of it is safe.
 fn table(
-    (program, function): (&Program, &Function),
+    program: &Program,
+    function: &Function,
     instruction: &Instruction,
     width: usize,
 ) -> Result<Vec<u32>, Wrong> {
