@@ -169,7 +169,7 @@ fn a_fovea_is_whole_whatever_there_is() {
 
 /// Rounds cost time: threads wait for each other at the end of each.
 #[test]
-fn who_looks_at_the_same_has_frames_of_one_round() {
+fn a_steady_gaze_needs_one_round() {
     let baked = baked();
     with(&baked, &options(2, 16), |engine| {
         let full = engine.render(&eyes(0), &Quality::FULL, None);

@@ -101,7 +101,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             Event::Message(message) => println!("the device says {message:?}"),
             _ => {}
         })?;
-        if set_up.is_none() && tracker.has_said_all() {
+        if set_up.is_none() && tracker.is_complete() {
             set_up = Some(ms);
         }
         match due {

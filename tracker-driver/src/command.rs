@@ -147,7 +147,7 @@ impl Script {
     }
 
     /// Returns whether it sends any bytes.
-    pub fn says_anything(&self) -> bool {
+    pub fn sends_bytes(&self) -> bool {
         !self.bytes.is_empty()
     }
 
@@ -226,7 +226,7 @@ impl Session {
     }
 
     /// Returns whether all commands are sent; records before that may have other units.
-    pub fn has_said_all(&self) -> bool {
+    pub fn is_complete(&self) -> bool {
         let mut rest = self.script.steps.iter().skip(self.step);
         rest.all(|step| matches!(step, Step::Await { .. }))
     }

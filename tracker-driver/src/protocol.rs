@@ -12,7 +12,7 @@
 //!
 //! let protocol = Protocol::named("hatire").expect("one of the names");
 //! assert_eq!(protocol.baud(), 115_200);
-//! assert!(protocol.start(&Asked::default(), false).says_anything());
+//! assert!(protocol.start(&Asked::default(), false).sends_bytes());
 //! let mut reader = Reader::new(&protocol).expect("axes that are a rotation");
 //! reader.feed(b"noise", Micros(0), &mut |_| {});
 //! assert_eq!(reader.counts().bytes, 5);

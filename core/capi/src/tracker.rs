@@ -377,8 +377,8 @@ impl Tracker {
         if let Some(session) = setup {
             session.on_bytes(bytes.len());
         }
-        let has_said_all = setup.as_ref().is_none_or(|session| session.has_said_all());
-        let is_set_up = setting_up.is_over(has_said_all, arrival);
+        let is_complete = setup.as_ref().is_none_or(|session| session.is_complete());
+        let is_set_up = setting_up.is_over(is_complete, arrival);
         device.feed(bytes, arrival, &mut |event| {
             if let Some(session) = setup {
                 session.on_event(&event);

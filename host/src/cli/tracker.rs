@@ -119,7 +119,7 @@ pub fn protocol(name: &str) -> Result<ProtocolSpec, String> {
     protocol.map_err(|error| with_help(&error))
 }
 
-pub fn goes_over_a_line(protocol: &ProtocolSpec) -> Result<(), Failure> {
+pub fn require_serial(protocol: &ProtocolSpec) -> Result<(), Failure> {
     if protocol.protocol().is_serial() {
         return Ok(());
     }

@@ -174,9 +174,8 @@ impl Live {
         let (watch, session) = (&mut self.watch, &mut self.session);
         let mut is_back = false;
         let (repeat_at, held_back) = (&mut self.repeat_at, &mut self.held_back);
-        let has_said_all =
-            session.as_ref().is_none_or(Session::has_said_all) && self.then.is_none();
-        let set_up = self.setting_up.is_over(has_said_all, now);
+        let is_complete = session.as_ref().is_none_or(Session::is_complete) && self.then.is_none();
+        let set_up = self.setting_up.is_over(is_complete, now);
         self.decoder.feed(&buffer[..read], now, &mut |event| {
             watch.on_event(&event, now);
             is_back |= may_be_back && matches!(event, Event::Sample(_));

@@ -81,7 +81,7 @@ impl ProtocolSpec {
 
     /// Returns whether its device is told what to send; others send of themselves.
     pub fn is_told(&self) -> bool {
-        self.start(false).says_anything()
+        self.start(false).sends_bytes()
     }
 
     /// Returns the script that makes its device send, after a reset where `reset` says so.

@@ -35,9 +35,9 @@ impl SettingUp {
         }
     }
 
-    /// Returns whether samples that come at `now` are believed; `has_said_all` is
-    /// [`Session`](super::Session::has_said_all)'s, or true where nothing is to be said.
-    pub fn is_over(&self, has_said_all: bool, now: Micros) -> bool {
-        has_said_all || self.until.is_some_and(|until| now >= until)
+    /// Returns whether samples that come at `now` are believed; `is_complete` is
+    /// [`Session`](super::Session::is_complete)'s, or true where nothing is to be said.
+    pub fn is_over(&self, is_complete: bool, now: Micros) -> bool {
+        is_complete || self.until.is_some_and(|until| now >= until)
     }
 }

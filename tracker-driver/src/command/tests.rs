@@ -32,9 +32,9 @@ fn a_script_is_played_by_the_callers_clock() {
     assert_eq!(session.poll(Micros(510)), Action::Send(b"c"));
     // A sample of before the last command does not count.
     session.on_event(&sample());
-    assert!(!session.has_said_all());
+    assert!(!session.is_complete());
     assert_eq!(session.poll(Micros(510)), Action::Send(b"C"));
-    assert!(session.has_said_all());
+    assert!(session.is_complete());
     assert_eq!(session.poll(Micros(511)), Action::Wait(Micros(1_000_511)));
     session.on_bytes(32);
     session.on_event(&thrown(3, DropReason::OutOfStep));

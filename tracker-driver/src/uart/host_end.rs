@@ -49,9 +49,9 @@ impl<D: Decoder> HostEnd<D> {
         &self.decoder
     }
 
-    /// Returns whether all commands are sent, see [`Session::has_said_all`].
-    pub fn has_said_all(&self) -> bool {
-        self.written >= self.command.len() && self.session.has_said_all()
+    /// Returns whether all commands are sent, see [`Session::is_complete`].
+    pub fn is_complete(&self) -> bool {
+        self.written >= self.command.len() && self.session.is_complete()
     }
 
     /// Sends another script from now on, such as one to stop, after any command under way.

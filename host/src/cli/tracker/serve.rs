@@ -2,7 +2,7 @@
 
 use super::follow::EndArguments;
 use super::monitor::show;
-use super::{Interrupt, Recorded, goes_over_a_line, protocol};
+use super::{Interrupt, Recorded, protocol, require_serial};
 use crate::cli::prelude::*;
 use crate::tracker::pty::Pty;
 use crate::tracker::serve::{LineState, SILENT};
@@ -175,7 +175,7 @@ fn line(
     end: &EndArguments,
     over: Option<Micros>,
 ) -> Result<Option<u64>, Failure> {
-    goes_over_a_line(protocol)?;
+    require_serial(protocol)?;
     let interrupt = Interrupt::watched();
     let shown = path.display();
     let mut pty = Pty::open(path).map_err(|reason| {

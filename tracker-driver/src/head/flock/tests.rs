@@ -237,7 +237,7 @@ fn answers_are_read_where_they_were_asked_for() {
 
 /// Nor is an answer that was cut short; the record behind it is not touched.
 #[test]
-fn what_cannot_be_an_answer_is_none() {
+fn no_answer_is_invented() {
     let config = Config::default();
     let record = config.encode(&moving_head(1)[0]);
     for (question, noise) in [

@@ -13,7 +13,7 @@ use shisen::cli::numbers::whole;
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::picture_files::make_writable;
 use shisen::cli::play::{Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod};
-use shisen::cli::tracker::{Interrupt, goes_over_a_line, protocol};
+use shisen::cli::tracker::{Interrupt, protocol, require_serial};
 use shisen::live::{
     Display, FrameRecord, Latch, Leg, SessionReport, SessionSettings, SingleMachine, Summary,
 };
@@ -131,7 +131,7 @@ struct Run {
 const LATCHES: [(Latch, &str); 2] = [(Latch::Early, "early"), (Latch::Late, "late")];
 
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    goes_over_a_line(&arguments.protocol)?;
+    require_serial(&arguments.protocol)?;
     let prepared = arguments.live.prepare(&arguments.time)?;
     if let Some(folder) = &arguments.out {
         make_writable(folder)?;
