@@ -44,7 +44,7 @@ fn files_refused(folder: &Path, commands: &[&str], files: &[(&str, &[u8], &str)]
 fn usage_is_that_of_the_command_asked_for() {
     let folder = folder();
     for (words, name) in [
-        ("run --scene grid", "shisen run"),
+        ("run --scene grid --budget paper", "shisen run"),
         ("cave --lod off --fill capture", "shisen cave"),
         (
             "bench latency --scene grid --budget paper",
@@ -113,7 +113,7 @@ const USAGE: &str = r#"
     cave --lod off --up 1,1,0 => --up is for --lod paper
     cave --lod paper --up 0,0,-1 => parallel
     cave --lod paper --up 0,0,0 => nowhere
-    cave --lod paper --fixate 0,nan,0 => no place
+    cave --lod paper --fixate 0,nan,0 => not a position
     cave --lod paper --eyes 1 --fixate 0,0,0 => points nowhere
     cave --lod full => paper-ellipse
     cave --lod paper --fill-size 64 => --fill capture

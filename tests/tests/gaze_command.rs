@@ -183,7 +183,7 @@ fn impossible_gazes_are_usage() {
         gaze --look 0,0,0 => points nowhere
         gaze --look nan,0,0 => nan
         gaze --look 0,90 --up 0,1,0 => parallel
-        gaze --look aside => no direction
+        gaze --look aside => not a direction
         gaze --look 0,3,0 --up 0,-2,0 => parallel
         gaze --look 0,-1e-30,0 --up 0,1,0 => parallel
         gaze --look 1,2,3 --up -2,-4,-6 => parallel

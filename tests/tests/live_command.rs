@@ -338,7 +338,6 @@ fn bad_input_is_told() {
         run --budget 33 => 33 has no unit: give 33ms or 33steps
         run --budget 0steps => out of range
         run --hz 0 => 1 to 1000
-        run --scene grid => give --hz or --budget
         run --scene grid --budget paper => A to D of the paper's Table 2
         run --frames 0 => give a whole number from 1
         run --tracker nothing => --tracker

@@ -189,7 +189,7 @@ fn what_makes_no_calibration_is_told() {
     std::fs::write(folder.join("late.csv"), late).unwrap();
     let mock = "mock:as=iscan&still=1&targets=nine.csv";
     for (code, more, expected) in [
-        (1, "--targets two.csv", "2 calibration targets"),
+        (1, "--targets two.csv", "3 targets or more and got 2"),
         (1, "--targets line.csv", "they lie on a line"),
         (1, "--targets none.csv", "none.csv"),
         (2, "--targets nine.csv --model cubic", "second-order"),
@@ -221,7 +221,7 @@ fn what_makes_no_calibration_is_told() {
         ),
         (
             "model = \"affine\"\n[[target]]\ndirection = [0,0,1]\ncombined = [1,2]\n",
-            "1 calibration targets",
+            "and got 1",
         ),
     ] {
         std::fs::write(folder.join("b.toml"), text).unwrap();

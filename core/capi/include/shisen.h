@@ -646,7 +646,7 @@ typedef struct shisen_frame_counts {
 extern "C" {
 #endif // __cplusplus
 
-// A status' name, such as "SHISEN_STATUS_OK"; "SHISEN_STATUS_?" for numbers
+// Returns a status' name, such as "SHISEN_STATUS_OK"; "SHISEN_STATUS_?" for numbers
 // that are none. The text is the library's and stays.
 const char *shisen_status_name(uint32_t status);
 
@@ -812,7 +812,7 @@ shisen_status shisen_screen_from_corners(const float lower_left[3],
                                          uint32_t rows,
                                          struct shisen_screen *screen);
 
-// Bytes of memory for the handle of a spectrum of `count` wavelengths.
+// Returns bytes of memory for the handle of a spectrum of `count` wavelengths.
 size_t shisen_spectrum_size(uint32_t count);
 
 // Computes `count` wavelengths, 1 to 64, from `from_nm` to `to_nm`, which are
@@ -835,7 +835,7 @@ shisen_status shisen_spectrum_open(void *memory,
                                    float to_nm,
                                    struct shisen_spectrum **spectrum);
 
-// A dome over a room, whose front is at the bottom of the picture of `size`²
+// Returns a dome over a room, whose front is at the bottom of the picture of `size`²
 // pixels, with a mirror of 1 mm. `position`: metres, in the room.
 //
 // # Safety

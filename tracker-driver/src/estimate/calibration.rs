@@ -78,8 +78,8 @@ pub struct Residual {
 pub enum CalibrationError {
     /// Fewer targets than the model has terms.
     #[error(
-        "targets shown: {found}; this model needs {least} or more: show more targets, or choose a \
-         model with fewer terms"
+        "this model needs {least} targets or more and got {found}: show more, or choose a model \
+         with fewer terms"
     )]
     TooFew {
         /// How many there are.

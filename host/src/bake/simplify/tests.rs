@@ -29,8 +29,8 @@ fn faces(ladder: &Ladder<'_>) -> Vec<u32> {
 #[test]
 fn levels_that_there_cannot_be_are_refused() {
     for (faces, rungs, says) in [
-        (RangeInclusive::new(6, 5), 16, "6..5 is no range"),
-        (0..=5, 16, "0..5 is no range"),
+        (RangeInclusive::new(6, 5), 16, "6..5 is not a range"),
+        (0..=5, 16, "0..5 is not a range"),
         (1..=5, 1, "cannot be 1 polygon levels"),
         (1..=5, 65, "cannot be 65"),
     ] {
