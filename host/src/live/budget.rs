@@ -72,7 +72,8 @@ impl fmt::Display for FrameBudget {
         match self {
             Self::Off => f.write_str("off"),
             Self::Steps(steps) => write!(f, "{steps}steps"),
-            Self::Time(time) => write!(f, "{}ms", time.as_secs_f64() * 1.0e3),
+            // To the microsecond.
+            Self::Time(time) => write!(f, "{}ms", (time.as_secs_f64() * 1.0e6).round() / 1.0e3),
             Self::Paper => f.write_str("paper"),
             Self::PaperScaled => f.write_str("paper-scaled"),
         }
