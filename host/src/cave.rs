@@ -33,7 +33,7 @@ use thiserror::Error;
 /// A flat screen, by three corners as its viewer sees them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wall {
-    /// For file names and messages.
+    /// Returns the name for file names and messages.
     pub name: String,
     /// Metres, in the room.
     pub lower_left: DVec3,
@@ -228,12 +228,21 @@ pub enum Screen<'a> {
 }
 
 impl<'a> Screen<'a> {
-    /// For file names and messages.
+    /// Returns the name for file names and messages.
     pub fn name(self) -> &'a str {
         match self {
             Self::Wall(wall) => &wall.name,
             Self::Dome(dome) => &dome.name,
         }
+    }
+
+    /// Returns the number of its pixels, for one eye.
+    pub fn pixels(self) -> u64 {
+        let [columns, rows] = match self {
+            Self::Wall(wall) => wall.pixels,
+            Self::Dome(dome) => [dome.size; 2],
+        };
+        u64::from(columns) * u64::from(rows)
     }
 
     /// Returns the rays from an eye at `eye` (metres, in the room) through its pixels.

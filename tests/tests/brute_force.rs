@@ -37,7 +37,7 @@ fn point(random: &mut Random, size: f64) -> DVec3 {
 }
 
 impl Soup {
-    /// Returns coordinates are of about this magnitude.
+    /// Returns about the largest magnitude of a coordinate.
     fn size(self) -> f64 {
         if let Huge = self { 1e9 } else { 1.0 }
     }

@@ -39,8 +39,8 @@ impl PolygonLevels {
     /// The default for the fewest faces that a ray sees.
     pub const FEWEST_FACES: u32 = 500;
 
-    /// Returns a ray sees `faces.start()` at level 0 and `faces.end()` at level 1, or as many as
-    /// the mesh has. A mesh of no more than `faces.start()` stays as it is.
+    /// Returns levels by which a ray sees `faces.start()` faces at level 0 and `faces.end()` at
+    /// level 1, or as many as the mesh has. A mesh of no more than `faces.start()` stays as it is.
     ///
     /// # Errors
     /// An empty range, one that starts at 0, or rungs outside [`RUNGS`](Self::RUNGS).

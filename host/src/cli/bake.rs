@@ -131,7 +131,11 @@ impl fmt::Display for Report {
         let (path, objects, triangles) = (&self.path, self.objects, self.triangles);
         let (bytes, layout, seconds) = (self.bytes, self.layout, self.seconds);
         let objects = counted(objects as u64, "object");
-        write!(f, "{path}: {objects}, {triangles} triangles, ")?;
+        write!(
+            f,
+            "{path}: {objects}, {}, ",
+            counted(triangles as u64, "triangle")
+        )?;
         write!(f, "{bytes} bytes in the {layout} layout, ")?;
         write!(f, "baked in {seconds:.2} s")?;
         let Some(deviation) = self.largest_deviation else {

@@ -84,7 +84,7 @@ fn up_to(most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
     }
 }
 
-/// Returns words an error of the limits in degrees, with the names of the options.
+/// Puts into words an error of the limits in degrees, with the names of the options.
 fn in_degrees(error: Error) -> String {
     match error {
         Error::BelowCentral {

@@ -80,7 +80,7 @@ pub trait Engine {
         self.render_frame(eyes, quality, steps, false)
     }
 
-    /// Returns copies the newest frame's pictures, by screen, then eye, over those of an older
+    /// Copies the newest frame's pictures, by screen, then eye, over those of an older
     /// frame or into an empty list. If `filled`, pixels that the gaze skips keep the older colour,
     /// and both are blended at the border of the field.
     ///

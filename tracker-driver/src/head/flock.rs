@@ -161,7 +161,7 @@ impl Mode {
         !matches!(self, Self::Position)
     }
 
-    /// Returns words of a record.
+    /// Returns the number of words of a record.
     pub const fn words(self) -> usize {
         let turn = match self {
             Self::Position => 0,

@@ -2,6 +2,7 @@
 
 use super::Arguments;
 use super::watch::Watched;
+use crate::cave::Screen;
 use crate::cli::arguments::filling::Fill;
 use crate::cli::play::{Interference, Played, Prepared};
 use crate::cli::prelude::*;
@@ -23,6 +24,9 @@ pub(in crate::cli) struct Report {
     tracker: String,
     /// Pixels along each side of a wall whose file does not say.
     size: u32,
+    /// Pixels of all screens, for one eye.
+    #[serde(skip)]
+    pixels: u64,
     /// What follows the gaze: off, paper, paper-ellipse or foveated.
     lod: &'static str,
     /// Refreshes per second.
@@ -189,6 +193,7 @@ impl Report {
             mesh: prepared.mesh.clone(),
             tracker: arguments.tracker.to_string(),
             size: arguments.live.room.size,
+            pixels: prepared.cave.screens().map(Screen::pixels).sum(),
             lod: prepared.arguments.lod.name(),
             hz: prepared.hz,
             budget: prepared.budget.to_string(),
@@ -253,9 +258,10 @@ impl Report {
             let (depth, faces) = (quality.depth, quality.faces);
             let (field, centre) = (100.0 * quality.field, 100.0 * quality.centre);
             write!(f, "  {frames:6} frames: {depth} bounces, ")?;
+            let faces = 100.0 * faces;
             write!(
                 f,
-                "meshes at {faces} of their detail, {field:.0}% of the field, "
+                "{faces:.0}% of the meshes' detail, {field:.0}% of the field, "
             )?;
             write!(f, "{centre:.0}% of its centre")?;
             if quality.sampling > 1.0 {
@@ -292,8 +298,8 @@ impl Report {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let threads = counted(self.surroundings.threads as u64, "thread");
-        let (scene, size, tracker) = (&self.scene, self.size, &self.tracker);
-        write!(f, "scene {scene}, {size} × {size} pixels a wall, ")?;
+        let (scene, pixels, tracker) = (&self.scene, self.pixels, &self.tracker);
+        write!(f, "scene {scene}, {pixels} pixels for each eye, ")?;
         let (hz, lod) = (self.hz, self.lod);
         write!(f, "{threads}, tracker {tracker}, {hz} Hz, ")?;
         writeln!(f, "level of detail {lod}")?;

@@ -57,8 +57,8 @@ impl Announcer {
         }
     }
 
-    /// Returns words what a device said: faults, states, texts, refused commands, and eyes that it
-    /// lost or found. The samples tell the rest.
+    /// Puts into words what a device said: faults, states, texts, refused commands, and eyes that
+    /// it lost or found. The samples tell the rest.
     fn of_device(&mut self, message: &Message, now: Micros) -> Option<String> {
         let mut say = |kind, what: &str| self.say(kind, now, what);
         match message {
@@ -100,7 +100,7 @@ impl Announcer {
         }
     }
 
-    /// Returns words what a feed says of its device, but not that it was plugged in.
+    /// Puts into words what a feed says of its device, but not that it was plugged in.
     fn of_feed(notice: &Notice) -> Option<String> {
         Some(match notice {
             Notice::Decoded(_) | Notice::Plugged(_) | Notice::Described(_) => return None,
@@ -120,7 +120,7 @@ impl Announcer {
         })
     }
 
-    /// Returns words what a device's clock did.
+    /// Puts into words what a device's clock did.
     fn of_clock(&mut self, event: &ClockEvent, now: Micros) -> Option<String> {
         let mut say = |kind, what: &str| self.say((kind, 0), now, what);
         match event {
@@ -148,8 +148,8 @@ impl Announcer {
         }
     }
 
-    /// Returns words that a gaze or a head was not used, or never changes. The samples tell states,
-    /// blinks and saccades.
+    /// Puts into words that a gaze or a head was not used, or never changes. The samples tell
+    /// states, blinks and saccades.
     fn of_gaze(&mut self, event: &Event, now: Micros) -> Option<String> {
         let reason = match event {
             Event::Rejected { reason, .. } => reason,

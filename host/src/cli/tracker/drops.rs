@@ -22,7 +22,7 @@ pub(super) fn in_words(reasons: &BTreeMap<&'static str, u32>) -> String {
     }
 }
 
-/// Returns words what is wrong, and why bytes were dropped so far.
+/// Puts into words what is wrong, and why bytes were dropped so far.
 pub(super) fn with_drops(trouble: &Trouble, counts: &Counts) -> String {
     match in_words(&by_reason(counts)) {
         words if words.is_empty() => trouble.to_string(),
