@@ -40,6 +40,15 @@ pub struct Scene {
     pub camera: CameraPath,
 }
 
+impl Scene {
+    /// Returns the names of its materials and of its meshes' own, in their order.
+    pub fn material_names(&self) -> Vec<String> {
+        let meshes = self.meshes.iter().flat_map(|mesh| &mesh.materials);
+        let all = self.materials.iter().chain(meshes);
+        all.map(|material| material.name.clone()).collect()
+    }
+}
+
 /// One placed shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Object {

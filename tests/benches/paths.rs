@@ -20,7 +20,11 @@ fn main() {
         .find(|argument| !argument.starts_with('-'));
     let mesh = file.map_or_else(
         || icosphere(4),
-        |path| shisen::scene::import::load(Path::new(&path)).expect("a mesh file"),
+        |path| {
+            shisen::scene::import::load(Path::new(&path))
+                .expect("a mesh file")
+                .mesh
+        },
     );
     let mesh = normalised(mesh, 10.0);
     println!("{} triangles", mesh.triangles.len());

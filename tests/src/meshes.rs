@@ -22,7 +22,11 @@ pub fn cow() -> Option<TriangleMesh> {
         TOLD.call_once(|| println!("cow: not given; SHISEN_COW=FILE adds it"));
         return None;
     };
-    Some(shisen::scene::import::load(Path::new(&file)).expect("SHISEN_COW names a mesh"))
+    Some(
+        shisen::scene::import::load(Path::new(&file))
+            .expect("SHISEN_COW names a mesh")
+            .mesh,
+    )
 }
 
 /// Writes `ball.obj`: a mesh of few faces, which is quickly read and baked.

@@ -193,7 +193,7 @@ fn broken_meshes_are_named() {
         folder,
         &commands,
         &[
-            ("text.txt", b"hello", ".obj, .ply, .gltf or .glb"),
+            ("text.txt", b"hello", ".obj, .ply, .stl, .gltf or .glb"),
             ("words.obj", b"this is not a mesh", "is this an OBJ file"),
             ("words.ply", b"this is not a mesh", "words.ply"),
             ("words.glb", b"this is not a mesh", "words.glb"),
@@ -202,7 +202,7 @@ fn broken_meshes_are_named() {
             ("nan.obj", &face("v nan 0 0\nf 1 2 3"), "nan.obj"),
             ("infinite.obj", &face("v 0 inf 0\nf 1 2 4"), "infinite.obj"),
             ("range.obj", &face("f 1 2 4"), "1 to 3"),
-            ("twice.obj", &face("f 1 2 2"), "twice"),
+            ("twice.obj", &face("f 1 2 2"), "no triangles"),
             // A header that promises 2 GiB of vertices, and no vertex.
             ("claim.ply", header.as_bytes(), "2147483640"),
         ],

@@ -106,7 +106,7 @@ impl WallsName {
 }
 
 #[derive(Debug, Clone, Args)]
-pub struct Model {
+pub struct ModelArguments {
     /// Mesh of the built-in scenes: an OBJ, PLY or glTF file [default: a built-in quadruped]
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,

@@ -2,8 +2,10 @@
 
 use crate::bake::Layout;
 use crate::cli::arguments::levels::Level;
-use crate::cli::arguments::source::{Loaded, Source, bake, is_mesh, load_mesh, scene_of_meshes};
-use crate::cli::arguments::{LevelArguments, Model, SceneName};
+use crate::cli::arguments::source::{
+    Loaded, NotUsed, Source, bake, is_mesh, load_mesh, scene_of_meshes,
+};
+use crate::cli::arguments::{LevelArguments, ModelArguments, SceneName};
 use crate::cli::prelude::*;
 use crate::files::write_atomically;
 use crate::scene::Scene;
@@ -19,7 +21,7 @@ pub(super) struct Arguments {
     #[arg(short, long, visible_alias = "out", value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
-    model: Model,
+    model: ModelArguments,
     /// Layout of the tree's nodes
     #[arg(long, value_enum, default_value = "fast")]
     layout: Layout,
@@ -51,6 +53,8 @@ pub(super) struct Report {
     stack_entries: u32,
     /// Polygon levels of the meshes.
     levels: Vec<Level>,
+    /// What meshes' files have that is not shown.
+    not_used: Vec<NotUsed>,
     /// Largest difference between the faces that a pixel sees and those of the paper's equation
     /// 10, as a share of MAX - MIN; null without --faces and --levels.
     largest_deviation: Option<f64>,
@@ -60,7 +64,8 @@ pub(super) struct Report {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let start = Instant::now();
-    let scene = load(arguments)?;
+    let mut not_used = Vec::new();
+    let scene = load(arguments, &mut not_used)?;
     let names: Vec<String> = arguments.input.iter().map(ToString::to_string).collect();
     let layout = arguments.layout;
     let asked = arguments.levels.given();
@@ -93,12 +98,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         stack_entries,
         largest_deviation,
         levels: of_meshes,
+        not_used,
         seconds: start.elapsed().as_secs_f64(),
     };
     print(&report, arguments.json)
 }
 
-fn load(arguments: &Arguments) -> Result<Scene, Failure> {
+fn load(arguments: &Arguments, not_used: &mut Vec<NotUsed>) -> Result<Scene, Failure> {
     let Arguments { input, model, .. } = arguments;
     let meshes = input.iter().filter_map(|name| match name {
         SceneName::File(path) if is_mesh(path) => Some(path),
@@ -106,21 +112,25 @@ fn load(arguments: &Arguments) -> Result<Scene, Failure> {
     });
     let meshes: Vec<_> = meshes.collect();
     match input.as_slice() {
-        [name] if meshes.is_empty() => match Source::load(name, model)?.scene {
-            Loaded::Described(scene) => Ok(scene),
-            Loaded::Baked(_) => {
-                let message = format!("{name} is baked already");
-                Err(Fault::new(message, "give what it was baked from").into())
+        [name] if meshes.is_empty() => {
+            let Source { scene, shown } = Source::load(name, model)?;
+            *not_used = shown.not_used;
+            match scene {
+                Loaded::Described(scene) => Ok(scene),
+                Loaded::Baked(_) => {
+                    let message = format!("{name} is baked already");
+                    Err(Fault::new(message, "give what it was baked from").into())
+                }
             }
-        },
+        }
         all if meshes.len() < all.len() => Err(misuse!(
-            "several inputs must all be meshes (.obj, .ply, .gltf or .glb): bake one scene at a time"
+            "several inputs must all be meshes (.obj, .ply, .stl, .gltf or .glb): bake one scene at a time"
         )),
         _ if model.mesh.is_some() || model.normals.is_some() => Err(misuse!(
             "--mesh and --normals are for the built-in scenes A to D, not for mesh files"
         )),
         _ => {
-            let meshes = meshes.into_iter().map(|path| load_mesh(path));
+            let meshes = meshes.into_iter().map(|path| load_mesh(path, not_used));
             Ok(scene_of_meshes(meshes.collect::<Result<_, _>>()?))
         }
     }

@@ -10,7 +10,7 @@ use crate::cli::arguments::lod::LodArguments;
 use crate::cli::arguments::room::RoomArguments;
 use crate::cli::arguments::source::Source;
 use crate::cli::arguments::tracing::TracingArguments;
-use crate::cli::arguments::{Model, SCENES, SceneName, picture_size};
+use crate::cli::arguments::{ModelArguments, SCENES, SceneName, picture_size};
 use crate::cli::output::progress::Progress;
 use crate::cli::prelude::*;
 use crate::cli::tracker::{Interrupt, TrackerName};
@@ -32,7 +32,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = SCENES, default_value = "A")]
     scene: SceneName,
     #[command(flatten)]
-    model: Model,
+    model: ModelArguments,
     #[command(flatten)]
     room: RoomArguments,
     #[command(flatten)]
@@ -106,7 +106,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let cameras = arguments.cameras(&observers, (forward, up))?;
     let source = Source::load(&arguments.scene, &arguments.model)?;
-    let baked = arguments.lod.baked(source.scene, &source.name)?;
+    let baked = arguments.lod.baked(source.scene, &source.shown.scene)?;
     let (options, traced) = arguments.tracing.options(&baked)?;
     make_writable(&arguments.out)?;
     let frames = Frames {
@@ -115,11 +115,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         options: &options,
         quiet: arguments.quiet || arguments.json,
     };
-    let mesh = source.mesh.as_ref();
+    let mesh = source.shown.mesh.as_ref();
     let mesh = mesh.map_or(String::new(), |mesh| format!(", mesh {mesh}"));
-    let title = format!("scene {}{mesh}", source.name);
+    let title = format!("scene {}{mesh}", source.shown.scene);
     if let Some(tracker) = &arguments.tracker.tracker {
-        return follow(arguments, tracker, &frames, &title, source.name);
+        return follow(arguments, tracker, &frames, &title, source.shown.scene);
     }
     let fill = &arguments.fill;
     let frame = match looked {
@@ -153,8 +153,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         written,
         traced,
         size: arguments.room.size,
-        scene: source.name,
-        mesh: source.mesh,
+        shown: source.shown,
         lod: full
             .as_ref()
             .map(|full| lod::report(arguments, &frames, &observers, [&frame, full], captured))

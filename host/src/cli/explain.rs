@@ -5,16 +5,15 @@ pub(super) mod report;
 use crate::cli::arguments::dispersion::{in_one_frame, range_in_one_frame};
 use crate::cli::arguments::lod::{LodArguments, of_every_pixel};
 use crate::cli::arguments::room::RoomArguments;
-use crate::cli::arguments::source::Source;
+use crate::cli::arguments::source::{Loaded, Source};
 use crate::cli::arguments::tracing::TracingArguments;
-use crate::cli::arguments::{Model, SceneName};
+use crate::cli::arguments::{ModelArguments, SceneName};
 use crate::cli::prelude::*;
 use crate::live::quantiles::{median, quartiles};
 use crate::render::effects::{Effects, compiled_for};
 use crate::render::spectrum::Dispersion;
 use crate::render::{self, Options};
 use crate::scene::builtin::PaperScene;
-use crate::scene::file::material_names;
 use report::{Asked, Met, NOT_BUILT, Primary, Report, Seconds, not_simulated};
 use shisen_core::scene::EffectSet;
 
@@ -34,7 +33,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "SCENE")]
     scene: Option<SceneName>,
     #[command(flatten)]
-    model: Model,
+    model: ModelArguments,
     #[command(flatten)]
     room: RoomArguments,
     #[command(flatten)]
@@ -68,7 +67,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         cave.check_eye(place)?;
     }
     let source = Source::load(name, &arguments.model)?;
-    let baked = arguments.lod.baked(source.scene, &source.name)?;
+    let names = match &source.scene {
+        Loaded::Described(scene) => scene.material_names(),
+        Loaded::Baked(_) => Vec::new(),
+    };
+    let baked = arguments.lod.baked(source.scene, &source.shown.scene)?;
     let (options, traced) = arguments.tracing.options(&baked)?;
     if matches!(options.dispersion, Dispersion::Images(..)) {
         return Err(misuse!(
@@ -92,7 +95,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let account = render::account(baked.scene(), &cave, &observers, &options)?;
     let effects: Vec<EffectSet> = named(carried_out).collect();
     let (whole, times) = times(seconds, options.effects, &effects, arguments.repeat)?;
-    let met = Met::new(&records, &names(name));
+    let met = Met::new(&records, &names);
     let asked_for = effects
         .into_iter()
         .zip(times)
@@ -109,8 +112,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         });
     let left_out = named(asked.difference(carried_out)).map(|effect| met.cause(effect));
     let report = Report {
-        scene: source.name,
-        mesh: source.mesh,
+        shown: source.shown,
         walls: cave.screens().map(|one| one.name().to_owned()).collect(),
         eyes: observers.len(),
         size: arguments.room.size,
@@ -133,21 +135,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         not_built: NOT_BUILT,
     };
     print(&report, arguments.json)
-}
-
-/// Returns the names of a scene's first materials.
-fn names(scene: &SceneName) -> Vec<String> {
-    match scene {
-        SceneName::Paper(PaperScene::A | PaperScene::C) => vec!["chrome".to_owned()],
-        SceneName::Paper(PaperScene::B | PaperScene::D) => vec!["clay".to_owned()],
-        SceneName::Grid => vec!["lines".to_owned()],
-        SceneName::Prism => ["glass", "slit", "floor"].map(str::to_owned).into(),
-        SceneName::Spheres => ["quartz", "floor", "lamp"].map(str::to_owned).into(),
-        // The file was read a moment ago; a baked scene is no text.
-        SceneName::File(path) => crate::files::read_text(path)
-            .map(|text| material_names(&text))
-            .unwrap_or_default(),
-    }
 }
 
 /// Returns the seconds of a frame, and for each effect those without it and those it adds. Frames

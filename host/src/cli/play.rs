@@ -7,9 +7,9 @@ mod interference;
 use crate::cli::arguments::dispersion::{in_one_frame, range_in_one_frame};
 use crate::cli::arguments::lod::LodArguments;
 use crate::cli::arguments::room::RoomArguments;
-use crate::cli::arguments::source::Source;
+use crate::cli::arguments::source::{Shown, Source};
 use crate::cli::arguments::tracing::TracingArguments;
-use crate::cli::arguments::{Model, SCENES, SceneName};
+use crate::cli::arguments::{ModelArguments, SCENES, SceneName};
 use crate::cli::prelude::*;
 use crate::cli::tracker::Opened;
 use crate::live::{
@@ -42,7 +42,7 @@ pub struct LiveArguments {
     #[arg(long, value_name = SCENES, default_value = "A")]
     scene: SceneName,
     #[command(flatten)]
-    model: Model,
+    model: ModelArguments,
     #[command(flatten)]
     pub room: RoomArguments,
     /// File of `shisen tracker calibrate`
@@ -80,8 +80,7 @@ pub struct TimeArguments {
 
 pub struct Prepared {
     pub arguments: LiveArguments,
-    pub scene: String,
-    pub mesh: Option<String>,
+    pub shown: Shown,
     baked: BakedScene,
     pub cave: Cave,
     pub options: Options,
@@ -116,7 +115,7 @@ impl LiveArguments {
             cave.check_eye(place)?;
         }
         let source = Source::load(&self.scene, &self.model)?;
-        let baked = self.lod.baked(source.scene, &source.name)?;
+        let baked = self.lod.baked(source.scene, &source.shown.scene)?;
         let (options, _) = self.tracing.options(&baked)?;
         if matches!(options.dispersion, Dispersion::Images(..)) {
             return Err(misuse!(
@@ -125,8 +124,7 @@ impl LiveArguments {
         }
         Ok(Prepared {
             arguments: self.clone(),
-            scene: source.name,
-            mesh: source.mesh,
+            shown: source.shown,
             baked,
             cave,
             options,

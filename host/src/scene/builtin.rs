@@ -84,12 +84,19 @@ impl PaperScene {
 
     /// Chrome with a cold tint, or clay.
     fn material(self) -> Material {
-        let (diffuse, specular, shininess, mirror) = if self.is_mirror() {
-            ([0.10, 0.11, 0.13], [0.6; 3], 200.0, [0.80, 0.81, 0.83])
+        let (name, diffuse, specular, shininess, mirror) = if self.is_mirror() {
+            (
+                "chrome",
+                [0.10, 0.11, 0.13],
+                [0.6; 3],
+                200.0,
+                [0.80, 0.81, 0.83],
+            )
         } else {
-            ([0.74, 0.44, 0.26], [0.15; 3], 40.0, [0.0; 3])
+            ("clay", [0.74, 0.44, 0.26], [0.15; 3], 40.0, [0.0; 3])
         };
         Material {
+            name: name.to_owned(),
             diffuse,
             specular,
             shininess,
@@ -164,6 +171,7 @@ pub fn paper_scene(which: PaperScene, mesh: TriangleMesh) -> Result<Scene, FlatM
 /// Miura's figures show. Its poles are straight up and down.
 pub fn grid(radius: f32) -> Scene {
     let white = Material {
+        name: "lines".to_owned(),
         diffuse: [1.0; 3],
         graticule: Some(Graticule {
             divisions: 9,

@@ -202,18 +202,6 @@ impl Scene {
     }
 }
 
-/// Returns the names of a scene file's materials, in their order; empty for other texts.
-pub fn material_names(text: &str) -> Vec<String> {
-    let table: Option<toml::Table> = text.parse().ok();
-    let materials = table.and_then(|mut table| table.remove("materials"));
-    let Some(toml::Value::Table(materials)) = materials else {
-        return Vec::new();
-    };
-    // In the order of `numbers`.
-    let names: BTreeMap<_, _> = materials.into_iter().collect();
-    names.into_keys().collect()
-}
-
 fn numbers<T>(entries: &BTreeMap<Spanned<String>, T>) -> BTreeMap<&str, usize> {
     entries
         .keys()

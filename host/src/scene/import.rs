@@ -1,22 +1,29 @@
-//! Meshes from files: Wavefront OBJ, PLY and glTF 2.0.
+//! Models from files: Wavefront OBJ, PLY, STL and glTF 2.0.
 
 use crate::files::{Fault, UNREAD};
 use crate::scene::mesh::TriangleMesh;
-use crate::scene::texture::{Image, ImageError, Pattern, Texture};
-use glam::Vec3;
+use crate::scene::texture::Image;
+use glam::{DVec3, Vec3};
 use miette::Diagnostic;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::fmt;
 use std::hash::Hash;
-use std::path::Path;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::sync::Arc;
 use thiserror::Error;
 
 mod gltf;
 mod obj;
 mod ply;
+mod polygon;
+mod stl;
+mod unused;
+
+pub use unused::Unused;
 
 /// A file, and a line in it where one is known.
 #[derive(Clone, Copy)]
@@ -44,51 +51,72 @@ impl fmt::Display for Place<'_> {
 #[diagnostic(transparent)]
 pub struct ImportError(Fault);
 
-/// Reads a triangle mesh. The extension, in upper or lower case, decides the format.
+/// What a file describes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// Its surfaces.
+    pub mesh: TriangleMesh,
+    /// What it has besides, and no picture shows.
+    pub unused: Unused,
+}
+
+/// Extensions of the files that [`load`] reads, in lower case.
+pub const EXTENSIONS: [&str; 5] = ["obj", "ply", "gltf", "glb", "stl"];
+
+/// Reads a model. The extension, in upper or lower case, decides the format.
 ///
-/// Polygons become fans of triangles around their first corner, and triangles keep the file's
-/// order. Normals are made unit length; a mesh with a normal that has no direction, or with normals
-/// at only some of its vertices, comes without any. So does one with texture coordinates at only
-/// some of its vertices, or with one beyond [`TriangleMesh::FARTHEST_COORDINATE`], and without
-/// coordinates it has no textures. Textures are PNG files; others are not read. They multiply the
-/// diffuse reflectance.
+/// Triangles keep the file's order. Polygons are cut in their own plane: around their first corner
+/// where they are convex. Faces without area by their corners are left out, and so is a face that
+/// is another one turned over, where the file has no normals. Normals are made unit length; a
+/// vertex without one has the mean of its faces. A vertex without a place on textures is at 0, 0.
+/// Textures are PNG and JPEG files. They multiply the diffuse reflectance.
 ///
 /// - `.obj`: groups and objects become one mesh. Without normals and texture
 ///   coordinates the vertices are the file's, in its order; with either, each
 ///   position with its normal and `vt` is one vertex, in order of first use. Only the first three
-///   numbers of a `v` count, and two of a `vt`. Lines, points and curves are skipped. The
-///   materials come from the `.mtl` files named in it, as far as these exist: `Kd` and `Ks` are
-///   the diffuse and specular reflectance, `Ns` the shininess and `Ni` the index of refraction,
-///   `map_Kd` the texture; `illum` 3, 5 or 8 makes `Ks` the mirror reflectance, too. The light
-///   that `d` (or 1 - `Tr`) does not stop is transmitted, filtered by `Tf`, and dims `Kd`;
-///   `illum` 4, 6, 7 or 9 without `d` and `Tr` transmits `Tf`, or all.
+///   numbers of a `v` count, and two of a `vt`. Faces without normals are smooth within their
+///   smoothing group, and flat where it is off. Lines, points and curves are not shown. The
+///   materials come from the `.mtl` files named in it: `Kd` and `Ks` are
+///   the diffuse and specular reflectance, `Ke` the emission, `Ns` the shininess and `Ni` the index
+///   of refraction, `map_Kd` the texture; `illum` 3, 5 or 8 makes `Ks` the mirror reflectance, too.
+///   The light that `d` (or 1 - `Tr`) does not stop is transmitted, filtered by `Tf`, and dims
+///   `Kd`; `illum` 4, 6, 7 or 9 without `d` and `Tr` transmits `Tf`, or all.
 /// - `.ply`: ASCII and binary, either endianness; `x`, `y`, `z`, optionally
 ///   `nx`, `ny`, `nz`, and `s`, `t` or `u`, `v` or `texture_u`, `texture_v`;
-///   faces from `vertex_indices` or `vertex_index`.
+///   faces from `vertex_indices` or `vertex_index`, or `tristrips`.
+/// - `.stl`: ASCII and binary, flat.
 /// - `.gltf` and `.glb`: every triangle primitive in the default scene (or the
 ///   first), in world space. The base colour, with its texture where that uses
 ///   the first set of coordinates, is the diffuse reflectance; a
 ///   metalness of 0.5 or more at a roughness of 0.3 or less makes it the
 ///   mirror reflectance instead. `KHR_materials_transmission`, `_ior` and
-///   `_volume` give transmission, index of refraction and absorption.
+///   `_volume` give transmission, index of refraction and absorption. Primitives without normals
+///   are flat.
 ///
 /// # Errors
 /// If the file cannot be read, is not of the format that its extension
 /// promises, or holds no mesh that passes [`TriangleMesh::validate`].
-pub fn load(path: &Path) -> Result<TriangleMesh, ImportError> {
+pub fn load(path: &Path) -> Result<Model, ImportError> {
     let extension = path
         .extension()
         .map(|e| e.to_string_lossy().to_ascii_lowercase());
     let parse = match extension.as_deref() {
         Some("obj") => obj::parse,
         Some("ply") => ply::parse,
+        Some("stl") => stl::parse,
         Some("gltf" | "glb") => gltf::parse,
         _ => {
-            let problem = "the file name's extension names no mesh format";
-            return Err(fault(path, problem, "export as .obj, .ply, .gltf or .glb"));
+            let problem = "the file name's extension names no format of meshes";
+            let advice = "export as .obj, .ply, .stl, .gltf or .glb";
+            return Err(fault(path, problem, advice));
         }
     };
-    parse(path, &read(path)?)
+    let bytes = read(path)?;
+    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+        let problem = "this is text in UTF-16";
+        return Err(fault(path, problem, "save it as UTF-8 with a text editor"));
+    }
+    parse(path, bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes))
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
@@ -137,21 +165,48 @@ fn no_vertex<'p>(
     syntax(place, problem)
 }
 
-/// Validates the mesh, whose faces name known vertices; `line_of` returns the line of a triangle
-/// where it is known.
-fn validated(
-    mesh: TriangleMesh,
-    path: &Path,
-    line_of: impl FnOnce(usize) -> Option<usize>,
-) -> Result<TriangleMesh, ImportError> {
-    mesh.validate()
-        .map_err(|fault| match fault.triangle.and_then(line_of) {
-            None => unusable(path, fault),
-            line => unusable(Place { path, line }, "the face names a vertex twice"),
-        })?;
-    Ok(mesh)
+/// Leaves out what cannot be drawn of a mesh, whose faces name known vertices, and checks the rest.
+fn finished(path: &Path, mut mesh: TriangleMesh, mut unused: Unused) -> Result<Model, ImportError> {
+    let has_area = |&[a, b, c]: &[u32; 3]| a != b && b != c && a != c;
+    let kept: Vec<bool> = mesh.triangles.iter().map(has_area).collect();
+    let without_area = kept.iter().filter(|kept| !**kept).count();
+    if without_area > 0 {
+        unused.add("face{s} without area", without_area as u64);
+        mesh.triangles.retain(has_area);
+        let mut kept = kept.into_iter();
+        mesh.triangle_materials
+            .retain(|_| kept.next().unwrap_or(true));
+    }
+    if !mesh.normals.is_empty() {
+        complete_normals(&mut mesh);
+    }
+    let limit = TriangleMesh::FARTHEST_COORDINATE;
+    let mut out_of_range = 0;
+    for place in &mut mesh.coordinates {
+        if !place.iter().all(|c| c.abs() <= limit) {
+            *place = [0.0; 2];
+            out_of_range += 1;
+        }
+    }
+    unused.add("texture coordinate{s} out of range", out_of_range);
+    mesh.validate().map_err(|fault| unusable(path, fault))?;
+    Ok(Model { mesh, unused })
 }
 
+/// Makes normals unit length; one without a direction becomes the mean of the faces around it.
+fn complete_normals(mesh: &mut TriangleMesh) {
+    let mut normals = std::mem::take(&mut mesh.normals);
+    let mut own = None;
+    for (vertex, normal) in normals.iter_mut().enumerate() {
+        *normal = match Vec3::from_array(*normal).try_normalize() {
+            Some(unit) => unit.to_array(),
+            None => own.get_or_insert_with(|| mesh.vertex_normals().into_owned())[vertex],
+        };
+    }
+    mesh.normals = normals;
+}
+
+/// The images of a model, each read once.
 struct Textures<K> {
     /// Bytes that further images may take.
     left: u64,
@@ -166,57 +221,66 @@ impl<K: Hash + Eq> Textures<K> {
         }
     }
 
-    /// Returns the texture with an image, which `read` has the bytes of, if that is a PNG file.
+    /// Returns an image, which `read` has the bytes of; none, and a kind of `unused`, if it cannot
+    /// be shown.
     fn get<'b>(
         &mut self,
         key: K,
-        path: &Path,
-        read: impl FnOnce() -> Result<Cow<'b, [u8]>, ImportError>,
-    ) -> Result<Option<Texture>, ImportError> {
+        name: &str,
+        unused: &mut Unused,
+        read: impl FnOnce() -> Result<Cow<'b, [u8]>, String>,
+    ) -> Option<Arc<Image>> {
         let image = match self.images.entry(key) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(new) => {
-                let bytes = read()?;
-                let image = Image::is_png(&bytes)
-                    .then(|| Image::from_png(path, &bytes, &mut self.left))
-                    .transpose();
-                let image = image.map_err(|ImageError(fault)| ImportError(fault))?;
-                new.insert(image.map(Arc::new))
+                let image = read().and_then(|bytes| Image::decode(&bytes, &mut self.left));
+                let image = image.map_err(|reason| {
+                    unused.add(format!("the texture {name} ({reason})"), 1);
+                });
+                new.insert(image.ok().map(Arc::new))
             }
         };
-        Ok(image.clone().map(|image| Texture {
-            pattern: Pattern::Image(image),
-            repeats: [1.0; 2],
-        }))
+        image.clone()
     }
 }
 
-/// Returns the normals at unit length; empty if one of them has no direction.
-fn unit_normals(mut normals: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
-    for normal in &mut normals {
-        match Vec3::from_array(*normal).try_normalize() {
-            Some(unit) => *normal = unit.to_array(),
-            None => return Vec::new(),
-        }
-    }
-    normals
+/// Returns where a file may be that another names, perhaps with a path of another computer.
+fn beside(file: &Path, name: &str) -> [PathBuf; 2] {
+    let name = name.replace('\\', "/");
+    let last = name.rsplit('/').next().unwrap_or(&name);
+    [file.with_file_name(&name), file.with_file_name(last)]
 }
 
-/// Returns the texture coordinates; empty if one of them is out of range or NaN.
-fn usable_coordinates(coordinates: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
-    let limit = TriangleMesh::FARTHEST_COORDINATE;
-    let usable = |place: &[f32; 2]| place.iter().all(|c| c.abs() <= limit);
-    if coordinates.iter().all(usable) {
-        coordinates
-    } else {
-        Vec::new()
-    }
+/// Returns the bytes of the first of several files that is there.
+fn read_one_of(paths: &[PathBuf]) -> Result<Vec<u8>, String> {
+    let mut all = paths.iter().map(|path| crate::files::read(path));
+    let found = all.find(|read| !matches!(read, Err(fault) if fault.kind() == ErrorKind::NotFound));
+    let none = || Err(ErrorKind::NotFound.into());
+    found
+        .unwrap_or_else(none)
+        .map_err(|fault| match fault.kind() {
+            ErrorKind::NotFound => "which is not there".to_owned(),
+            _ => fault.to_string(),
+        })
 }
 
-/// Returns the triangles of a polygon, around its first corner.
-fn fan<C: Copy>(corners: &[C]) -> Vec<[C; 3]> {
-    let edges = corners[1..].windows(2);
-    edges.map(|edge| [corners[0], edge[0], edge[1]]).collect()
+/// Returns the normal of a triangle, at unit length; up where it has no area.
+fn flat_normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
+    let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+    let normal = (b - a).cross(c - a).normalize_or(DVec3::Y);
+    normal.as_vec3().to_array()
+}
+
+/// Returns a statement's words up to a comment, which a blank precedes.
+fn without_comment(words: &str) -> &str {
+    let mut marks = words.match_indices('#').map(|(at, _)| at);
+    let starts = |&at: &usize| words[..at].ends_with(char::is_whitespace) || at == 0;
+    words[..marks.find(starts).unwrap_or(words.len())].trim()
+}
+
+fn three_floats<'a>(words: impl Iterator<Item = &'a str>) -> Option<[f32; 3]> {
+    let mut numbers = words.map_while(|word| f32::from_str(word).ok());
+    Some([numbers.next()?, numbers.next()?, numbers.next()?])
 }
 
 /// `value` within the range; its lower end for NaN.

@@ -6,6 +6,8 @@ use shisen_core::spectrum::Medium;
 /// How a surface answers light: Whitted's terms (1980), linear RGB.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
+    /// What its file calls it; may be empty.
+    pub name: String,
     /// Lambertian reflectance per channel, 0 to 1.
     pub diffuse: [f32; 3],
     /// Blinn-Phong highlight per channel, 0 to 1.
@@ -46,6 +48,7 @@ impl Default for Material {
     /// Matt light grey.
     fn default() -> Self {
         Self {
+            name: String::new(),
             diffuse: [0.8; 3],
             specular: [0.0; 3],
             shininess: 32.0,

@@ -1,4 +1,4 @@
-//! Colours over a surface, as described or read from PNG files.
+//! Colours over a surface, as described or read from PNG and JPEG files.
 
 use crate::files::{Fault, UNREAD};
 use miette::Diagnostic;
@@ -9,6 +9,11 @@ use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 use thiserror::Error;
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::errors::DecodeErrors;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
 
 /// A pattern that multiplies the diffuse reflectance and the emission of a material.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,88 +66,30 @@ impl Image {
         })
     }
 
-    /// Reads a PNG file of any kind, within the bytes that a scene's images have left. Its
-    /// colours are taken to be sRGB, without their alpha; of 16 bits a channel the upper 8 count.
+    /// Reads a PNG or JPEG file, within the bytes that a scene's images have left. See
+    /// [`decode`](Self::decode).
     pub(crate) fn load(path: &Path, left: &mut u64) -> Result<Self, ImageError> {
-        let bytes = crate::files::read(path).map_err(|fault| {
-            let message = format!("{}: {fault}", path.display());
-            ImageError(Fault::new(message, UNREAD))
-        })?;
-        Self::from_png(path, &bytes, left)
-    }
-
-    /// Returns whether a file starts as a PNG does.
-    pub(crate) fn is_png(bytes: &[u8]) -> bool {
-        bytes.starts_with(b"\x89PNG\r\n\x1a\n")
-    }
-
-    /// As [`load`](Self::load), from a file's bytes. An image that is too large is not decoded.
-    pub(crate) fn from_png(path: &Path, bytes: &[u8], left: &mut u64) -> Result<Self, ImageError> {
-        let error = |fault: fmt::Arguments<'_>, help: &str| {
+        let told = |fault: &dyn fmt::Display, help: &str| {
             ImageError(Fault::new(format!("{}: {fault}", path.display()), help))
         };
-        let malformed = |fault: DecodingError| {
-            let help = "save the image as PNG again";
-            error(format_args!("not a whole PNG file: {fault}"), help)
-        };
-        let too_large = |[width, height]: [u32; 2]| {
-            error(
-                format_args!(
-                    "the image has {width} × {height} texels, but either side may have \
-                     {LARGEST_SIDE}"
-                ),
-                "make it smaller",
-            )
-        };
-        // Sixteen bits a channel, and a line before it.
-        let limits = Limits {
-            bytes: 3 * Self::MOST_BYTES as usize,
-        };
-        let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
-        decoder.set_transformations(Transformations::EXPAND | Transformations::STRIP_16);
-        let mut reader = decoder
-            .read_info()
-            .map_err(|fault| match (fault, sides(bytes)) {
-                (DecodingError::LimitsExceeded, Some(sides)) => too_large(sides),
-                (fault, _) => malformed(fault),
-            })?;
-        let (width, height) = reader.info().size();
-        if width.max(height) > LARGEST_SIDE {
-            return Err(too_large([width, height]));
+        let bytes = crate::files::read(path).map_err(|fault| told(&fault, UNREAD))?;
+        let help = "save it again as PNG or JPEG, smaller if it is too large";
+        Self::decode(&bytes, left).map_err(|fault| told(&fault, help))
+    }
+
+    /// Decodes a PNG or JPEG file of any kind; what is too large is not decoded. Its colours are
+    /// taken to be sRGB, without their alpha; of 16 bits a channel the upper 8 count.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub(crate) fn decode(bytes: &[u8], left: &mut u64) -> Result<Self, String> {
+        if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
+            decode_png(bytes, left)
+        } else if bytes.starts_with(b"\xff\xd8\xff") {
+            decode_jpeg(bytes, left)
+        } else {
+            Err("neither a PNG nor a JPEG file".to_owned())
         }
-        let taken = u64::from(width) * u64::from(height) * 4;
-        *left = left.checked_sub(taken).ok_or_else(|| {
-            let (bytes, limit) = (Self::MOST_BYTES - *left + taken, Self::MOST_BYTES);
-            error(
-                format_args!(
-                    "with its {width} × {height} texels the scene's images would take {bytes} \
-                     bytes, but they may take {limit}"
-                ),
-                "make it smaller",
-            )
-        })?;
-        let size = reader
-            .output_buffer_size()
-            .ok_or_else(|| malformed(DecodingError::LimitsExceeded))?;
-        let mut decoded = vec![0; size];
-        let frame = reader.next_frame(&mut decoded).map_err(malformed)?;
-        // Past the last row there is at least the mark of the end.
-        reader.finish().map_err(malformed)?;
-        debug_assert_eq!(frame.bit_depth, BitDepth::Eight, "expanded or stripped");
-        let samples = &decoded[..frame.buffer_size()];
-        let texels = match frame.color_type {
-            ColorType::Grayscale | ColorType::Indexed => {
-                samples.iter().map(|&g| [g, g, g, 0]).collect()
-            }
-            ColorType::GrayscaleAlpha => chunks(samples, |&[g, _]| [g, g, g, 0]),
-            ColorType::Rgb => chunks(samples, |&[r, g, b]| [r, g, b, 0]),
-            ColorType::Rgba => chunks(samples, |&[r, g, b, _]| [r, g, b, 0]),
-        };
-        Ok(Self {
-            width,
-            height,
-            texels,
-        })
     }
 
     /// Returns texels from left to right.
@@ -161,10 +108,86 @@ impl Image {
     }
 }
 
+/// Takes what an image needs from the bytes that are left.
+fn reserve([width, height]: [u32; 2], left: &mut u64) -> Result<(), String> {
+    if width.max(height) > LARGEST_SIDE {
+        return Err(format!(
+            "it has {width} × {height} texels, but either side may have {LARGEST_SIDE}"
+        ));
+    }
+    let taken = u64::from(width) * u64::from(height) * 4;
+    *left = left.checked_sub(taken).ok_or_else(|| {
+        let (bytes, limit) = (Image::MOST_BYTES - *left + taken, Image::MOST_BYTES);
+        format!(
+            "with its {width} × {height} texels the images would take {bytes} bytes, but they may \
+             take {limit}"
+        )
+    })?;
+    Ok(())
+}
+
+fn decode_png(bytes: &[u8], left: &mut u64) -> Result<Image, String> {
+    let malformed = |fault: DecodingError| format!("not a whole PNG file: {fault}");
+    // Sixteen bits a channel, and a line before it.
+    let limits = Limits {
+        bytes: 3 * Image::MOST_BYTES as usize,
+    };
+    let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
+    decoder.set_transformations(Transformations::EXPAND | Transformations::STRIP_16);
+    if let Some(sides) = sides(bytes) {
+        reserve(sides, &mut left.clone())?;
+    }
+    let mut reader = decoder.read_info().map_err(malformed)?;
+    let (width, height) = reader.info().size();
+    reserve([width, height], left)?;
+    let size = reader.output_buffer_size();
+    let size = size.ok_or_else(|| malformed(DecodingError::LimitsExceeded))?;
+    let mut decoded = vec![0; size];
+    let frame = reader.next_frame(&mut decoded).map_err(malformed)?;
+    // Past the last row there is at least the mark of the end.
+    reader.finish().map_err(malformed)?;
+    debug_assert_eq!(frame.bit_depth, BitDepth::Eight, "expanded or stripped");
+    let samples = &decoded[..frame.buffer_size()];
+    let texels = match frame.color_type {
+        ColorType::Grayscale | ColorType::Indexed => {
+            samples.iter().map(|&g| [g, g, g, 0]).collect()
+        }
+        ColorType::GrayscaleAlpha => chunks(samples, |&[g, _]| [g, g, g, 0]),
+        ColorType::Rgb => chunks(samples, |&[r, g, b]| [r, g, b, 0]),
+        ColorType::Rgba => chunks(samples, |&[r, g, b, _]| [r, g, b, 0]),
+    };
+    Ok(Image {
+        width,
+        height,
+        texels,
+    })
+}
+
+fn decode_jpeg(bytes: &[u8], left: &mut u64) -> Result<Image, String> {
+    let malformed = |fault: DecodeErrors| format!("not a whole JPEG file: {fault}");
+    let options = DecoderOptions::default()
+        .set_strict_mode(true)
+        .set_max_width(usize::from(u16::MAX))
+        .set_max_height(usize::from(u16::MAX))
+        .jpeg_set_out_colorspace(ColorSpace::RGB);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    decoder.decode_headers().map_err(malformed)?;
+    let (width, height) = decoder.dimensions().unwrap_or_default();
+    let [width, height] = [width, height].map(|side| side as u32);
+    reserve([width, height], left)?;
+    let samples = decoder.decode().map_err(malformed)?;
+    Ok(Image {
+        width,
+        height,
+        texels: chunks(&samples, |&[r, g, b]| [r, g, b, 0]),
+    })
+}
+
 fn chunks<const N: usize>(samples: &[u8], texel: impl Fn(&[u8; N]) -> [u8; 4]) -> Vec<[u8; 4]> {
     samples.as_chunks().0.iter().map(texel).collect()
 }
 
+/// Returns width and height as the header of a PNG file claims them.
 fn sides(png: &[u8]) -> Option<[u32; 2]> {
     let side = |from: usize| {
         let bytes = png.get(from..from + 4)?;
@@ -205,9 +228,8 @@ pub(super) mod tests {
         }
     }
 
-    fn read(bytes: &[u8]) -> Result<Image, ImageError> {
-        let mut left = Image::MOST_BYTES;
-        Image::from_png(Path::new("a.png"), bytes, &mut left)
+    fn read(bytes: &[u8]) -> Result<Image, String> {
+        Image::decode(bytes, &mut { Image::MOST_BYTES })
     }
 
     #[test]
@@ -233,7 +255,7 @@ pub(super) mod tests {
     #[test]
     fn what_is_too_large_is_refused_before_it_is_decoded() {
         let wide = png([8193, 1], ColorType::Grayscale, BitDepth::One, &[0; 1025]);
-        let error = read(&wide).unwrap_err().to_string();
+        let error = read(&wide).unwrap_err();
         assert!(error.contains("8193 × 1 texels, but"), "{error}");
         // A header alone that claims much, with the sums that it needs.
         let mut header = png([1, 1], ColorType::Rgba, BitDepth::Eight, &[0; 4]);
@@ -242,11 +264,10 @@ pub(super) mod tests {
         let fits = png([8192, 1], ColorType::Grayscale, BitDepth::One, &[0; 1024]);
         assert_eq!(read(&fits).unwrap().width(), 8192);
         let mut left = 4 * 8192;
-        let path = Path::new("a.png");
-        Image::from_png(path, &fits, &mut left).unwrap();
+        Image::decode(&fits, &mut left).unwrap();
         assert_eq!(left, 0);
-        let error = Image::from_png(path, &fits, &mut left).unwrap_err();
-        assert!(error.to_string().contains("would take"), "{error}");
+        let error = Image::decode(&fits, &mut left).unwrap_err();
+        assert!(error.contains("would take"), "{error}");
     }
 
     #[test]
@@ -254,7 +275,7 @@ pub(super) mod tests {
         let whole = png([3, 2], ColorType::Rgb, BitDepth::Eight, &[77; 18]);
         for length in 0..whole.len() - 12 {
             let error = read(&whole[..length]).unwrap_err();
-            assert!(error.to_string().contains("not a whole PNG"), "{error}");
+            assert!(error.contains("PNG"), "{error}");
         }
         let mut damaged = whole;
         damaged[20] ^= 1;

@@ -110,10 +110,10 @@ fn main() -> ExitCode {
 
 /// Returns the mesh of a file, with the file's name.
 fn load(path: &Path) -> Result<(String, TriangleMesh), Box<dyn Error>> {
-    let mesh = shisen::scene::import::load(path)
+    let model = shisen::scene::import::load(path)
         .map_err(|error| format!("{}: {error}", path.display()))?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    Ok((name.into_owned(), mesh))
+    Ok((name.into_owned(), model.mesh))
 }
 
 fn run(arguments: &Arguments) -> Result<Report, Box<dyn Error>> {

@@ -74,8 +74,8 @@ struct Surroundings {
 impl Surroundings {
     fn new(prepared: &Prepared) -> Self {
         Self {
-            scene: prepared.scene.clone(),
-            mesh: prepared.mesh.clone(),
+            scene: prepared.shown.scene.clone(),
+            mesh: prepared.shown.mesh.clone(),
             size: prepared.arguments.room.size,
             threads: prepared.options.threads,
             simd: prepared.simd().name(),

@@ -77,7 +77,10 @@ fn topic() -> impl TypedValueParser<Value = Topic> {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (mesh, mesh_name) = match &arguments.mesh {
-        Some(path) => (load_mesh(path)?, path.display().to_string()),
+        Some(path) => (
+            load_mesh(path, &mut Vec::new())?,
+            path.display().to_string(),
+        ),
         None => (quadruped(), BUILT_IN_MESH.to_owned()),
     };
     make_writable(&arguments.out)?;

@@ -2,12 +2,12 @@
 
 use crate::bake::simplify::{PolygonLevels, Topology};
 use crate::bake::{BakeError, Layout};
-use crate::cli::arguments::{Model, Normals, SceneName};
+use crate::cli::arguments::{ModelArguments, Normals, SceneName};
 use crate::cli::prelude::*;
 use crate::scene::builtin::{grid, paper_scene, prism, spheres};
 use crate::scene::camera::CameraPath;
 use crate::scene::file::{BuiltInMesh, MeshSource};
-use crate::scene::import::{self, ImportError};
+use crate::scene::import::{self, ImportError, Model};
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::quadruped::quadruped;
 use crate::scene::{Background, Light, Object, Scene, Shape};
@@ -22,10 +22,35 @@ const GRID_RADIUS: f32 = 100.0;
 
 pub struct Source {
     pub scene: Loaded,
+    pub shown: Shown,
+}
+
+/// What is shown, and what of its files is not.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct Shown {
     /// The scene's letter or name, or the path as given.
-    pub name: String,
-    /// The mesh of a built-in scene: the path as given, or `quadruped`.
+    pub scene: String,
+    /// The mesh of a built-in scene, or null.
     pub mesh: Option<String>,
+    /// What meshes' files have that is not shown.
+    pub not_used: Vec<NotUsed>,
+}
+
+/// What a file has that is not shown.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct NotUsed {
+    /// The file.
+    pub file: String,
+    /// Kinds of things with their number.
+    pub what: Vec<String>,
+}
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "scene {}", self.scene)?;
+        let mesh = self.mesh.as_ref();
+        mesh.map_or(Ok(()), |mesh| write!(f, " of {mesh}"))
+    }
 }
 
 pub enum Loaded {
@@ -34,7 +59,7 @@ pub enum Loaded {
 }
 
 impl Source {
-    pub fn load(name: &SceneName, model: &Model) -> Result<Self, Failure> {
+    pub fn load(name: &SceneName, model: &ModelArguments) -> Result<Self, Failure> {
         let without_model = |why: &str| match (&model.mesh, model.normals) {
             (None, None) => Ok(()),
             _ => Err(misuse!(
@@ -45,10 +70,11 @@ impl Source {
             without_model(why)?;
             Ok::<_, Failure>((Loaded::Described(scene), None))
         };
+        let mut not_used = Vec::new();
         let (scene, mesh) = match name {
             SceneName::Paper(which) => {
                 let (mesh, mesh_name) = match &model.mesh {
-                    Some(path) => (load_mesh(path)?, path.display().to_string()),
+                    Some(path) => (load_mesh(path, &mut not_used)?, path.display().to_string()),
                     None => (quadruped(), BUILT_IN_MESH.to_owned()),
                 };
                 let mut scene = paper_scene(*which, mesh).map_err(|_| {
@@ -70,11 +96,15 @@ impl Source {
             SceneName::Spheres => built_in("the spheres have no mesh", spheres())?,
             SceneName::File(path) => {
                 without_model("a scene file names its own meshes")?;
-                (load_scene(path)?, None)
+                (load_scene(path, &mut not_used)?, None)
             }
         };
-        let name = name.to_string();
-        Ok(Self { scene, name, mesh })
+        let shown = Shown {
+            scene: name.to_string(),
+            mesh,
+            not_used,
+        };
+        Ok(Self { scene, shown })
     }
 }
 
@@ -135,8 +165,16 @@ fn warn_of_levels(scene: &Scene, levels: &PolygonLevels) {
     }
 }
 
-pub fn load_mesh(path: &Path) -> Result<TriangleMesh, Failure> {
-    Ok(import::load(path)?)
+/// Reads a mesh, and warns of what of its file is not shown.
+pub fn load_mesh(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<TriangleMesh, ImportError> {
+    let Model { mesh, unused } = import::load(path)?;
+    if !unused.is_empty() {
+        let file = path.display().to_string();
+        warn(&format!("{file}: not used: {unused}"));
+        let what = unused.names();
+        not_used.push(NotUsed { file, what });
+    }
+    Ok(mesh)
 }
 
 pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
@@ -150,7 +188,7 @@ pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
 
 /// Returns whether a file has the extension of a mesh.
 pub fn is_mesh(path: &Path) -> bool {
-    let mut known = ["obj", "ply", "gltf", "glb"].into_iter();
+    let mut known = import::EXTENSIONS.into_iter();
     let extension = path.extension();
     extension.is_some_and(|extension| known.any(|one| extension.eq_ignore_ascii_case(one)))
 }
@@ -186,7 +224,7 @@ fn baked(path: &Path, bytes: &[u8]) -> Result<BakedScene, Failure> {
     })
 }
 
-fn load_scene(path: &Path) -> Result<Loaded, Failure> {
+fn load_scene(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<Loaded, Failure> {
     let shown = path.display();
     if is_mesh(path) {
         let help = "place it in a built-in scene with --scene A --mesh FILE, or bake it first: \
@@ -214,7 +252,7 @@ fn load_scene(path: &Path) -> Result<Loaded, Failure> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let load = |source: &MeshSource| -> Result<TriangleMesh, ImportError> {
         match source {
-            MeshSource::File(path) => import::load(path),
+            MeshSource::File(path) => load_mesh(path, not_used),
             MeshSource::BuiltIn(BuiltInMesh::Quadruped) => Ok(quadruped()),
             MeshSource::BuiltIn(BuiltInMesh::Square) => Ok(TriangleMesh::square()),
         }

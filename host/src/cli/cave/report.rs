@@ -1,6 +1,7 @@
 //! The report of `shisen cave`.
 
 use crate::cli::arguments::filling;
+use crate::cli::arguments::source::Shown;
 use crate::cli::arguments::tracing::TracingReport;
 use crate::cli::output::ray_counts::RayCounts;
 use crate::cli::prelude::*;
@@ -25,10 +26,8 @@ pub(in crate::cli) struct Report {
     pub(super) traced: TracingReport,
     /// Pixels along each side of a wall whose file does not say.
     pub(super) size: u32,
-    /// The scene's letter or name, or the path as given.
-    pub(super) scene: String,
-    /// The mesh of a built-in scene, or null.
-    pub(super) mesh: Option<String>,
+    #[serde(flatten)]
+    pub(super) shown: Shown,
     /// What follows the gaze; null without --lod.
     pub(super) lod: Option<Lod>,
     #[serde(skip)]
@@ -211,10 +210,7 @@ impl fmt::Display for TrackedFrames {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "scene {}", self.scene)?;
-        if let Some(mesh) = &self.mesh {
-            write!(f, " of {mesh}")?;
-        }
+        write!(f, "{}", self.shown)?;
         f.write_str(":")?;
         for (count, what) in self.screens.into_iter().zip(["wall", "dome"]) {
             if count > 0 {

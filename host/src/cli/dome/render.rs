@@ -3,9 +3,9 @@
 use super::camera::{DISTANCE, MirrorChoice, distance, trace, view};
 use crate::bake::Layout;
 use crate::cave::look::Point;
-use crate::cli::arguments::source::{Loaded, Source, bake};
+use crate::cli::arguments::source::{Loaded, Shown, Source, bake};
 use crate::cli::arguments::tracing::{TracingArguments, TracingReport};
-use crate::cli::arguments::{Model, SCENES, SceneName};
+use crate::cli::arguments::{ModelArguments, SCENES, SceneName};
 use crate::cli::output::ray_counts::RayCounts;
 use crate::cli::prelude::*;
 use crate::dome::{Mapping, Named};
@@ -22,7 +22,7 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = SCENES, default_value = "A")]
     scene: SceneName,
     #[command(flatten)]
-    model: Model,
+    model: ModelArguments,
     #[command(flatten)]
     mirror: MirrorChoice,
     /// Columns and rows
@@ -107,10 +107,8 @@ pub(in crate::cli) struct Report {
     mirrored: bool,
     /// Radius of the grid, mirror radii; null for other scenes.
     distance: Option<f64>,
-    /// The scene's letter or name, or the path as given.
-    scene: String,
-    /// The mesh of a built-in scene, or null.
-    mesh: Option<String>,
+    #[serde(flatten)]
+    shown: Shown,
     #[serde(flatten)]
     traced: TracingReport,
 }
@@ -145,14 +143,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (baked, path) = match source.scene {
         Loaded::Baked(baked) => (baked, CameraPath::default()),
         Loaded::Described(scene) => {
-            let baked = bake(&scene, &source.name, Layout::Fast, None)?;
+            let baked = bake(&scene, &source.shown.scene, Layout::Fast, None)?;
             (baked, scene.camera)
         }
     };
     let path = placed.map_or(path, |_| CameraPath::default());
     let (folder, named) = match arguments.out.parent() {
         Some(folder) if is_png(&arguments.out) => (folder, &*arguments.out),
-        _ => (&*arguments.out, Path::new(&source.name)),
+        _ => (&*arguments.out, Path::new(&source.shown.scene)),
     };
     let stem = named.file_stem().unwrap_or("dome".as_ref());
     let file = |frame: u32, extension: &str| {
@@ -172,7 +170,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let found = trace(&baked, &view, &options, quiet || json)?;
         statistics.add(&found.statistics);
         seconds += found.seconds;
-        let title = format!("dome master of scene {}, frame {frame}", source.name);
+        let title = format!("dome master of scene {}, frame {frame}", source.shown.scene);
         let path = file(frame, "png");
         let (picture, notes) = (&found.picture, metadata(title));
         picture.write_png_with_alpha(&path, &notes).or_fail()?;
@@ -203,8 +201,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         fov: arguments.fov.unwrap_or(180.0),
         mirrored: arguments.mirrored,
         distance,
-        scene: source.name,
-        mesh: source.mesh,
+        shown: source.shown,
         traced,
     };
     print(&report, json)
@@ -239,7 +236,7 @@ fn field_of_view(arguments: &Arguments) -> Result<f32, Failure> {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let masters = counted(self.frames.into(), "dome master");
-        write!(f, "scene {}: {masters}", self.scene)?;
+        write!(f, "scene {}: {masters}", self.shown.scene)?;
         match self.config {
             Some(config) => write!(f, " by {config} ({})", self.mapping)?,
             None => write!(f, " of {} degrees without a mirror", self.fov)?,

@@ -1,6 +1,7 @@
 //! What `shisen explain` prints.
 
 use crate::cli::arguments::dispersion::DispersionReport;
+use crate::cli::arguments::source::Shown;
 use crate::cli::prelude::*;
 use shisen_core::scene::format::{Light, Material, effect, flag, light};
 use shisen_core::scene::{EffectSet, Records};
@@ -16,10 +17,8 @@ pub(super) const NOT_BUILT: &[&str] = &[
 /// The effects of a scene and what they cost.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(in crate::cli) struct Report {
-    /// The scene's letter or name, or the path as given.
-    pub(super) scene: String,
-    /// The mesh of a built-in scene, or null.
-    pub(super) mesh: Option<String>,
+    #[serde(flatten)]
+    pub(super) shown: Shown,
     /// Names of the walls and domes.
     pub(super) walls: Vec<String>,
     /// Number of eyes.
@@ -174,7 +173,7 @@ impl<'r> Met<'r> {
             }
         });
         let name = |number: usize| {
-            let name = names.get(number).cloned();
+            let name = names.get(number).filter(|name| !name.is_empty()).cloned();
             name.unwrap_or_else(|| format!("material {number}"))
         };
         let materials = records.materials.iter().enumerate();
@@ -216,10 +215,7 @@ impl<'r> Met<'r> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "scene {}", self.scene)?;
-        if let Some(mesh) = &self.mesh {
-            write!(f, " of {mesh}")?;
-        }
+        write!(f, "{}", self.shown)?;
         let (walls, eyes) = (self.walls.join(", "), counted(self.eyes as u64, "eye"));
         let threads = counted(self.threads as u64, "thread");
         write!(f, " on {walls} for {eyes}: {} pixels, ", self.pixels)?;

@@ -81,7 +81,7 @@ impl<'s> Frames<'s> {
         self.pictures.clear();
         if let Output::Window(watch) = &mut self.output {
             watch.begin(About {
-                scene: prepared.scene.clone(),
+                scene: prepared.shown.scene.clone(),
                 lod: prepared.arguments.lod.name().to_owned(),
                 fill: self.fill.name().to_owned(),
                 hz: prepared.hz,

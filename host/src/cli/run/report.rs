@@ -4,6 +4,7 @@ use super::Arguments;
 use super::watch::Watched;
 use crate::cave::Screen;
 use crate::cli::arguments::filling::Fill;
+use crate::cli::arguments::source::Shown;
 use crate::cli::play::{Interference, Played, Prepared};
 use crate::cli::prelude::*;
 use crate::live::{Allowance, FrameBudget, Leg, Quality, SessionReport, Share, Summary};
@@ -16,10 +17,8 @@ use std::collections::BTreeMap;
 pub(in crate::cli) struct Report {
     #[serde(flatten)]
     surroundings: Surroundings,
-    /// The scene's letter or name, or the path as given.
-    scene: String,
-    /// The mesh of a built-in scene, or null.
-    mesh: Option<String>,
+    #[serde(flatten)]
+    shown: Shown,
     /// SPEC of the tracker.
     tracker: String,
     /// Pixels along each side of a wall whose file does not say.
@@ -189,8 +188,7 @@ impl Report {
         let captures = surroundings.fill == Fill::Capture;
         Self {
             surroundings,
-            scene: prepared.scene.clone(),
-            mesh: prepared.mesh.clone(),
+            shown: prepared.shown.clone(),
             tracker: arguments.tracker.to_string(),
             size: arguments.live.room.size,
             pixels: prepared.cave.screens().map(Screen::pixels).sum(),
@@ -298,7 +296,7 @@ impl Report {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let threads = counted(self.surroundings.threads as u64, "thread");
-        let (scene, pixels, tracker) = (&self.scene, self.pixels, &self.tracker);
+        let (scene, pixels, tracker) = (&self.shown.scene, self.pixels, &self.tracker);
         write!(f, "scene {scene}, {pixels} pixels for each eye, ")?;
         let (hz, lod) = (self.hz, self.lod);
         write!(f, "{threads}, tracker {tracker}, {hz} Hz, ")?;

@@ -138,9 +138,9 @@ impl PrismBench {
             meshes: vec![Self::mesh(), TriangleMesh::square()],
             // The slit's light, spread over a spectrum, is as bright as white.
             materials: vec![
-                clear(Medium::SF11),
-                lamp([2.0; 3]),
-                checker([0.5, 0.2], 40.0),
+                clear("glass", Medium::SF11),
+                lamp("slit", [2.0; 3]),
+                checker("floor", [0.5, 0.2], 40.0),
             ],
             objects: vec![object(0, 0, prism), object(1, 1, slit), object(1, 2, floor)],
             ambient: [0.06; 3],
@@ -149,8 +149,9 @@ impl PrismBench {
     }
 }
 
-fn clear(medium: Medium) -> Material {
+fn clear(name: &str, medium: Medium) -> Material {
     Material {
+        name: name.to_owned(),
         diffuse: [0.0; 3],
         transmission: [1.0; 3],
         medium: Some(medium),
@@ -158,16 +159,18 @@ fn clear(medium: Medium) -> Material {
     }
 }
 
-fn lamp(emission: [f32; 3]) -> Material {
+fn lamp(name: &str, emission: [f32; 3]) -> Material {
     Material {
+        name: name.to_owned(),
         diffuse: [0.0; 3],
         emission,
         ..Material::default()
     }
 }
 
-fn checker(greys: [f32; 2], repeats: f32) -> Material {
+fn checker(name: &str, greys: [f32; 2], repeats: f32) -> Material {
     Material {
+        name: name.to_owned(),
         texture: Some(Texture {
             pattern: Pattern::Checker(greys.map(|grey| [grey; 3])),
             repeats: [repeats; 2],
@@ -214,11 +217,15 @@ pub fn spheres() -> Scene {
     let place = DMat3::from_cols(2.0 * right, right.cross(up).normalize(), 2.0 * up);
     let place = DAffine3::from_mat3_translation(place, centre);
     objects.push(object(Shape::Mesh(0), 2, place));
-    let white = lamp([12.0, 11.4, 10.5]);
+    let white = lamp("lamp", [12.0, 11.4, 10.5]);
     Scene {
         name: "spheres".into(),
         meshes: vec![TriangleMesh::square()],
-        materials: vec![clear(Medium::QUARTZ_O), checker([0.85, 0.04], 80.0), white],
+        materials: vec![
+            clear("quartz", Medium::QUARTZ_O),
+            checker("floor", [0.85, 0.04], 80.0),
+            white,
+        ],
         objects,
         // Clear bodies keep no light away, so there is no shadow whose edge would
         // tell the lamp from a point.

@@ -25,10 +25,12 @@ pub(super) fn read_materials(
     for (name, entry) in &entry.media {
         media.insert(name.as_ref(), read_medium(check, name, entry.as_ref())?);
     }
-    let materials = entry.materials.values();
-    materials
-        .map(|entry| read_material(check, entry, &textures, &media))
-        .collect()
+    let materials = entry.materials.iter().map(|(name, entry)| {
+        let (material, texture) = read_material(check, entry, &textures, &media)?;
+        let name = name.as_ref().clone();
+        Ok((Material { name, ..material }, texture))
+    });
+    materials.collect()
 }
 
 fn read_material(
@@ -55,6 +57,7 @@ fn read_material(
     let number = |key, value, limits, default| check.number_or(key, value, limits, default);
     let glass = default.index_of_refraction;
     let material = Material {
+        name: String::new(),
         medium: check.name("medium", &entry.medium, media)?,
         diffuse: share("diffuse", &entry.diffuse, default.diffuse)?,
         specular: share("specular", &entry.specular, default.specular)?,

@@ -1,20 +1,17 @@
 //! Wavefront OBJ, and its material libraries.
-//!
-//! The geometry is scanned here rather than by `tobj`, which renumbers the
-//! vertices in order of first use, splits them between groups and reports no
-//! line numbers; the materials are read by `tobj`.
 
 mod library;
 
+use super::polygon::{Polygons, twins};
 use super::{
-    ImportError, Place, Textures, fan, fault, no_vertex, syntax, unit_normals, unusable,
-    usable_coordinates, validated,
+    ImportError, Model, Place, Textures, Unused, fault, finished, no_vertex, syntax, three_floats,
+    unusable, without_comment,
 };
 use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
-use library::{load_library, texture, whitted};
+use glam::DVec3;
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::str::FromStr;
 
@@ -23,7 +20,17 @@ use std::str::FromStr;
 struct Corner {
     position: u32,
     coordinate: Option<u32>,
-    normal: Option<u32>,
+    normal: Normal,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Normal {
+    /// One of the file's.
+    Own(u32),
+    /// The mean of the faces around the position that are in a smoothing group.
+    Smooth(u32),
+    /// That of a face, by its number.
+    Flat(u32),
 }
 
 #[derive(Default)]
@@ -31,27 +38,29 @@ struct Geometry {
     positions: Vec<[f32; 3]>,
     coordinates: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
-    /// Triangulated, in the file's order.
-    triangles: Vec<[Corner; 3]>,
-    /// For each triangle, the face that it is a part of.
-    faces: Vec<u32>,
+    /// The corners of all faces, in the file's order.
+    corners: Vec<Corner>,
+    /// For each face, where its corners end.
+    ends: Vec<usize>,
+    /// For each face, its line.
     lines: Vec<Option<usize>>,
     /// For each face, its place in `names`.
     materials: Vec<usize>,
     /// The names of materials in use, one after another; before the first `usemtl` it is empty.
     names: Vec<String>,
     libraries: Vec<String>,
+    /// The current smoothing group; 0 is none.
+    group: u32,
+    unused: Unused,
 }
 
-pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, ImportError> {
-    let geometry = Geometry::scan(path, &String::from_utf8_lossy(bytes))?;
-    let mut mesh = TriangleMesh::default();
-    geometry.index(path, &mut mesh)?;
-    geometry.paint(path, &mut mesh)?;
-    validated(mesh, path, |triangle| {
-        let face = *geometry.faces.get(triangle)?;
-        *geometry.lines.get(face as usize)?
-    })
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
+    let mut geometry = Geometry::scan(path, &String::from_utf8_lossy(bytes))?;
+    geometry.check(path)?;
+    let (mesh, faces) = geometry.mesh();
+    let mut unused = std::mem::take(&mut geometry.unused);
+    let mesh = geometry.painted(path, mesh, &faces, &mut unused);
+    finished(path, mesh, unused)
 }
 
 /// Returns the file's statements with their lines. A backslash joins two lines, but
@@ -77,16 +86,14 @@ fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     })
 }
 
-fn three_floats<'a>(words: impl Iterator<Item = &'a str>) -> Option<[f32; 3]> {
-    let mut numbers = words.map_while(|word| f32::from_str(word).ok());
-    Some([numbers.next()?, numbers.next()?, numbers.next()?])
-}
-
 impl Geometry {
     fn scan(path: &Path, text: &str) -> Result<Self, ImportError> {
-        let mut geometry = Self::default();
-        geometry.names.push(String::new());
-        let mut corners = Vec::new();
+        let mut geometry = Self {
+            // Files without groups are smooth.
+            group: 1,
+            names: vec![String::new()],
+            ..Self::default()
+        };
         for (line, statement) in statements(text) {
             let line = Some(line);
             let at = Place { path, line };
@@ -94,9 +101,8 @@ impl Geometry {
             let (keyword, rest) = trimmed
                 .split_once(char::is_whitespace)
                 .unwrap_or((trimmed, ""));
-            let words = rest
-                .split_whitespace()
-                .take_while(|word| !word.starts_with('#'));
+            let rest = without_comment(rest);
+            let words = rest.split_whitespace();
             match keyword {
                 "v" => {
                     let problem = "a vertex needs three coordinates that are numbers";
@@ -105,43 +111,72 @@ impl Geometry {
                         .map_err(|fault| unusable(at, format_args!("the vertex {fault}")))?;
                     geometry.positions.push(position);
                 }
+                // What is no normal gets one at the end.
                 "vn" => {
-                    let problem = "a normal needs three numbers";
-                    let normal = three_floats(words).ok_or_else(|| syntax(at, problem));
-                    geometry.normals.push(normal?);
+                    let normal = three_floats(words).unwrap_or_default();
+                    geometry.normals.push(normal);
                 }
                 "vt" => {
-                    let problem = "a texture coordinate needs a number or two";
                     let mut numbers = words.map_while(|word| f32::from_str(word).ok());
-                    let u = numbers.next().ok_or_else(|| syntax(at, problem))?;
+                    let u = numbers.next().unwrap_or(f32::NAN);
                     let v = numbers.next().unwrap_or(0.0);
                     geometry.coordinates.push([u, v]);
                 }
-                "f" => {
-                    corners.clear();
-                    for word in words {
-                        corners.push(geometry.corner(at, word)?);
-                    }
-                    geometry.add_face(at, &corners)?;
+                "f" => geometry.add_face(at, words)?,
+                "s" => {
+                    // "off" is no number.
+                    geometry.group = rest.parse().unwrap_or(0);
                 }
-                "usemtl" => geometry.names.push(rest.trim().to_owned()),
-                "mtllib" if !rest.trim().is_empty() => {
-                    geometry.libraries.push(rest.trim().to_owned());
-                }
+                "usemtl" => geometry.names.push(rest.to_owned()),
+                "mtllib" if !rest.is_empty() => geometry.libraries.push(rest.to_owned()),
+                "l" => geometry.unused.add("line{s}", 1),
+                "p" => geometry.unused.add("point{s}", 1),
+                "curv" | "curv2" => geometry.unused.add("curve{s}", 1),
+                "surf" => geometry.unused.add("curved surface{s}", 1),
                 _ => {}
             }
         }
         if geometry.positions.is_empty() && geometry.lines.is_empty() {
             let problem = "no line describes a vertex or a face: is this an OBJ file?";
-            let advice = "export the mesh as .obj, .ply, .gltf or .glb";
+            let advice = "export the mesh as .obj, .ply, .stl, .gltf or .glb";
             return Err(fault(path, problem, advice));
         }
         Ok(geometry)
     }
 
-    /// Reads `v`, `v/vt`, `v//vn` or `v/vt/vn`. Negative indices count back
+    /// Reads corners such as `v`, `v/vt`, `v//vn` or `v/vt/vn`. Negative indices count back
     /// from the latest; whether positive ones exist shows at the end only.
-    fn corner(&self, at: Place<'_>, word: &str) -> Result<Corner, ImportError> {
+    fn add_face<'w>(
+        &mut self,
+        at: Place<'_>,
+        words: impl Iterator<Item = &'w str>,
+    ) -> Result<(), ImportError> {
+        let first = self.corners.len();
+        let face = self.lines.len() as u32;
+        for word in words {
+            let corner = self.corner(at, word, face)?;
+            // The same position twice is an edge without length.
+            let last = self.corners[first..].last();
+            if last.is_none_or(|last| last.position != corner.position) {
+                self.corners.push(corner);
+            }
+        }
+        let corners = &self.corners[first..];
+        if corners.len() > 1 && corners[0].position == corners[corners.len() - 1].position {
+            self.corners.pop();
+        }
+        if self.corners.len() - first < 3 {
+            self.corners.truncate(first);
+            self.unused.add("face{s} without area", 1);
+            return Ok(());
+        }
+        self.ends.push(self.corners.len());
+        self.lines.push(at.line);
+        self.materials.push(self.names.len() - 1);
+        Ok(())
+    }
+
+    fn corner(&self, at: Place<'_>, word: &str, face: u32) -> Result<Corner, ImportError> {
         let mut fields = word.split('/');
         let mut index = || {
             let field = fields.next().unwrap_or_default();
@@ -158,22 +193,16 @@ impl Geometry {
         };
         let position = from_zero(*position, self.positions.len())
             .ok_or_else(|| self.no_vertex(at, *position))?;
-        let normal = match normal {
-            Some(Ok(index)) => {
-                let known = from_zero(index, self.normals.len());
-                Some(known.ok_or_else(|| self.no_normal(at, index))?)
-            }
-            _ => None,
-        };
-        // An index out of range counts as absent: some files name coordinates without having any.
-        let coordinate = match texture {
-            Some(Ok(index)) => from_zero(index, self.coordinates.len()),
-            _ => None,
-        };
+        // Some files name normals and coordinates without having any.
+        let known = |index: Option<Result<i64, _>>, count| from_zero(index?.ok()?, count);
         Ok(Corner {
             position,
-            coordinate,
-            normal,
+            coordinate: known(texture, self.coordinates.len()),
+            normal: match (known(normal, self.normals.len()), self.group) {
+                (Some(normal), _) => Normal::Own(normal),
+                (None, 0) => Normal::Flat(face),
+                (None, group) => Normal::Smooth(group),
+            },
         })
     }
 
@@ -181,126 +210,176 @@ impl Geometry {
         no_vertex(at, "the face", index, [1, self.positions.len() as i64])
     }
 
-    fn no_normal(&self, at: Place<'_>, index: i64) -> ImportError {
-        let known = self.normals.len();
-        let problem = format!("the face names normal {index}, but the file has {known}");
-        syntax(at, problem)
-    }
-
-    fn add_face(&mut self, at: Place<'_>, corners: &[Corner]) -> Result<(), ImportError> {
-        if corners.len() < 3 {
-            let problem = format!("a face needs three corners, but has {}", corners.len());
-            return Err(syntax(at, problem));
+    /// Refuses faces that name positions which do not exist; other indices become none.
+    fn check(&mut self, path: &Path) -> Result<(), ImportError> {
+        let mut missing = [0, 0];
+        let mut first = 0;
+        for (&end, &line) in self.ends.iter().zip(&self.lines) {
+            for corner in &mut self.corners[first..end] {
+                if corner.position as usize >= self.positions.len() {
+                    let index = i64::from(corner.position) + 1;
+                    let last = self.positions.len() as i64;
+                    return Err(no_vertex(
+                        Place { path, line },
+                        "the face",
+                        index,
+                        [1, last],
+                    ));
+                }
+                if let Normal::Own(normal) = corner.normal
+                    && normal as usize >= self.normals.len()
+                {
+                    corner.normal = Normal::Smooth(1);
+                    missing[0] += 1;
+                }
+                if let Some(place) = corner.coordinate
+                    && place as usize >= self.coordinates.len()
+                {
+                    corner.coordinate = None;
+                    missing[1] += 1;
+                }
+            }
+            first = end;
         }
-        let face = self.lines.len() as u32;
-        self.lines.push(at.line);
-        self.materials.push(self.names.len() - 1);
-        let fan = fan(corners);
-        self.faces.resize(self.faces.len() + fan.len(), face);
-        self.triangles.extend(fan);
+        self.unused
+            .add("normal{s} that faces name and the file lacks", missing[0]);
+        self.unused.add(
+            "texture coordinate{s} that faces name and the file lacks",
+            missing[1],
+        );
         Ok(())
     }
 
-    fn index(&self, path: &Path, mesh: &mut TriangleMesh) -> Result<(), ImportError> {
-        let mut every_corner_has_a_normal = true;
-        for (corners, &face) in self.triangles.iter().zip(&self.faces) {
-            let line = self.lines[face as usize];
-            let at = Place { path, line };
-            for corner in corners {
-                if corner.position as usize >= self.positions.len() {
-                    let index = i64::from(corner.position) + 1;
-                    return Err(self.no_vertex(at, index));
-                }
-                match corner.normal {
-                    Some(normal) if normal as usize >= self.normals.len() => {
-                        return Err(self.no_normal(at, i64::from(normal) + 1));
-                    }
-                    Some(_) => {}
-                    None => every_corner_has_a_normal = false,
-                }
+    /// Returns the corners of all triangles, and for each triangle its face.
+    fn triangles(&self) -> (Vec<[Corner; 3]>, Vec<u32>) {
+        let twins = twins(&self.corners, &self.ends, |corner| corner.position);
+        let mut polygons = Polygons::default();
+        let (mut triangles, mut faces) = (Vec::new(), Vec::new());
+        let mut first = 0;
+        for ((&end, is_twin), face) in self.ends.iter().zip(twins).zip(0..) {
+            let corners = &self.corners[first..end];
+            first = end;
+            let has_own = |corner: &Corner| matches!(corner.normal, Normal::Own(_));
+            if is_twin && !corners.iter().any(has_own) {
+                continue;
             }
+            let place = |corner: Corner| self.positions[corner.position as usize];
+            polygons.cut(corners, place, |triangle| {
+                triangles.push(triangle);
+                faces.push(face);
+            });
         }
-        let corners = self.triangles.as_flattened();
-        let is_known = |place: u32| (place as usize) < self.coordinates.len();
-        let is_placed = |corner: &Corner| corner.coordinate.is_some_and(is_known);
-        let has_coordinates = corners.iter().all(is_placed)
-            && !usable_coordinates(self.coordinates.clone()).is_empty();
-        let triangles = self.triangles.iter();
-        let whole = TriangleMesh {
-            positions: self.positions.clone(),
-            triangles: triangles.map(|three| three.map(|c| c.position)).collect(),
-            ..TriangleMesh::default()
-        };
-        if !every_corner_has_a_normal && !has_coordinates {
-            *mesh = whole;
-            return Ok(());
+        (triangles, faces)
+    }
+
+    /// Returns the mesh without materials, and for each triangle its face.
+    fn mesh(&self) -> (TriangleMesh, Vec<u32>) {
+        let (triangles, faces) = self.triangles();
+        let corners = triangles.as_flattened();
+        let has_coordinates = corners.iter().any(|corner| corner.coordinate.is_some());
+        let first = corners.first().map(|corner| corner.normal);
+        let is_smooth = matches!(first, Some(Normal::Smooth(_)))
+            && corners.iter().all(|corner| Some(corner.normal) == first);
+        let mut mesh = TriangleMesh::default();
+        if is_smooth && !has_coordinates {
+            mesh.positions.clone_from(&self.positions);
+            let triangles = triangles.iter();
+            mesh.triangles = triangles.map(|three| three.map(|c| c.position)).collect();
+            return (mesh, faces);
         }
-        // A seam of the texture is no edge of the surface: where the file has no normals, both
-        // sides get those of the whole mesh.
-        let own = if every_corner_has_a_normal {
-            Vec::new()
-        } else {
-            whole.vertex_normals().into_owned()
-        };
+        let computed = self.computed_normals(&triangles);
         let mut vertices = HashMap::new();
-        let mut normals = Vec::new();
-        for corners in &self.triangles {
+        for corners in triangles {
             mesh.triangles.push(corners.map(|corner| {
-                let corner = Corner {
-                    coordinate: corner.coordinate.filter(|_| has_coordinates),
-                    normal: corner.normal.filter(|_| every_corner_has_a_normal),
-                    ..corner
-                };
                 *vertices.entry(corner).or_insert_with(|| {
                     let vertex = mesh.positions.len() as u32;
-                    let position = corner.position as usize;
-                    mesh.positions.push(self.positions[position]);
-                    mesh.coordinates
-                        .extend(corner.coordinate.map(|c| self.coordinates[c as usize]));
-                    normals.push(match corner.normal {
-                        Some(normal) => self.normals[normal as usize],
-                        None => own[position],
+                    mesh.positions
+                        .push(self.positions[corner.position as usize]);
+                    mesh.normals.push(match corner.normal {
+                        Normal::Own(normal) => self.normals[normal as usize],
+                        other => computed[&(corner.position, other)],
                     });
+                    if has_coordinates {
+                        let place = corner.coordinate.map(|c| self.coordinates[c as usize]);
+                        mesh.coordinates.push(place.unwrap_or_default());
+                    }
                     vertex
                 })
             }));
         }
-        mesh.normals = unit_normals(normals);
-        Ok(())
+        (mesh, faces)
+    }
+
+    /// Returns the normals of corners that have none of their own, by position: as
+    /// [`TriangleMesh::vertex_normals`], for each smoothing group and flat face. A seam of a texture
+    /// is no edge of the surface.
+    fn computed_normals(&self, triangles: &[[Corner; 3]]) -> HashMap<(u32, Normal), [f32; 3]> {
+        let mut sums: HashMap<_, DVec3> = HashMap::new();
+        for corners in triangles {
+            let [a, b, c] = corners.map(|corner| {
+                let position = self.positions[corner.position as usize];
+                DVec3::from(position.map(f64::from))
+            });
+            let normal = (b - a).cross(c - a);
+            for corner in corners {
+                if !matches!(corner.normal, Normal::Own(_)) {
+                    *sums.entry((corner.position, corner.normal)).or_default() += normal;
+                }
+            }
+        }
+        let unit = |sum: DVec3| sum.normalize_or(DVec3::Y).as_vec3().to_array();
+        sums.into_iter()
+            .map(|(key, sum)| (key, unit(sum)))
+            .collect()
     }
 
     /// Fills in the materials. Faces whose material no library has get the default one.
-    fn paint(&self, path: &Path, mesh: &mut TriangleMesh) -> Result<(), ImportError> {
+    fn painted(
+        &self,
+        path: &Path,
+        mut mesh: TriangleMesh,
+        faces: &[u32],
+        unused: &mut Unused,
+    ) -> TriangleMesh {
         let mut places = HashMap::new();
         let mut textures = Textures::new();
-        for library in &self.libraries {
-            let library = path.with_file_name(library);
-            for material in load_library(&library)? {
-                places.insert(material.name.clone(), mesh.materials.len() as u32);
-                let texture = match &material.diffuse_texture {
-                    Some(map) if !mesh.coordinates.is_empty() => {
-                        texture(&mut textures, &library, map)?
+        for (library, text) in library::read_all(path, &self.libraries, unused) {
+            for described in library::parse(&text, unused) {
+                let name = described.material.name.clone();
+                places.insert(name, mesh.materials.len() as u32);
+                let texture = match &described.texture {
+                    Some(_) if mesh.coordinates.is_empty() => {
+                        unused.add("texture{s} of faces without texture coordinates", 1);
+                        None
                     }
-                    _ => None,
+                    Some(map) => map.read(&library, &mut textures, unused),
+                    None => None,
                 };
                 mesh.materials.push(Material {
                     texture,
-                    ..whitted(&material)
+                    ..described.material
                 });
             }
         }
-        if mesh.materials.is_empty() {
-            return Ok(());
-        }
         let fallback = mesh.materials.len() as u32;
-        let place = |name: &String| places.get(name).copied().unwrap_or(fallback);
-        let by_name: Vec<u32> = self.names.iter().map(place).collect();
-        let of_face = |&face: &u32| by_name[self.materials[face as usize]];
-        mesh.triangle_materials = self.faces.iter().map(of_face).collect();
-        if mesh.triangle_materials.contains(&fallback) {
-            mesh.materials.push(Material::default());
+        let mut lacking = HashSet::new();
+        let of_face = |&face: &u32| {
+            let name = &self.names[self.materials[face as usize]];
+            let place = places.get(name).copied();
+            if place.is_none() && !name.is_empty() {
+                lacking.insert(name);
+            }
+            place.unwrap_or(fallback)
+        };
+        let materials: Vec<u32> = faces.iter().map(of_face).collect();
+        unused.add("material{s} that no library has", lacking.len() as u64);
+        if fallback > 0 {
+            if materials.contains(&fallback) {
+                mesh.materials.push(Material::default());
+            }
+            mesh.triangle_materials = materials;
         }
-        Ok(())
+        mesh
     }
 }
 
@@ -319,12 +398,12 @@ mod tests {
     use super::*;
     use crate::scene::texture::tests::{grey_png, texels};
 
-    fn mesh(text: &str) -> Result<TriangleMesh, ImportError> {
+    fn model(text: &str) -> Result<Model, ImportError> {
         parse(Path::new("a.obj"), text.as_bytes())
     }
 
-    fn fault(text: &str) -> String {
-        mesh(text).unwrap_err().to_string()
+    fn mesh(text: &str) -> TriangleMesh {
+        model(text).unwrap().mesh
     }
 
     const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
@@ -332,40 +411,86 @@ mod tests {
     #[test]
     fn polygons_become_fans_also_with_relative_indices_and_joined_lines() {
         for face in ["f 1 2 3 4", "f -4 -3 -2 -1", "f 1/1 2/2 \\\n 3/3 4/4 # x"] {
-            let mesh = mesh(&format!("{SQUARE}{face}\n")).unwrap();
+            let mesh = mesh(&format!("{SQUARE}{face}\n"));
             assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
         }
     }
 
     #[test]
     fn splits_vertices_at_their_normals() {
-        let normals = "vn 0 0 2\nvn 0 1 0\n";
+        let normals = "vn 0 0 2\nvn 0 1 0\nvn x\n";
         let text = format!("{SQUARE}{normals}f 1//1 2//1 3//1\nf 1//2 3//1 4//1\n");
-        let split = mesh(&text).unwrap();
+        let split = mesh(&text);
         assert_eq!(split.triangles, [[0, 1, 2], [3, 2, 4]]);
         assert_eq!(split.normals[0], [0.0, 0.0, 1.0]);
-        let partly = mesh(&format!("{SQUARE}{normals}f 1//1 2//1 3\n")).unwrap();
-        assert!(partly.normals.is_empty());
+        // Without a normal, with one that is none, and with one that is not there.
+        let partly = model(&format!("{SQUARE}{normals}f 1//2 2 3//3 4//7\n")).unwrap();
+        assert_eq!(partly.mesh.normals[0], [0.0, 1.0, 0.0]);
+        assert_eq!(partly.mesh.normals[1..], [[0.0, 0.0, 1.0]; 3]);
+        let told = ["1 normal that faces name and the file lacks"];
+        assert_eq!(partly.unused.names(), told);
+    }
+
+    #[test]
+    fn normals_are_the_means_of_smoothing_groups_and_flat_without() {
+        let roof = "v 0 0 0\nv 1 1 0\nv 0 0 -1\nv 1 1 -1\nv 2 0 0\nv 2 0 -1\n";
+        let faces = |first: &str, second: &str| {
+            mesh(&format!("{roof}{first}f 1 2 4 3\n{second}f 2 5 6 4\n"))
+        };
+        let smooth = faces("", "");
+        assert!(smooth.normals.is_empty() && smooth.positions.len() == 6);
+        assert_eq!(faces("s 1\n", ""), smooth);
+        for flat in [
+            faces("s off\n", ""),
+            faces("s 0\n", ""),
+            faces("s 1\n", "s 2\n"),
+        ] {
+            assert_eq!(flat.positions.len(), 8);
+            assert!(
+                flat.normals.iter().all(|normal| normal[0].abs() > 0.7),
+                "{flat:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_seen_from_both_sides_is_there_once() {
+        let once = mesh(&format!("{SQUARE}f 1 2 3 4\n"));
+        assert_eq!(mesh(&format!("{SQUARE}f 1 2 3 4\nf 2 1 4 3\n")), once);
     }
 
     #[test]
     fn splits_vertices_at_seams_of_a_texture_but_not_their_normals() {
         let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 0 1\nvt 0 0\nvt 1 0.5\nvt 0.25\n";
-        let split = mesh(&format!("{text}f 1/1 2/2 3/3\nf 2/1 1/1 4/3\n")).unwrap();
+        let split = mesh(&format!("{text}f 1/1 2/2 3/3\nf 2/1 1/1 4/3\n"));
         assert_eq!(split.triangles, [[0, 1, 2], [3, 0, 4]]);
         let places = [[0.0, 0.0], [1.0, 0.5], [0.25, 0.0], [0.0, 0.0], [0.25, 0.0]];
         assert_eq!(split.coordinates, places);
         assert_eq!(split.positions[1], split.positions[3]);
         assert_eq!(split.normals[1], split.normals[3]);
-        // Only some corners, one that is not there, one that is far out.
-        for face in ["f 1/1 2/2 3", "f 1/1 2/2 3/4"] {
-            let without = mesh(&format!("{text}{face}\n")).unwrap();
-            assert!(without.coordinates.is_empty() && without.normals.is_empty());
-            assert_eq!(without.positions.len(), 4);
+        // One that is not there, one that is not given, one that is far out, one that is none.
+        for (face, told) in [
+            (
+                "f 1/2 2/2 3/9",
+                Some("1 texture coordinate that faces name and the file lacks"),
+            ),
+            ("f 1/2 2/2 3", None),
+            (
+                "vt 1e9 0\nf 1/2 2/2 3/4",
+                Some("1 texture coordinate out of range"),
+            ),
+            (
+                "vt x\nf 1/2 2/2 3/4",
+                Some("1 texture coordinate out of range"),
+            ),
+        ] {
+            let partly = model(&format!("{text}{face}\n")).unwrap();
+            assert_eq!(
+                partly.mesh.coordinates,
+                [[1.0, 0.5], [1.0, 0.5], [0.0, 0.0]]
+            );
+            assert_eq!(partly.unused.names(), Vec::from_iter(told));
         }
-        let far = mesh(&format!("{text}vt 1e9 0\nf 1/1 2/2 3/3\n")).unwrap();
-        assert!(far.coordinates.is_empty());
-        assert!(fault(&format!("{text}vt x\n")).starts_with("a.obj:8: "));
     }
 
     #[test]
@@ -375,34 +500,74 @@ mod tests {
             |name: &str, text: &[u8]| std::fs::write(folder.path().join(name), text).unwrap();
         write("a.png", &grey_png(&[77]));
         write("b.jpg", b"\xff\xd8\xff");
-        let library = "newmtl a\nmap_Kd -s 1 1 1 a.png\nnewmtl b\nmap_Kd b.jpg\n\
-                       newmtl c\nmap_Kd a.png\n";
+        let library = "newmtl a\nmap_Kd -s 1 1 1 C:\\x\\a.png\nnewmtl b\nmap_Kd b.jpg\n\
+                       newmtl c\nmap_Kd a.png\nnewmtl d\nmap_Kd c.png\n";
         write("a.mtl", library.as_bytes());
         let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nmtllib a.mtl\nusemtl a\n";
         let path = folder.path().join("a.obj");
-        let read = |face: &str| parse(&path, format!("{corners}{face}\n").as_bytes());
-        let with = read("f 1/1 2/1 3/1").unwrap();
-        assert_eq!(texels(&with.materials[0]), [[77, 77, 77, 0]]);
-        let [a, b, c] = [0, 1, 2].map(|i| with.materials[i].texture.as_ref());
-        assert_eq!((a, b), (c, None));
-        let without = read("f 1 2 3").unwrap();
-        assert!(without.materials.iter().all(|m| m.texture.is_none()));
-        write("a.mtl", b"newmtl a\nmap_Kd c.png\n");
-        let error = read("f 1/1 2/1 3/1").unwrap_err();
-        assert!(error.to_string().contains("c.png"), "{error}");
+        let read = |face: &str| parse(&path, format!("{corners}{face}\n").as_bytes()).unwrap();
+        let with = read("f 1/1 2/1 3/1");
+        let materials = &with.mesh.materials;
+        assert_eq!(texels(&materials[0]), texels(&materials[2]));
+        assert!(materials[1].texture.is_none() && materials[3].texture.is_none());
+        let [odd, missing] = &with.unused.names()[..] else {
+            panic!("{:?}", with.unused)
+        };
+        assert!(
+            odd.starts_with("the texture b.jpg (not a whole JPEG"),
+            "{odd}"
+        );
+        assert_eq!(missing, "the texture c.png (which is not there)");
+        let without = read("f 1 2 3");
+        let names = without.unused.names();
+        assert_eq!(names, ["4 textures of faces without texture coordinates"]);
+    }
+
+    #[test]
+    fn libraries_are_named_in_many_ways() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.obj");
+        for (name, colour) in [
+            ("r.mtl", "newmtl r\nKd 1 0 0\n"),
+            ("g g.mtl", "newmtl g\nKd 0 1 0\n"),
+        ] {
+            std::fs::write(folder.path().join(name), colour).unwrap();
+        }
+        for statements in [
+            "mtllib g g.mtl # exported\nmtllib r.mtl",
+            "mtllib \"g g.mtl\"\nmtllib .\\r.mtl",
+            "mtllib D:\\models\\g g.mtl\nmtllib none.mtl r.mtl",
+        ] {
+            let text =
+                format!("{statements}\n{SQUARE}usemtl r # red\nf 1 2 3\nusemtl g\nf 1 3 4\n");
+            let mesh = parse(&path, text.as_bytes()).unwrap().mesh;
+            let colours = mesh.triangle_materials.iter();
+            let colours: Vec<_> = colours
+                .map(|&m| mesh.materials[m as usize].diffuse)
+                .collect();
+            assert_eq!(colours, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], "{statements}");
+        }
+    }
+
+    #[test]
+    fn what_has_no_area_is_left_out() {
+        for face in ["f 1 2 2 3", "f 1 2 3 1", "f 1 2 3\nf 1 2\nf 1 1 2\nf 1 2 1"] {
+            let model = model(&format!("{SQUARE}{face}\n")).unwrap();
+            assert_eq!(model.mesh.triangles, [[0, 1, 2]], "{face}");
+            let told = face.contains('\n').then_some("3 faces without area");
+            assert_eq!(model.unused.names(), Vec::from_iter(told), "{face}");
+        }
     }
 
     #[test]
     fn tells_the_line_and_the_fault() {
+        let fault = |text: &str| model(text).unwrap_err().to_string();
         assert!(fault("v 0 0\n").starts_with("a.obj:1: "));
         assert!(fault("Dear all,\n").contains("is this an OBJ file?"));
         let (least, most) = (i64::MIN.to_string(), i64::MAX.to_string());
         let beyond = ["5", "0", "-5", &least, &most];
         let beyond = beyond.map(|i| (format!("f 1 2 {i}"), format!("vertex {i}, but")));
         let others = [
-            ("f 1 2 3 1", "twice"),
-            ("f 1//7 2//7 3//7", "normal 7"),
-            ("f 1 2", "three corners"),
             ("f 1 2 3/1/1/1", "no corner"),
             ("f 1 2 /3", "no corner"),
             ("v 1 1e13 0", "the vertex is farther out"),

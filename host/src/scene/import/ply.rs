@@ -1,17 +1,9 @@
 //! PLY, ASCII and binary.
 
-use std::path::Path;
-
-use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{
-    ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType,
-    ScalarType,
-};
-
-use super::{
-    ImportError, Place, claim, fan, no_vertex, syntax, unit_normals, usable_coordinates, validated,
-};
+use super::polygon::{Polygons, twins};
+use super::{ImportError, Model, Place, Unused, claim, fault, finished, no_vertex, syntax};
 use crate::scene::mesh::TriangleMesh;
+use std::path::Path;
 
 /// Names of texture coordinates: across, and up.
 const COORDINATES: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
@@ -19,238 +11,508 @@ const COORDINATES: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "text
 /// Names of the list of a face's corners.
 const CORNER_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
-#[derive(Default)]
-struct Vertex {
-    position: [f32; 3],
-    normal: [f32; 3],
-    coordinate: [f32; 2],
+/// A type of numbers.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Number {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
 }
 
-impl PropertyAccess for Vertex {
-    fn new() -> Self {
-        Self::default()
+impl Number {
+    fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "char" | "int8" => Self::I8,
+            "uchar" | "uint8" => Self::U8,
+            "short" | "int16" => Self::I16,
+            "ushort" | "uint16" => Self::U16,
+            "int" | "int32" => Self::I32,
+            "uint" | "uint32" => Self::U32,
+            "float" | "float32" => Self::F32,
+            "double" | "float64" => Self::F64,
+            _ => return None,
+        })
     }
 
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        let slot = match name {
-            "x" => &mut self.position[0],
-            "y" => &mut self.position[1],
-            "z" => &mut self.position[2],
-            "nx" => &mut self.normal[0],
-            "ny" => &mut self.normal[1],
-            "nz" => &mut self.normal[2],
-            _ if COORDINATES.iter().any(|[u, _]| *u == name) => &mut self.coordinate[0],
-            _ if COORDINATES.iter().any(|[_, v]| *v == name) => &mut self.coordinate[1],
-            _ => return PropertyAccessResult::Ignored,
+    const fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+
+    const fn is_whole(self) -> bool {
+        !matches!(self, Self::F32 | Self::F64)
+    }
+
+    /// Returns the number in as many little-endian bytes as it takes.
+    fn decoded(self, bytes: [u8; 8]) -> f64 {
+        let [a, b, c, d, ..] = bytes;
+        match self {
+            Self::I8 => f64::from(a as i8),
+            Self::U8 => f64::from(a),
+            Self::I16 => f64::from(i16::from_le_bytes([a, b])),
+            Self::U16 => f64::from(u16::from_le_bytes([a, b])),
+            Self::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
+            Self::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
+            Self::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
+            Self::F64 => f64::from_le_bytes(bytes),
+        }
+    }
+}
+
+struct Property {
+    name: String,
+    /// The type of a list's length, if it is a list.
+    length: Option<Number>,
+    number: Number,
+}
+
+struct Element {
+    name: String,
+    count: u64,
+    properties: Vec<Property>,
+}
+
+impl Element {
+    /// Returns the place of the first property of a name.
+    fn find(&self, name: &str) -> Option<usize> {
+        self.properties.iter().position(|one| one.name == name)
+    }
+
+    /// Returns the places of scalars, if they are all there.
+    fn scalars<const N: usize>(&self, names: [&str; N]) -> Option<[usize; N]> {
+        let mut places = [0; N];
+        for (place, name) in places.iter_mut().zip(names) {
+            *place = self.find(name)?;
+            if self.properties[*place].length.is_some() {
+                return None;
+            }
+        }
+        Some(places)
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Encoding {
+    Ascii,
+    Little,
+    Big,
+}
+
+struct Header {
+    encoding: Encoding,
+    elements: Vec<Element>,
+    /// Bytes before the numbers.
+    length: usize,
+}
+
+impl Header {
+    fn read(path: &Path, bytes: &[u8]) -> Result<Self, ImportError> {
+        let mut header = Self {
+            encoding: Encoding::Ascii,
+            elements: Vec::new(),
+            length: 0,
         };
-        match property.to_f32_lossy() {
-            Some(value) => {
-                *slot = value;
-                PropertyAccessResult::Set
+        let mut is_named = false;
+        for line in 1.. {
+            let at = Place {
+                path,
+                line: Some(line),
+            };
+            let rest = &bytes[header.length..];
+            let Some(end) = rest.iter().position(|byte| *byte == b'\n') else {
+                return Err(syntax(
+                    at,
+                    "not a whole PLY file: the header has no end_header",
+                ));
+            };
+            header.length += end + 1;
+            let text = String::from_utf8_lossy(&rest[..end]);
+            let words: Vec<&str> = text.split_whitespace().collect();
+            let problem = match (line, words.as_slice()) {
+                (1, ["ply"]) => continue,
+                (1, _) => "not a PLY file: it does not begin with 'ply'",
+                (_, ["end_header"]) if is_named => return Ok(header),
+                (_, ["end_header"]) => "the header names no format",
+                (_, [] | ["comment" | "obj_info", ..]) => continue,
+                (_, ["format", name, "1.0"]) => {
+                    is_named = true;
+                    header.encoding = match *name {
+                        "ascii" => Encoding::Ascii,
+                        "binary_little_endian" => Encoding::Little,
+                        "binary_big_endian" => Encoding::Big,
+                        _ => return Err(syntax(at, format!("'{name}' is no format of PLY"))),
+                    };
+                    continue;
+                }
+                (_, ["element", name, count]) => match count.parse() {
+                    Ok(count) => {
+                        header.elements.push(Element {
+                            name: (*name).to_owned(),
+                            count,
+                            properties: Vec::new(),
+                        });
+                        continue;
+                    }
+                    Err(_) => "an element needs a name and a count",
+                },
+                (_, ["property", types @ .., name]) => {
+                    let property = match types {
+                        ["list", length, number] => {
+                            let length = Number::named(length).filter(|length| length.is_whole());
+                            length.zip(Number::named(number)).map(|(l, n)| (Some(l), n))
+                        }
+                        [number] => Number::named(number).map(|number| (None, number)),
+                        _ => None,
+                    };
+                    match (header.elements.last_mut(), property) {
+                        (Some(element), Some((length, number))) => {
+                            element.properties.push(Property {
+                                name: (*name).to_owned(),
+                                length,
+                                number,
+                            });
+                            continue;
+                        }
+                        (None, _) => "a property comes before any element",
+                        (_, None) => "a property needs a type and a name",
+                    }
+                }
+                _ => "not a statement of a PLY header",
+            };
+            return Err(syntax(at, problem));
+        }
+        Err(syntax(path, "the header is too long"))
+    }
+
+    /// Refuses counts that the numbers cannot be enough for, before anything is allocated by them.
+    fn check(&self, path: &Path, available: usize) -> Result<(), ImportError> {
+        let mut claimed = 0;
+        for Element {
+            name,
+            count,
+            properties,
+        } in &self.elements
+        {
+            let least = properties.iter().map(|property| match self.encoding {
+                // A digit and a blank or a line break.
+                Encoding::Ascii => 2,
+                _ => property.length.unwrap_or(property.number).size(),
+            });
+            let least = least.sum::<usize>().max(1);
+            claimed += u128::from(*count) * least as u128;
+            // The last line may lack its break.
+            if claimed > available as u128 + 1 {
+                let what = format!("the header's element count of {count} for '{name}'");
+                return Err(claim(path, &what, claimed, available));
             }
-            None => PropertyAccessResult::UnsupportedType,
         }
+        Ok(())
     }
 }
 
-#[derive(Default)]
-struct Face {
-    corners: Vec<i64>,
+/// The numbers after a header, one after another.
+struct Numbers<'b> {
+    path: &'b Path,
+    bytes: &'b [u8],
+    at: usize,
+    encoding: Encoding,
 }
 
-impl PropertyAccess for Face {
-    fn new() -> Self {
-        Self::default()
+impl<'b> Numbers<'b> {
+    fn fault(&self, problem: impl AsRef<str>) -> ImportError {
+        let line = self.bytes[..self.at].split(|byte| *byte == b'\n').count();
+        let line = (self.encoding == Encoding::Ascii).then_some(line);
+        let path = self.path;
+        syntax(Place { path, line }, problem)
     }
 
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        fn wide<T: Into<i64>>(list: Vec<T>) -> Vec<i64> {
-            list.into_iter().map(Into::into).collect()
+    fn word(&mut self) -> Result<&'b [u8], ImportError> {
+        let blanks = self.bytes[self.at..].iter();
+        self.at += blanks.take_while(|byte| byte.is_ascii_whitespace()).count();
+        let rest = &self.bytes[self.at..];
+        let length = rest.iter().take_while(|byte| !byte.is_ascii_whitespace());
+        let word = &rest[..length.count()];
+        if word.is_empty() {
+            return Err(self.fault("the file is cut off: numbers are missing at its end"));
         }
-        if !CORNER_LISTS.contains(&name) {
-            return PropertyAccessResult::Ignored;
+        self.at += word.len();
+        Ok(word)
+    }
+
+    fn skip(&mut self, number: Number) -> Result<(), ImportError> {
+        if self.encoding == Encoding::Ascii {
+            self.word()?;
+            return Ok(());
         }
-        self.corners = match property {
-            Property::ListChar(list) => wide(list),
-            Property::ListUChar(list) => wide(list),
-            Property::ListShort(list) => wide(list),
-            Property::ListUShort(list) => wide(list),
-            Property::ListInt(list) => wide(list),
-            Property::ListUInt(list) => wide(list),
-            _ => return PropertyAccessResult::UnsupportedType,
+        self.next(number)?;
+        Ok(())
+    }
+
+    fn next(&mut self, number: Number) -> Result<f64, ImportError> {
+        if self.encoding == Encoding::Ascii {
+            let word = String::from_utf8_lossy(self.word()?);
+            let value = word.parse::<f64>().ok();
+            let value = value.filter(|value| !number.is_whole() || value.fract() == 0.0);
+            return value.ok_or_else(|| self.fault(format!("'{word}' is no number of its type")));
+        }
+        let size = number.size();
+        let Some(bytes) = self.bytes.get(self.at..self.at + size) else {
+            return Err(self.fault("the file is cut off: numbers are missing at its end"));
         };
-        PropertyAccessResult::Set
-    }
-}
-
-struct Skipped;
-
-impl PropertyAccess for Skipped {
-    fn new() -> Self {
-        Self
-    }
-}
-
-pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, ImportError> {
-    let fault = |error| malformed(path, &error);
-    let mut reader = Reader::new(bytes);
-    let header = Parser::<Skipped>::new()
-        .read_header(&mut reader)
-        .map_err(fault)?;
-    check_claims(path, &header, reader.get_ref().len())?;
-    let (has_normals, has_coordinates) = check_properties(path, &header)?;
-    let mut mesh = TriangleMesh::default();
-    let mut faces = Vec::new();
-    for (name, element) in &header.elements {
-        match name.as_str() {
-            "vertex" => {
-                let vertices: Vec<Vertex> = Parser::new()
-                    .read_payload_for_element(&mut reader, element, &header)
-                    .map_err(fault)?;
-                mesh.positions = vertices.iter().map(|v| v.position).collect();
-                if has_normals {
-                    mesh.normals = unit_normals(vertices.iter().map(|v| v.normal).collect());
-                }
-                if has_coordinates {
-                    let coordinates = vertices.iter().map(|v| v.coordinate).collect();
-                    mesh.coordinates = usable_coordinates(coordinates);
-                }
-            }
-            "face" => {
-                faces = Parser::<Face>::new()
-                    .read_payload_for_element(&mut reader, element, &header)
-                    .map_err(fault)?;
-            }
-            _ => {
-                Parser::<Skipped>::new()
-                    .read_payload_for_element(&mut reader, element, &header)
-                    .map_err(fault)?;
-            }
+        self.at += size;
+        let mut little = [0; 8];
+        little[..size].copy_from_slice(bytes);
+        if self.encoding == Encoding::Big {
+            little[..size].reverse();
         }
+        Ok(number.decoded(little))
     }
-    triangulate(path, &faces, &mut mesh)?;
-    validated(mesh, path, |_| None)
-}
 
-fn malformed(path: &Path, error: &ParseError) -> ImportError {
-    let message = error.to_string();
-    // The message starts with the line's number again, quotes the line and
-    // ends with the cause; a grammar's cause is of use to programmers only.
-    let summary = message.lines().next().unwrap_or_default();
-    let summary = summary
-        .strip_prefix("Line ")
-        .and_then(|rest| rest.split_once(": "))
-        .map_or(summary, |(_, summary)| summary);
-    let cause = message.rsplit_once("Error: ");
-    let cause = cause.map(|(_, cause)| cause.lines().next().unwrap_or(cause));
-    let cause = cause.filter(|cause| !cause.starts_with("ParseError"));
-    let problem = format!("not a valid PLY file: {}", cause.unwrap_or(summary));
-    let line = error.line();
-    syntax(Place { path, line }, problem)
-}
+    fn length(&mut self, number: Number) -> Result<u64, ImportError> {
+        let length = self.next(number)?;
+        if length < 0.0 {
+            return Err(self.fault(format!("a list has {length} entries")));
+        }
+        Ok(length as u64)
+    }
 
-fn size(scalar: &ScalarType) -> u128 {
-    match scalar {
-        ScalarType::Char | ScalarType::UChar => 1,
-        ScalarType::Short | ScalarType::UShort => 2,
-        ScalarType::Int | ScalarType::UInt | ScalarType::Float => 4,
-        ScalarType::Double => 8,
+    /// Skips an element but for one list, whose entries `each` gets, once for each element.
+    fn list(
+        &mut self,
+        element: &Element,
+        wanted: Option<usize>,
+        mut each: impl FnMut(&[i64]),
+    ) -> Result<(), ImportError> {
+        let mut entries = Vec::new();
+        for _ in 0..element.count {
+            entries.clear();
+            for (place, property) in element.properties.iter().enumerate() {
+                let Some(length) = property.length else {
+                    self.skip(property.number)?;
+                    continue;
+                };
+                for _ in 0..self.length(length)? {
+                    if wanted == Some(place) {
+                        entries.push(self.next(property.number)? as i64);
+                    } else {
+                        self.skip(property.number)?;
+                    }
+                }
+            }
+            each(&entries);
+        }
+        Ok(())
     }
 }
 
-/// Returns the fewest bytes that one element takes.
-fn least_size(element: &ElementDef, encoding: Encoding) -> u128 {
-    let properties = element.properties.values();
-    let least = match encoding {
-        // A digit and a blank or a line break each.
-        Encoding::Ascii => 2 * properties.len() as u128,
-        Encoding::BinaryBigEndian | Encoding::BinaryLittleEndian => properties
-            .map(|property| match &property.data_type {
-                PropertyType::Scalar(scalar) | PropertyType::List(scalar, _) => size(scalar),
-            })
-            .sum(),
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
+    let header = Header::read(path, bytes)?;
+    header.check(path, bytes.len() - header.length)?;
+    let mut reader = Reader {
+        path,
+        mesh: TriangleMesh::default(),
+        corners: Vec::new(),
+        ends: Vec::new(),
+        unused: Unused::default(),
     };
-    least.max(1)
-}
-
-/// Refuses counts in the header that the payload cannot hold, before anything is allocated by them.
-fn check_claims(path: &Path, header: &Header, payload: usize) -> Result<(), ImportError> {
-    let mut claimed = 0;
-    for element in header.elements.values() {
-        claimed += element.count as u128 * least_size(element, header.encoding);
-        // The last line may lack its break.
-        if claimed > payload as u128 + 1 {
-            let (count, name) = (element.count, &element.name);
-            let what = format!("the header's element count of {count} for '{name}'");
-            return Err(claim(path, &what, claimed, payload));
-        }
-    }
-    Ok(())
-}
-
-/// Checks that vertices and faces have what a mesh needs; returns whether there are normals and
-/// texture coordinates.
-fn check_properties(path: &Path, header: &Header) -> Result<(bool, bool), ImportError> {
+    let vertex = header.elements.iter().find(|one| one.name == "vertex");
+    let faces = header.elements.iter().find_map(|one| {
+        let is_faces = matches!(one.name.as_str(), "face" | "tristrips");
+        is_faces.then(|| corner_list(one))
+    });
     let missing = |what: &str| {
         let problem = format!("the header declares no {what}, as a triangle mesh needs");
         syntax(path, problem)
     };
-    let element = |name: &str| {
-        let element = header.elements.get(name);
-        element.ok_or_else(|| missing(&format!("element '{name}'")))
-    };
-    let vertex = element("vertex")?;
+    let vertex = vertex.ok_or_else(|| missing("element 'vertex'"))?;
     for name in ["x", "y", "z"] {
-        if !vertex.properties.contains_key(name) {
+        if vertex.scalars([name]).is_none() {
             return Err(missing(&format!("property '{name}' of 'vertex'")));
         }
     }
-    let face = element("face")?;
-    let is_corner_list = |name: &&str| {
-        let property = face.properties.get(*name);
-        property.is_some_and(|property| {
-            let PropertyType::List(_, scalar) = &property.data_type else {
-                return false;
-            };
-            !matches!(scalar, ScalarType::Float | ScalarType::Double)
-        })
-    };
-    if !CORNER_LISTS.iter().any(is_corner_list) {
-        return Err(missing("list of integers 'vertex_indices' of 'face'"));
+    match faces {
+        None => {
+            let problem = "the header declares no element 'face': these are points alone";
+            return Err(fault(path, problem, "make a mesh of them, and export that"));
+        }
+        Some(None) => return Err(missing("list of integers 'vertex_indices' of 'face'")),
+        Some(Some(_)) => {}
     }
-    let has = |names: &[&str]| {
-        let mut names = names.iter();
-        names.all(|&name| vertex.properties.contains_key(name))
+    let mut numbers = Numbers {
+        path,
+        bytes,
+        at: header.length,
+        encoding: header.encoding,
     };
-    // Two pairs would overwrite each other.
-    let pairs = COORDINATES.iter().filter(|pair| has(&pair[..]));
-    Ok((has(&["nx", "ny", "nz"]), pairs.count() == 1))
-}
-
-fn triangulate(path: &Path, faces: &[Face], mesh: &mut TriangleMesh) -> Result<(), ImportError> {
-    let vertices = mesh.positions.len();
-    let mut corners = Vec::new();
-    for (number, face) in faces.iter().enumerate() {
-        corners.clear();
-        for &index in &face.corners {
-            match u32::try_from(index) {
-                Ok(corner) if (corner as usize) < vertices => corners.push(corner),
-                _ => {
-                    let face = format!("face {number} (counted from 0)");
-                    return Err(no_vertex(path, &face, index, [0, vertices as i64 - 1]));
-                }
+    for element in &header.elements {
+        match element.name.as_str() {
+            "vertex" => reader.vertices(&mut numbers, element)?,
+            "face" => {
+                numbers.list(element, corner_list(element), |face| reader.face(face))?;
+            }
+            "tristrips" => {
+                numbers.list(element, corner_list(element), |strip| reader.strips(strip))?;
+            }
+            other => {
+                numbers.list(element, None, |_| {})?;
+                reader
+                    .unused
+                    .add(format!("{other} element{{s}}"), element.count);
             }
         }
-        if corners.len() < 3 {
-            let problem = format!(
-                "face {number} (counted from 0) has {} corners, but a face needs three",
-                corners.len()
-            );
-            return Err(syntax(path, problem));
-        }
-        mesh.triangles.extend(fan(&corners));
     }
-    Ok(())
+    reader.finish()
+}
+
+fn corner_list(element: &Element) -> Option<usize> {
+    let is_list = |place: &usize| {
+        let property = &element.properties[*place];
+        property.length.is_some() && property.number.is_whole()
+    };
+    let mut names = CORNER_LISTS.iter();
+    names.find_map(|name| element.find(name).filter(is_list))
+}
+
+struct Reader<'p> {
+    path: &'p Path,
+    mesh: TriangleMesh,
+    /// Corners of all faces.
+    corners: Vec<i64>,
+    /// Where each face's end.
+    ends: Vec<usize>,
+    unused: Unused,
+}
+
+impl Reader<'_> {
+    fn vertices(
+        &mut self,
+        numbers: &mut Numbers<'_>,
+        element: &Element,
+    ) -> Result<(), ImportError> {
+        let position = element.scalars(["x", "y", "z"]).unwrap_or_default();
+        let normal = element.scalars(["nx", "ny", "nz"]);
+        // Two pairs would overwrite each other.
+        let mut pairs = COORDINATES.iter().filter_map(|pair| element.scalars(*pair));
+        let coordinate = pairs.next().filter(|_| pairs.next().is_none());
+        let used = [&position[..], normal.as_slice().as_flattened()].concat();
+        let used = [&used[..], coordinate.as_slice().as_flattened()].concat();
+        let mut values = vec![0.0; element.properties.len()];
+        for _ in 0..element.count {
+            for (place, property) in element.properties.iter().enumerate() {
+                if let Some(length) = property.length {
+                    for _ in 0..numbers.length(length)? {
+                        numbers.skip(property.number)?;
+                    }
+                } else if used.contains(&place) {
+                    values[place] = numbers.next(property.number)? as f32;
+                } else {
+                    numbers.skip(property.number)?;
+                }
+            }
+            let at = |place: usize| values[place];
+            self.mesh.positions.push(position.map(at));
+            self.mesh
+                .normals
+                .extend(normal.map(|places| places.map(at)));
+            let place = coordinate.map(|places| places.map(at));
+            self.mesh.coordinates.extend(place);
+        }
+        for (place, property) in element.properties.iter().enumerate() {
+            if !used.contains(&place) {
+                self.unused
+                    .add(format!("the vertices' {}", property.name), 1);
+            }
+        }
+        Ok(())
+    }
+
+    fn face(&mut self, corners: &[i64]) {
+        self.corners.extend_from_slice(corners);
+        self.ends.push(self.corners.len());
+    }
+
+    /// Takes strips of triangles, with −1 between them.
+    fn strips(&mut self, entries: &[i64]) {
+        for strip in entries.split(|entry| *entry == -1) {
+            for (three, number) in strip.windows(3).zip(0..) {
+                let [a, b, c] = [three[0], three[1], three[2]];
+                let turned = if number % 2 == 0 {
+                    [a, b, c]
+                } else {
+                    [b, a, c]
+                };
+                self.face(&turned);
+            }
+        }
+    }
+
+    fn finish(mut self) -> Result<Model, ImportError> {
+        let vertices = self.mesh.positions.len();
+        let mut corners: Vec<u32> = Vec::with_capacity(self.corners.len());
+        let mut ends = Vec::with_capacity(self.ends.len());
+        let mut first = 0;
+        for (number, &end) in self.ends.iter().enumerate() {
+            let start = corners.len();
+            for &index in &self.corners[first..end] {
+                match u32::try_from(index) {
+                    Ok(corner) if (corner as usize) < vertices => corners.push(corner),
+                    _ => {
+                        let face = format!("face {number} (counted from 0)");
+                        let range = [0, vertices as i64 - 1];
+                        return Err(no_vertex(self.path, &face, index, range));
+                    }
+                }
+            }
+            first = end;
+            without_repeats(&mut corners, start);
+            if corners.len() - start < 3 {
+                corners.truncate(start);
+                self.unused.add("face{s} without area", 1);
+            } else {
+                ends.push(corners.len());
+            }
+        }
+        let twins = if self.mesh.normals.is_empty() {
+            twins(&corners, &ends, |corner| corner)
+        } else {
+            vec![false; ends.len()]
+        };
+        let mut polygons = Polygons::default();
+        let mut first = 0;
+        for (end, is_twin) in ends.into_iter().zip(twins) {
+            if !is_twin {
+                let place = |corner: u32| self.mesh.positions[corner as usize];
+                let triangles = &mut self.mesh.triangles;
+                polygons.cut(&corners[first..end], place, |three| triangles.push(three));
+            }
+            first = end;
+        }
+        finished(self.path, self.mesh, self.unused)
+    }
+}
+
+/// Leaves one of equal corners beside each other, in a face that begins at `start`.
+fn without_repeats(corners: &mut Vec<u32>, start: usize) {
+    let mut kept = start;
+    for at in start..corners.len() {
+        if kept == start || corners[kept - 1] != corners[at] {
+            corners[kept] = corners[at];
+            kept += 1;
+        }
+    }
+    if kept > start + 1 && corners[kept - 1] == corners[start] {
+        kept -= 1;
+    }
+    corners.truncate(kept);
 }
 
 #[cfg(test)]
@@ -258,7 +520,7 @@ mod tests {
     use super::*;
 
     fn mesh(bytes: &[u8]) -> Result<TriangleMesh, ImportError> {
-        parse(Path::new("a.ply"), bytes)
+        Ok(parse(Path::new("a.ply"), bytes)?.mesh)
     }
 
     fn ascii(faces: &[&str]) -> String {
@@ -333,14 +595,11 @@ mod tests {
     fn tells_what_is_wrong() {
         let whole = ascii(&["3 0 1 2"]);
         for (text, says) in [
-            ("obj\n".to_owned(), "a.ply:1: not a valid PLY"),
+            ("obj\n".to_owned(), "a.ply:1: not a PLY"),
             (ascii(&["3 0 1 4"]), "names vertex 4, but"),
             (ascii(&["3 0 -1 2"]), "names vertex -1, but"),
-            (ascii(&["2 0 1"]), "2 corners"),
-            (
-                ascii(&["3 0 1"]),
-                "a.ply:14: not a valid PLY file: Expected",
-            ),
+            (ascii(&["2 0 1"]), "no triangles"),
+            (ascii(&["3 0 1"]), "a.ply:15: the file is cut off"),
             (whole.replace("double z", "double w"), "'z'"),
             (whole.replace("uchar int", "uchar float"), "integers"),
             (whole.replace("1 1 0", "1 1e999 0"), "finite"),

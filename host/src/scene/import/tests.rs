@@ -18,14 +18,14 @@ fn binary_ply() -> Vec<u8> {
     bytes
 }
 
-type Parse = fn(&Path, &[u8]) -> Result<TriangleMesh, ImportError>;
+type Parse = fn(&Path, &[u8]) -> Result<Model, ImportError>;
 
 /// A file with one damaged or missing byte gives a valid mesh or an error.
 fn survives_mutation(parse: Parse, bytes: &[u8]) {
     let path = Path::new("nowhere/a");
     parse(path, bytes).unwrap();
     let check = |bytes: &[u8]| match parse(path, bytes) {
-        Ok(mesh) => mesh.validate().unwrap(),
+        Ok(model) => model.mesh.validate().unwrap(),
         Err(error) => assert!(!error.to_string().is_empty()),
     };
     for length in 0..bytes.len() {
@@ -61,16 +61,16 @@ fn the_extension_tells_the_format_in_any_case() {
     for (name, bytes) in [("a.OBJ", OBJ), ("a.Ply", PLY), ("a.GLB", &glb)] {
         let path = folder.path().join(name);
         std::fs::write(&path, bytes).unwrap();
-        assert_eq!(load(&path).unwrap().positions.len(), 3);
+        assert_eq!(load(&path).unwrap().mesh.positions.len(), 3);
     }
-    for name in ["a.stl", "a", ".obj"] {
+    for name in ["a.step", "a", ".obj"] {
         let error = load(&folder.path().join(name)).unwrap_err();
         assert!(
             error
                 .help()
                 .unwrap()
                 .to_string()
-                .contains(".obj, .ply, .gltf or .glb")
+                .contains(".obj, .ply, .stl, .gltf or .glb")
         );
     }
 }
@@ -82,10 +82,17 @@ fn materials_come_from_the_library_beside_the_mesh() {
     let faces = "f 1 2 3\nusemtl red\nf 1 2 3\nusemtl unheard of\nf 1 2 3\n";
     let text = format!("mtllib my own.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}");
     std::fs::write(&path, text).unwrap();
-    assert!(load(&path).unwrap().materials.is_empty());
+    let bare = load(&path).unwrap();
+    assert!(bare.mesh.materials.is_empty());
+    let told = [
+        "the material library my (which is not there)",
+        "the material library own.mtl (which is not there)",
+        "2 materials that no library has",
+    ];
+    assert_eq!(bare.unused.names(), told);
     let library = folder.path().join("my own.mtl");
     std::fs::write(&library, "newmtl red\nKd 1 0 0\n").unwrap();
-    let painted = load(&path).unwrap();
+    let painted = load(&path).unwrap().mesh;
     assert_eq!(painted.triangle_materials, [1, 0, 1]);
     assert_eq!(painted.materials[0].diffuse, [1.0, 0.0, 0.0]);
 }

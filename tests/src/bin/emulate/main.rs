@@ -8,7 +8,7 @@ use report::{FrameReport, Report};
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{Cave, DEFAULT_INTERPUPILLARY_DISTANCE, Wall};
 use shisen::cli::arguments::source::{Loaded, Source, bake};
-use shisen::cli::arguments::{LevelArguments, Model, SceneName, WallsName, turn};
+use shisen::cli::arguments::{LevelArguments, ModelArguments, SceneName, WallsName, turn};
 use shisen::cli::numbers::whole;
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::picture_files::{make_writable, metadata};
@@ -76,7 +76,7 @@ struct Arguments {
     )]
     scene: SceneName,
     #[command(flatten)]
-    model: Model,
+    model: ModelArguments,
     #[command(flatten)]
     levels: LevelArguments,
     /// mock, mock:… or replay:FILE, sent as our own link; none for a silent
@@ -188,11 +188,11 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     let cave = arguments.walls.cave([arguments.size; 2])?;
     let screens = screens(&cave)?;
     let source = Source::load(&arguments.scene, &arguments.model)?;
-    let baked = compact(source.scene, &source.name, &arguments.levels)?;
+    let baked = compact(source.scene, &source.shown.scene, &arguments.levels)?;
     let BakedScene::Compact(scene) = &baked else {
         return Err(Failure::usage(&format!(
             "{} was baked for hosts: bake it again with `shisen bake --layout compact`",
-            source.name
+            source.shown.scene
         )));
     };
     // Checked before a firmware is built, which takes long.
@@ -246,7 +246,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = frames.collect::<Result<Vec<_>, Failure>>()?;
     let equal = frames.iter().all(FrameReport::is_equal);
     let images = write(&arguments.out, &watched, &cave, arguments.eyes)?;
-    let report = Report::new(&image, source.name, &watched, frames, images);
+    let report = Report::new(&image, source.shown.scene, &watched, frames, images);
     print(&report, arguments.json)?;
     if equal {
         Ok(())

@@ -8,7 +8,7 @@ use serde::Serialize;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
 use shisen::cli::arguments::source::{BUILT_IN_MESH, Loaded, Source, bake};
-use shisen::cli::arguments::{EffectArguments, LevelArguments, Model, SceneName, threads};
+use shisen::cli::arguments::{EffectArguments, LevelArguments, ModelArguments, SceneName, threads};
 use shisen::cli::numbers::whole;
 use shisen::cli::output::counted;
 use shisen::cli::output::failure::Failure;
@@ -22,7 +22,7 @@ use std::num::NonZeroUsize;
 #[derive(Debug, Args)]
 pub(super) struct FrameArguments {
     #[command(flatten)]
-    model: Model,
+    model: ModelArguments,
     /// Threads to trace on [default: as many as the machine runs at once]
     #[arg(long, value_name = "N", value_parser = threads)]
     threads: Option<NonZeroUsize>,
@@ -169,7 +169,9 @@ impl FrameArguments {
         let levels = self.levels.polygon_levels(Layout::Fast)?;
         let scene = match source.scene {
             Loaded::Baked(baked) => baked,
-            Loaded::Described(scene) => bake(&scene, &source.name, Layout::Fast, Some(&levels))?,
+            Loaded::Described(scene) => {
+                bake(&scene, &source.shown.scene, Layout::Fast, Some(&levels))?
+            }
         };
         Ok(Frames {
             scene,

@@ -162,7 +162,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let (size, threads) = (arguments.live.room.size, prepared.options.threads);
     let (hz, budget) = (prepared.hz, prepared.budget.to_string());
-    let (scene, protocol) = (&prepared.scene, arguments.protocol.name());
+    let (scene, protocol) = (&prepared.shown.scene, arguments.protocol.name());
     let mut table =
         Table::new(&runs).text("", |run| format!("{} Hz {}", run.tracker_hz, run.latch));
     for leg in Leg::ALL {

@@ -103,7 +103,7 @@ const MISS: RayHit = (u32::MAX, f32::INFINITY);
 
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let rays = read_rays(&arguments.rays)?;
-    let mesh = load_mesh(&arguments.mesh)?;
+    let mesh = load_mesh(&arguments.mesh, &mut Vec::new())?;
     let (report, text, hits) = match arguments.layout {
         Layout::Fast => measure::<8>(arguments, mesh, &rays)?,
         Layout::Compact => measure::<4>(arguments, mesh, &rays)?,

@@ -1,4 +1,5 @@
 use super::*;
+use crate::scene::material::Material;
 use crate::scene::texture::tests::{grey_png, texels};
 
 /// Returns three vertices, three normals and three indices of 16 bits.
@@ -44,7 +45,7 @@ pub(in crate::scene::import) fn glb(json: &str) -> Vec<u8> {
 }
 
 fn mesh(json: &str) -> Result<TriangleMesh, ImportError> {
-    parse(Path::new("a.glb"), &glb(json))
+    Ok(parse(Path::new("a.glb"), &glb(json))?.mesh)
 }
 
 #[test]
@@ -66,7 +67,8 @@ fn reads_primitives_without_indices_normals_and_material() {
         .replace(r#","NORMAL":1"#, "");
     let mesh = mesh(&json).unwrap();
     assert_eq!(mesh.triangles, [[0, 1, 2]]);
-    assert!(mesh.normals.is_empty());
+    // Flat, as the specification demands.
+    assert_eq!(mesh.normals, [[0.0, 0.0, 1.0]; 3]);
     assert_eq!(mesh.triangle_materials, [1]);
     assert_eq!(mesh.materials[1], Material::default());
 }
@@ -103,20 +105,34 @@ fn textures_are_those_of_the_first_coordinates() {
         ] {
             json = json.replace(before, &format!("{before}{added}"));
         }
-        parse(&folder.path().join("a.gltf"), json.as_bytes())
+        parse(&folder.path().join("a.gltf"), json.as_bytes()).unwrap()
     };
-    let mesh = read(r#"{"index":0}"#, "a%20b.png").unwrap();
+    let mesh = read(r#"{"index":0}"#, "a%20b.png").mesh;
     assert_eq!(mesh.coordinates, [[0.0, 0.0], [1.0, 0.0], [0.0, 0.75]]);
     assert_eq!(texels(&mesh.materials[0]), [[99, 99, 99, 0]]);
-    // Another set of coordinates, and a file that is no PNG.
-    for (texture, uri) in [
-        (r#"{"index":0,"texCoord":1}"#, "a%20b.png"),
-        (r#"{"index":0}"#, "a.bin"),
+    // A path of another computer; another set of coordinates; no image; none at all.
+    assert_eq!(read(r#"{"index":0}"#, "/x/../a b.png").mesh, mesh);
+    for (texture, uri, says) in [
+        (
+            r#"{"index":0,"texCoord":1}"#,
+            "a%20b.png",
+            "1 texture on further coordinates",
+        ),
+        (
+            r#"{"index":0}"#,
+            "a.bin",
+            "the texture a.bin (neither a PNG nor a JPEG file)",
+        ),
+        (
+            r#"{"index":0}"#,
+            "b.png",
+            "the texture b.png (which is not there)",
+        ),
     ] {
-        assert_eq!(read(texture, uri).unwrap().materials[0].texture, None);
+        let model = read(texture, uri);
+        assert_eq!(model.mesh.materials[0].texture, None);
+        assert_eq!(model.unused.names(), [says]);
     }
-    let missing = read(r#"{"index":0}"#, "b.png").unwrap_err();
-    assert!(missing.to_string().contains("b.png"), "{missing}");
 }
 
 #[test]
@@ -156,16 +172,70 @@ fn reads_embedded_and_external_buffers() {
     std::fs::write(folder.path().join("a b.bin"), triangle_bytes()).unwrap();
     let read = |uri: &str| {
         let json = triangle_json("", &format!(r#","uri":"{uri}""#));
-        parse(&path, json.as_bytes())
+        Ok::<_, ImportError>(parse(&path, json.as_bytes())?.mesh)
     };
     let data = "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\
                 AAAAAAAAAAAAAIA/AAAAAAAAAAAAAIA/AAAAAAAAAAAAAIA/AAABAAIA";
     for uri in ["a%20b.bin", data] {
         assert_eq!(read(uri).unwrap().triangles, [[0, 1, 2]]);
     }
-    for uri in ["b.bin", "%ff.bin", "%f", "http://a/b.bin", "data:,x", ".."] {
+    for uri in [
+        "b.bin",
+        "%ff.bin",
+        "%f",
+        "http://a/b.bin",
+        "data:,x",
+        "..",
+        "../a b.bin",
+    ] {
         read(uri).unwrap_err();
     }
+}
+
+#[test]
+fn strips_and_fans_become_triangles() {
+    let of_mode = |mode: u32, json: String| {
+        let json = json.replace(r#""indices":2"#, &format!(r#""indices":2,"mode":{mode}"#));
+        mesh(&json).unwrap().triangles
+    };
+    assert_eq!(of_mode(6, triangle_json("", "")), [[0, 1, 2]]);
+    // The corners 0, 0, 1, 0, 2 and 0: triangles that join strips have no area.
+    let bytes = triangle_json("", "").replace(r#"5123,"count":3"#, r#"5121,"count":6"#);
+    assert_eq!(of_mode(5, bytes), [[1, 0, 2]]);
+}
+
+#[test]
+fn extensions_that_are_not_read_refuse_nothing_but_compressed_geometry() {
+    let required = |name: &str| {
+        let from = r#""scene":0,"#;
+        let used = format!(r#""extensionsUsed":["{name}"],"extensionsRequired":["{name}"],{from}"#);
+        parse(
+            Path::new("a.glb"),
+            &glb(&triangle_json("", "").replace(from, &used)),
+        )
+    };
+    for name in [
+        "KHR_lights_punctual",
+        "KHR_materials_unlit",
+        "ACME_unheard_of",
+    ] {
+        required(name).unwrap();
+    }
+    let error = required("KHR_draco_mesh_compression").unwrap_err();
+    assert!(error.to_string().contains("Draco"), "{error}");
+}
+
+#[test]
+fn a_skin_takes_its_pose_and_not_its_nodes_place() {
+    // All vertices hang on one joint, which stands at 0, 5, 0 below a node that is elsewhere.
+    let json = triangle_json(r#","skin":0,"translation":[9,9,9]"#, "")
+        .replace(r#"{"children":[1]}"#, r#"{"children":[1,2]}"#)
+        .replace(r#""meshes""#, r#""skins":[{"joints":[2]}],"meshes""#)
+        .replace(
+            r#""translation":[9,9,9]}]"#,
+            r#""translation":[9,9,9]},{"translation":[0,5,0]}]"#,
+        );
+    assert_eq!(mesh(&json).unwrap().positions[1], [1.0, 5.0, 0.0]);
 }
 
 #[test]
@@ -178,7 +248,6 @@ fn tells_what_is_wrong() {
         ("\"POSITION\":0", "\"POSITION\":9", "among the file's 3"),
         ("5123", "5126", "has to be"),
         ("\"children\":[1]", "\"children\":[0]", "parent"),
-        ("\"indices\":2", "\"indices\":2,\"mode\":5", "strip"),
         ("\"indices\":2", "\"indices\":2,\"mode\":1", "no triangles"),
         ("2.0", "2.0\",", "not a valid glTF"),
         ("2.0", "1.0", "glTF 1.0"),

@@ -1,0 +1,260 @@
+//! Surfaces of a glTF file, and their poses.
+
+use super::super::ImportError;
+use super::Importer;
+use glam::{Mat3, Mat4, Vec3};
+use gltf::mesh::Mode;
+use gltf::{Accessor, Node, Primitive, Semantic};
+
+/// A primitive in its mesh's frame. Without normals each triangle has vertices of its own.
+#[derive(Default)]
+pub(super) struct Surface {
+    pub(super) positions: Vec<[f32; 3]>,
+    pub(super) normals: Vec<[f32; 3]>,
+    pub(super) coordinates: Vec<[f32; 2]>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) material: Option<usize>,
+    /// Sets of four joints and their weights for each vertex.
+    joints: Vec<Vec<([u32; 4], [f32; 4])>>,
+}
+
+impl Surface {
+    /// Reads a primitive with the weights of its morph targets; none without triangles.
+    pub(super) fn read(
+        importer: &mut Importer<'_>,
+        primitive: &Primitive<'_>,
+        weights: &[f32],
+    ) -> Result<Option<Self>, ImportError> {
+        if matches!(
+            primitive.mode(),
+            Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip
+        ) {
+            importer.unused.add("surface{s} of points or lines", 1);
+            return Ok(None);
+        }
+        let Some(accessor) = primitive.get(&Semantic::Positions) else {
+            importer.unused.add("surface{s} without positions", 1);
+            return Ok(None);
+        };
+        let buffers = &importer.buffers;
+        let count = accessor.count();
+        let with_all = |semantic| {
+            let accessor: Option<Accessor<'_>> = primitive.get(&semantic);
+            accessor.filter(|accessor| accessor.count() == count)
+        };
+        let mut surface = Self {
+            positions: buffers.floats(&accessor)?,
+            material: primitive.material().index(),
+            ..Self::default()
+        };
+        if let Some(accessor) = with_all(Semantic::Normals) {
+            surface.normals = buffers.floats(&accessor)?;
+        }
+        if let Some(accessor) = with_all(Semantic::TexCoords(0)) {
+            let places = buffers.floats::<2>(&accessor)?;
+            // glTF counts v from the top.
+            surface.coordinates = places.into_iter().map(|[u, v]| [u, 1.0 - v]).collect();
+        }
+        for set in 0.. {
+            let (Some(joints), Some(weights)) = (
+                with_all(Semantic::Joints(set)),
+                with_all(Semantic::Weights(set)),
+            ) else {
+                break;
+            };
+            let joints = buffers.whole::<4>(&joints)?;
+            let weights = buffers.floats::<4>(&weights)?;
+            surface
+                .joints
+                .push(joints.into_iter().zip(weights).collect());
+        }
+        let odd = (0..count).filter(|&vertex| {
+            let weights = surface.joints.iter().flat_map(|set| set[vertex].1);
+            !surface.joints.is_empty() && (weights.sum::<f32>() - 1.0).abs() > 0.01
+        });
+        let odd = odd.count() as u64;
+        importer
+            .unused
+            .add("sum{s} of joint weights that are not 1", odd);
+        surface.morph(importer, primitive, weights)?;
+        surface.read_triangles(importer, primitive)?;
+        if surface.normals.is_empty() {
+            surface.separate();
+        }
+        Ok(Some(surface))
+    }
+
+    /// Moves vertices as morph targets say.
+    fn morph(
+        &mut self,
+        importer: &Importer<'_>,
+        primitive: &Primitive<'_>,
+        weights: &[f32],
+    ) -> Result<(), ImportError> {
+        for (target, &weight) in primitive.morph_targets().zip(weights) {
+            if weight == 0.0 {
+                continue;
+            }
+            for (accessor, all) in [
+                (target.positions(), &mut self.positions),
+                (target.normals(), &mut self.normals),
+            ] {
+                let Some(accessor) = accessor else { continue };
+                for (item, by) in all.iter_mut().zip(importer.buffers.floats::<3>(&accessor)?) {
+                    *item = (Vec3::from_array(*item) + weight * Vec3::from_array(by)).to_array();
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn read_triangles(
+        &mut self,
+        importer: &mut Importer<'_>,
+        primitive: &Primitive<'_>,
+    ) -> Result<(), ImportError> {
+        let count = self.positions.len();
+        let indices: Vec<u32> = match primitive.indices() {
+            None => (0..count as u32).collect(),
+            Some(accessor) => importer.buffers.whole::<1>(&accessor)?.into_flattened(),
+        };
+        if let Some(&index) = indices.iter().find(|&&index| index as usize >= count) {
+            return Err(importer.fault(format!(
+                "a primitive names vertex {index} (counted from 0), but has {count}"
+            )));
+        }
+        self.triangles = match primitive.mode() {
+            Mode::TriangleStrip => {
+                let threes = indices.windows(3).zip(0..);
+                let turned = threes.map(|(three, number)| match number % 2 {
+                    0 => [three[0], three[1], three[2]],
+                    _ => [three[1], three[0], three[2]],
+                });
+                turned.collect()
+            }
+            Mode::TriangleFan => {
+                let edges = indices.get(1..).unwrap_or_default().windows(2);
+                edges.map(|edge| [indices[0], edge[0], edge[1]]).collect()
+            }
+            _ => {
+                let (corners, rest) = indices.as_chunks::<3>();
+                importer.unused.add(
+                    "triangle{s} without three corners",
+                    u64::from(!rest.is_empty()),
+                );
+                corners.to_vec()
+            }
+        };
+        let before = self.triangles.len();
+        let has_area = |&[a, b, c]: &[u32; 3]| a != b && b != c && a != c;
+        self.triangles.retain(has_area);
+        // Strips are joined by such triangles.
+        if primitive.mode() != Mode::TriangleStrip {
+            let without = before - self.triangles.len();
+            importer.unused.add("face{s} without area", without as u64);
+        }
+        Ok(())
+    }
+
+    /// Gives each triangle vertices of its own.
+    fn separate(&mut self) {
+        fn of<T: Copy>(all: &[T], corners: &[u32]) -> Vec<T> {
+            let known = corners.iter().filter(|_| !all.is_empty());
+            known.map(|&corner| all[corner as usize]).collect()
+        }
+        let corners = self.triangles.as_flattened();
+        self.positions = of(&self.positions, corners);
+        self.coordinates = of(&self.coordinates, corners);
+        self.joints = self.joints.iter().map(|set| of(set, corners)).collect();
+        let count = self.triangles.len() as u32;
+        self.triangles = (0..count).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();
+    }
+}
+
+/// Where a surface stands in the world.
+pub(super) enum Pose {
+    Rigid(Mat4),
+    /// From the mesh's frame to the world, for each joint of a skin.
+    Skinned(Vec<Mat4>),
+}
+
+impl Pose {
+    /// Returns the pose of a skin whose joints stand at `places`, by the numbers of their nodes.
+    pub(super) fn of_skin(
+        importer: &Importer<'_>,
+        skin: &gltf::Skin<'_>,
+        places: &[Option<Mat4>],
+    ) -> Result<Self, ImportError> {
+        let inverse = skin.inverse_bind_matrices();
+        let inverse = inverse.map(|accessor| importer.buffers.floats::<16>(&accessor));
+        let inverse = inverse.transpose()?.unwrap_or_default();
+        let joints = skin
+            .joints()
+            .enumerate()
+            .map(|(number, joint): (_, Node<'_>)| {
+                let place = places[joint.index()].unwrap_or(Mat4::IDENTITY);
+                let bound = inverse.get(number).map(Mat4::from_cols_array);
+                place * bound.unwrap_or(Mat4::IDENTITY)
+            });
+        Ok(Self::Skinned(joints.collect()))
+    }
+
+    /// Returns the map of a vertex: of a skin the mean of its joints' by their weights.
+    fn map(&self, surface: &Surface, vertex: usize) -> Mat4 {
+        let joints = match self {
+            Self::Rigid(map) => return *map,
+            Self::Skinned(joints) => joints,
+        };
+        let (mut sum, mut all) = (Mat4::ZERO, 0.0);
+        for set in &surface.joints {
+            let (numbers, weights) = set[vertex];
+            for (number, weight) in numbers.into_iter().zip(weights) {
+                if let Some(joint) = joints.get(number as usize).filter(|_| weight > 0.0) {
+                    sum += *joint * weight;
+                    all += weight;
+                }
+            }
+        }
+        if all > 0.0 {
+            sum * (1.0 / all)
+        } else {
+            joints.first().copied().unwrap_or(Mat4::IDENTITY)
+        }
+    }
+
+    pub(super) fn positions(&self, surface: &Surface) -> impl Iterator<Item = [f32; 3]> {
+        let all = surface.positions.iter().enumerate();
+        all.map(|(vertex, position)| {
+            let map = self.map(surface, vertex);
+            map.transform_point3(Vec3::from_array(*position)).to_array()
+        })
+    }
+
+    pub(super) fn normals(&self, surface: &Surface) -> impl Iterator<Item = [f32; 3]> {
+        let all = surface.normals.iter().enumerate();
+        all.map(|(vertex, normal)| {
+            let map = normal_matrix(self.map(surface, vertex));
+            (map * Vec3::from_array(*normal)).to_array()
+        })
+    }
+
+    /// Returns whether it turns surfaces inside out.
+    pub(super) fn is_mirrored(&self) -> bool {
+        match self {
+            Self::Rigid(map) => map.determinant() < 0.0,
+            Self::Skinned(joints) => joints.first().is_some_and(|map| map.determinant() < 0.0),
+        }
+    }
+}
+
+/// Turns normals as `transform` turns surfaces: its cofactors, which exist
+/// also where its inverse does not, without the sign of a reflection.
+fn normal_matrix(transform: Mat4) -> Mat3 {
+    let m = Mat3::from_mat4(transform);
+    let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
+    Mat3::from_cols(
+        m.y_axis.cross(m.z_axis) * sign,
+        m.z_axis.cross(m.x_axis) * sign,
+        m.x_axis.cross(m.y_axis) * sign,
+    )
+}
