@@ -42,6 +42,7 @@ pub struct Scene<'a, const W: usize = 8> {
     pub(crate) textures: &'a [Texture],
     pub(crate) texels: &'a [Texel],
     pub(crate) media: &'a [Medium],
+    pub(crate) colours: &'a [[f32; 3]],
 }
 
 /// A scene in the fast layout.
@@ -81,6 +82,7 @@ impl<'a, const W: usize> Scene<'a, W> {
             textures: validate::table(own, header.textures, "textures")?,
             texels: validate::table(own, header.texels, "texels")?,
             media: validate::table(own, header.media, "media")?,
+            colours: validate::table(own, header.colours, "colours")?,
         };
         validate::contents(&scene)?;
         Ok(scene)

@@ -26,7 +26,9 @@ use material::Textures;
 use obvhs::BvhBuildParams;
 use rayon::prelude::*;
 use shisen_core::scene::SceneError;
-use shisen_core::scene::format::{self, IdLeaf, Instance, LeafBlock, NO_MATERIAL, Node};
+use shisen_core::scene::format::{
+    self, IdLeaf, Instance, LeafBlock, NO_COLOURS, NO_MATERIAL, Node,
+};
 use shisen_core::shape::Spheroid;
 use shisen_core::{Runs, Simd};
 use std::borrow::Cow;
@@ -238,6 +240,7 @@ fn shown(scene: &Scene) -> Vec<Cow<'_, TriangleMesh>> {
             }
             Cow::Owned(TriangleMesh {
                 coordinates: Vec::new(),
+                second_coordinates: Vec::new(),
                 ..mesh.clone()
             })
         })
@@ -326,6 +329,13 @@ impl<const W: usize> Tables<W> {
         }
         self.normals.extend_from_slice(&mesh.vertex_normals());
         self.coordinates.extend_from_slice(&mesh.coordinates);
+        self.coordinates.extend_from_slice(&mesh.second_coordinates);
+        let first_colour = if mesh.colours.is_empty() {
+            NO_COLOURS
+        } else {
+            self.colours.len() as u32
+        };
+        self.colours.extend_from_slice(&mesh.colours);
         if W == 4 {
             let positions = mesh.positions.iter();
             self.positions
@@ -364,8 +374,9 @@ impl<const W: usize> Tables<W> {
                 rungs,
                 faces: faces.len() as u32,
                 first_coordinate,
-                coordinate_count: mesh.coordinates.len() as u32,
-                reserved: [0; 2],
+                coordinate_count: (mesh.coordinates.len() + mesh.second_coordinates.len()) as u32,
+                first_colour,
+                reserved: 0,
             });
         }
     }

@@ -74,21 +74,25 @@ fn words_out_of_range_have_their_error() {
     let emission = offset_of!(format::Material, emission);
     let first = offset_of!(format::Texture, first_texel);
     let width = offset_of!(format::Texture, width);
-    let repeats = offset_of!(format::Texture, repeats);
+    let map = offset_of!(format::Texture, map);
+    let wrap = offset_of!(format::Texture, wrap);
+    let metal = offset_of!(format::Material, metalness);
+    let emission_texture = offset_of!(format::Material, emission_texture);
+    let colour = mesh(offset_of!(Mesh, first_colour));
     let colours = offset_of!(format::Texture, colours);
     let samples = offset_of!(format::Light, samples);
     let right = offset_of!(format::Light, right);
     let count = mesh(offset_of!(Mesh, coordinate_count));
     let media = header.media.offset as usize;
     let coordinates = header.coordinates.offset as usize;
-    let [nan, over, far] = [f32::NAN, 1.01, 1.0e6].map(f32::to_bits);
+    let [nan, over, far] = [f32::NAN, 1.01, 1.0e7].map(f32::to_bits);
     let [wide, thin] = [0.6f32, 0.1].map(f32::to_bits);
     // The second of the materials has lines, the first of the textures is the image: those of the
     // scene come before those of meshes.
     let lines = "a material's meridians and parallels";
     let (kind, size) = ("a material's kind of texture", "a texture's size");
     let (light_size, number) = ("a light's size", "a light's number of samples");
-    let (shine, repeated) = ("a material's emission", "a texture's repeats");
+    let (shine, mapped) = ("a material's emission", "a texture's map");
     let coloured = "a texture's colours";
     let first_coordinate = mesh(offset_of!(Mesh, first_coordinate));
     let light_kind = offset_of!(format::Light, kind);
@@ -99,7 +103,7 @@ fn words_out_of_range_have_their_error() {
         (material(1, line_width), 0, value(lines, 1)),
         (material(0, divisions), 1, value(lines, 0)),
         (material(0, line_width), thin, value(lines, 0)),
-        (material(2, kind_of_texture), 2, index("texture", 2, 2)),
+        (material(2, kind_of_texture), 3, index("texture", 2, 3)),
         (material(2, kind_of_texture), 1, value(kind, 2)),
         (material(0, kind_of_texture), 0, value(kind, 0)),
         (material(2, emission), nan, value(shine, 2)),
@@ -111,8 +115,12 @@ fn words_out_of_range_have_their_error() {
         (texture(0, width), 3, index("texel", 0, 0)),
         (texture(0, first), 1, index("texel", 0, 1)),
         (texture(1, first), 1, value(size, 1)),
-        (texture(0, repeats), 0, value(repeated, 0)),
-        (texture(0, repeats + 4), nan, value(repeated, 0)),
+        (texture(0, map), far, value(mapped, 0)),
+        (texture(0, map + 4), nan, value(mapped, 0)),
+        (texture(0, wrap), 3, value("a texture's wrapping", 0)),
+        (material(2, emission_texture), 3, index("texture", 2, 3)),
+        (material(0, metal), thin, value("a material's metal", 0)),
+        (colour, 1, index("colour", 0, 1)),
         (texture(0, colours), over, value(coloured, 0)),
         (coordinates + 4, far, value("a texture coordinate", 0)),
         (first_coordinate, 1, index("coordinate", 0, 1)),

@@ -4,9 +4,9 @@
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::bake::simplify::PolygonLevels;
-use shisen::scene::material::{Graticule, Material};
+use shisen::scene::material::{Graticule, Material, Metal};
 use shisen::scene::mesh::TriangleMesh;
-use shisen::scene::texture::{Image, Pattern, Texture};
+use shisen::scene::texture::{Image, Pattern, Texture, Wrap};
 use shisen::scene::{Background, Light, Object, Scene, Shape};
 use shisen_core::frame::{Budget, Workspace};
 use shisen_core::scene::format::{ALIGNMENT, Header, seal};
@@ -25,6 +25,8 @@ use std::sync::Arc;
 /// Returns everything that a scene can have, little of each.
 // Longer than 80 lines: it is a table of values.
 pub(super) fn small_scene() -> Scene {
+    let image = Image::new(2, 1, &[[255, 9, 0], [3, 200, 50]]).expect("an image");
+    let image = Texture::new(Pattern::Image(Arc::new(image)), [1.0, 5.0]);
     let tetrahedron = TriangleMesh {
         positions: vec![
             [1.0, 1.0, 1.0],
@@ -34,23 +36,33 @@ pub(super) fn small_scene() -> Scene {
         ],
         triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
         coordinates: vec![[0.0, 0.0], [1.0, 0.0], [0.5, 2.0], [-3.0, 1.0]],
+        second_coordinates: vec![[0.5, 0.5], [1.0, -1.0], [0.0, 7.0], [3.0, 0.0]],
+        colours: vec![[1.0; 3], [0.0, 0.5, 1.0], [0.9, 0.8, 0.7], [0.2; 3]],
         materials: vec![Material {
-            texture: Some(Texture {
-                pattern: Pattern::Checker([[0.9; 3], [0.1; 3]]),
-                repeats: [3.0, 2.0],
+            texture: Some(Texture::new(
+                Pattern::Checker([[0.9; 3], [0.1; 3]]),
+                [3.0, 2.0],
+            )),
+            metal: Some(Metal {
+                metalness: 0.9,
+                roughness: 0.3,
+                texture: Some(Texture {
+                    wrap: [Wrap::Mirror, Wrap::Clamp],
+                    nearest: true,
+                    second_coordinates: true,
+                    ..image.clone()
+                }),
             }),
+            vertex_colours: true,
             ..Material::default()
         }],
         triangle_materials: vec![0; 4],
         ..TriangleMesh::default()
     };
-    let image = Image::new(2, 1, &[[255, 9, 0], [3, 200, 50]]).expect("an image");
     let globe = Material {
         emission: [0.5; 3],
-        texture: Some(Texture {
-            pattern: Pattern::Image(Arc::new(image)),
-            repeats: [1.0, 5.0],
-        }),
+        texture: Some(image.clone()),
+        emission_texture: Some(image),
         ..Material::default()
     };
     let glass = Material {

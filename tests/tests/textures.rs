@@ -3,10 +3,10 @@
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::simplify::PolygonLevels;
 use shisen::bake::{BakeError, Baked};
-use shisen::scene::material::Material;
+use shisen::scene::material::{Material, Metal};
 use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::texture::{Image, Pattern, Texture};
-use shisen::scene::{Object, Scene, Shape};
+use shisen::scene::{Background, Object, Scene, Shape};
 use shisen_core::frame::{Budget, Workspace};
 use shisen_core::scene::EffectSet;
 use shisen_core::shape::Ray;
@@ -21,20 +21,17 @@ const FIRST: [f32; 3] = [0.9, 0.8, 0.1];
 const SECOND: [f32; 3] = [0.6, 0.05, 0.0];
 
 fn checker(repeats: [f32; 2]) -> Texture {
-    Texture {
-        pattern: Pattern::Checker([FIRST, SECOND]),
-        repeats,
-    }
+    Texture::new(Pattern::Checker([FIRST, SECOND]), repeats)
 }
 
 fn image(width: u32, height: u32) -> Texture {
     let texels: Vec<[u8; 3]> = (0..width * height)
         .map(|i| [(37 * i) as u8, (91 * i + 5) as u8, !(13 * i) as u8])
         .collect();
-    Texture {
-        pattern: Pattern::Image(Arc::new(Image::new(width, height, &texels).expect("sides"))),
-        repeats: [1.0; 2],
-    }
+    Texture::new(
+        Pattern::Image(Arc::new(Image::new(width, height, &texels).expect("sides"))),
+        [1.0; 2],
+    )
 }
 
 /// Returns one object of white times a texture, lit from everywhere alike.
@@ -236,6 +233,7 @@ fn emission_shows_outside_and_with_its_texture() {
     let mut lamp = floor(checker([2.0, 1.0]), DAffine3::IDENTITY);
     lamp.ambient = [0.0; 3];
     lamp.materials[0].diffuse = [0.0; 3];
+    lamp.materials[0].emission_texture = lamp.materials[0].texture.take();
     lamp.materials[0].emission = [3.0, 2.0, 1.0];
     let baked = Baked::<8>::new(&lamp).expect("a scene");
     let asked = EffectSet::EMISSION | EffectSet::CHECKER_TEXTURE;
@@ -252,6 +250,81 @@ fn emission_shows_outside_and_with_its_texture() {
     let plain = without(EffectSet::CHECKER_TEXTURE);
     assert_eq!(plain, Vec3::new(3.0, 2.0, 1.0));
     assert_eq!(without(EffectSet::EMISSION), Vec3::ZERO);
+}
+
+#[test]
+fn vertices_have_second_coordinates_and_colours() {
+    let picture = image(2, 2);
+    let mut square = floor(
+        Texture {
+            second_coordinates: true,
+            nearest: true,
+            ..picture.clone()
+        },
+        DAffine3::IDENTITY,
+    );
+    let mesh = &mut square.meshes[0];
+    mesh.second_coordinates = std::mem::replace(&mut mesh.coordinates, vec![[0.0; 2]; 4]);
+    mesh.colours = vec![[1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 1.0], [1.0; 3]];
+    square.materials[0].vertex_colours = true;
+    let above = DVec3::new(0.25, 1.0, 0.1);
+    // In the triangle of the corners 0, 1 and 2: 1/4, 7/20 and 2/5 of each.
+    let colour = Vec3::new(1.0, 0.25, 0.4);
+    let texel = texel(&picture, 1, 1);
+    let Paths { fast, compact } = Paths::new(&square);
+    for found in [
+        look(&fast.scene(), Simd::detect(), above, DVec3::NEG_Y),
+        look(&compact.scene(), Simd::PORTABLE, above, DVec3::NEG_Y),
+    ] {
+        assert_near(found, texel * colour, 1e-6);
+    }
+    // A surface that only shines has the colours in its light.
+    let material = &mut square.materials[0];
+    material.emission = std::mem::take(&mut material.diffuse);
+    material.texture = None;
+    let baked = Baked::<8>::new(&square).expect("a scene");
+    let found = look(&baked.scene(), Simd::detect(), above, DVec3::NEG_Y);
+    assert_near(found, colour, 1e-6);
+}
+
+#[test]
+fn metal_is_tinted_and_never_black() {
+    const BASE: Vec3 = Vec3::new(0.9, 0.6, 0.2);
+    const AROUND: [f32; 3] = [0.2, 0.4, 0.8];
+    // Blue 51 is a fifth of metal; green 255 leaves the roughness as it is.
+    let data = Image::new(1, 1, &[[7, 255, 51]]).expect("sides");
+    let data = Texture::new(Pattern::Image(Arc::new(data)), [1.0; 2]);
+    for (metalness, roughness, texture) in [
+        (1.0, 0.0, None),
+        (1.0, 0.25, None),
+        (1.0, 1.0, None),
+        (0.5, 0.25, None),
+        (1.0, 0.25, Some(data)),
+    ] {
+        let metal = if texture.is_some() { 0.2 } else { metalness };
+        let mut square = floor(image(1, 1), DAffine3::IDENTITY);
+        square.materials[0] = Material {
+            diffuse: BASE.to_array(),
+            metal: Some(Metal {
+                metalness,
+                roughness,
+                texture,
+            }),
+            ..Material::default()
+        };
+        square.background = Background::uniform(AROUND);
+        let smoothness = (1.0 - 2.0 * roughness).max(0.0).powi(2) * metal;
+        let expected = BASE * (1.0 - smoothness) + BASE * smoothness * Vec3::from(AROUND);
+        let Paths { fast, compact } = Paths::new(&square);
+        let (origin, direction) = (DVec3::new(0.1, 1.0, 0.2), DVec3::NEG_Y);
+        for depth in [0, 1] {
+            let fast = Tracer::new(fast.scene(), Simd::detect(), depth);
+            let compact = Tracer::new(compact.scene(), Simd::PORTABLE, depth);
+            let found = seen(&fast, origin, direction);
+            assert_near(found, expected, 1e-6);
+            assert_eq!(seen(&compact, origin, direction), found);
+        }
+    }
 }
 
 #[test]

@@ -64,12 +64,12 @@
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a scene's handle.
-#define SHISEN_SCENE_SIZE 120
+#define SHISEN_SCENE_SIZE 128
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for a scene's handle.
-#define SHISEN_SCENE_SIZE 232
+#define SHISEN_SCENE_SIZE 248
 #endif
 
 // Alignment of a baked scene, bytes.
@@ -104,6 +104,12 @@
 
 // Effect: meridians and parallels on a surface.
 #define SHISEN_EFFECT_GRATICULE 16
+
+// Effect: metal, in part or whole.
+#define SHISEN_EFFECT_METAL 512
+
+// Effect: colours of vertices.
+#define SHISEN_EFFECT_VERTEX_COLOURS 1024
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a tracker's handle, for every protocol.
@@ -146,12 +152,12 @@
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a frame's handle, without its pictures and tiles.
-#define SHISEN_FRAME_SIZE 2632
+#define SHISEN_FRAME_SIZE 2640
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for a frame's handle, without its pictures and tiles.
-#define SHISEN_FRAME_SIZE 2808
+#define SHISEN_FRAME_SIZE 2824
 #endif
 
 #if defined(SHISEN_POINTERS_32)

@@ -8,10 +8,10 @@ use shisen_core::scene::EffectSet;
 
 /// Bytes of memory for a scene's handle.
 #[cfg(target_pointer_width = "32")]
-pub const SHISEN_SCENE_SIZE: usize = 120;
+pub const SHISEN_SCENE_SIZE: usize = 128;
 /// Bytes of memory for a scene's handle.
 #[cfg(target_pointer_width = "64")]
-pub const SHISEN_SCENE_SIZE: usize = 232;
+pub const SHISEN_SCENE_SIZE: usize = 248;
 /// Alignment of a baked scene, bytes.
 pub const SHISEN_BLOB_ALIGNMENT: usize = 32;
 
@@ -90,6 +90,10 @@ pub const SHISEN_EFFECT_CHECKER_TEXTURE: u32 = 0x20;
 pub const SHISEN_EFFECT_EMISSION: u32 = 0x80;
 /// Effect: meridians and parallels on a surface.
 pub const SHISEN_EFFECT_GRATICULE: u32 = 0x10;
+/// Effect: metal, in part or whole.
+pub const SHISEN_EFFECT_METAL: u32 = 0x200;
+/// Effect: colours of vertices.
+pub const SHISEN_EFFECT_VERTEX_COLOURS: u32 = 0x400;
 
 const _: () = assert!(
     EffectSet::SHADOWS.bits() == SHISEN_EFFECT_SHADOWS
@@ -102,6 +106,8 @@ const _: () = assert!(
         && EffectSet::CHECKER_TEXTURE.bits() == SHISEN_EFFECT_CHECKER_TEXTURE
         && EffectSet::EMISSION.bits() == SHISEN_EFFECT_EMISSION
         && EffectSet::GRATICULE.bits() == SHISEN_EFFECT_GRATICULE
+        && EffectSet::METAL.bits() == SHISEN_EFFECT_METAL
+        && EffectSet::VERTEX_COLOURS.bits() == SHISEN_EFFECT_VERTEX_COLOURS
 );
 
 /// Returns SHISEN_SCENE_SIZE, the bytes of memory for a scene's handle.

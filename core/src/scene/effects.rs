@@ -30,6 +30,10 @@ bitflags::bitflags! {
         const CHECKER_TEXTURE = effect::CHECKER_TEXTURE;
         /// Surfaces that shine. Without it, they do not.
         const EMISSION = effect::EMISSION;
+        /// Metal in part or whole. Without it, surfaces are not metal.
+        const METAL = effect::METAL;
+        /// Colours of vertices. Without it, surfaces have their material's colours.
+        const VERTEX_COLOURS = effect::VERTEX_COLOURS;
         /// Meridians and parallels. Without it, the surface is the same all over.
         const GRATICULE = effect::GRATICULE;
     }
@@ -99,6 +103,8 @@ impl EffectSet {
         (Self::IMAGE_TEXTURE, "image-texture"),
         (Self::CHECKER_TEXTURE, "checker-texture"),
         (Self::EMISSION, "emission"),
+        (Self::METAL, "metal"),
+        (Self::VERTEX_COLOURS, "vertex-colours"),
         (Self::GRATICULE, "graticule"),
     ];
 

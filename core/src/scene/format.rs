@@ -1,6 +1,6 @@
 //! The bytes of a baked scene.
 //!
-//! Little-endian, one [`Header`] and fourteen tables that it points to, each
+//! Little-endian, one [`Header`] and fifteen tables that it points to, each
 //! aligned to [`ALIGNMENT`]. The format's version is its own, apart from the
 //! crate's; any change to a record here raises it.
 
@@ -15,7 +15,7 @@ compile_error!("scenes are little-endian and used in place: big-endian targets a
 pub const MAGIC: [u8; 8] = *b"SHISEN\r\n";
 
 /// Raised by any change to the records in this module.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 /// Bytes to which a blob and each of its tables are aligned.
 pub const ALIGNMENT: usize = 32;
@@ -37,6 +37,9 @@ pub const NO_MATERIAL: u32 = u32::MAX;
 
 /// No texture: the material's colours are those of its whole surface.
 pub const NO_TEXTURE: u32 = u32::MAX;
+
+/// No colours of vertices.
+pub const NO_COLOURS: u32 = u32::MAX;
 
 /// No medium: one index of refraction for all wavelengths.
 pub const NO_MEDIUM: u32 = u32::MAX;
@@ -133,6 +136,10 @@ pub struct Header {
     pub texels: Table,
     /// [`Medium`](crate::spectrum::Medium)s.
     pub media: Table,
+    /// Colours of vertices: linear RGB, 0 to 1.
+    pub colours: Table,
+    /// Zero.
+    pub reserved2: [u32; 6],
 }
 
 /// An inner node: the boxes of up to `W` children.
@@ -225,10 +232,13 @@ pub struct Mesh {
     pub faces: u32,
     /// First of its coordinates on textures.
     pub first_coordinate: u32,
-    /// Coordinates: one a vertex normal, or 0 where the mesh has none.
+    /// Coordinates: one or two a vertex normal, the second ones after the first, or 0 where the
+    /// mesh has none.
     pub coordinate_count: u32,
+    /// First of its vertices' colours, one a vertex normal; or [`NO_COLOURS`].
+    pub first_colour: u32,
     /// Zero.
-    pub reserved: [u32; 2],
+    pub reserved: u32,
 }
 
 /// Kinds of shape: the values of [`Instance::kind`].
@@ -302,13 +312,19 @@ pub mod effect {
     pub const EMISSION: u32 = 128;
     /// Refraction by the wavelength: of what has a [`medium`](super::Material::medium).
     pub const DISPERSION: u32 = 256;
+    /// Metal in part or whole, smooth or rough.
+    pub const METAL: u32 = 512;
+    /// Colours of a mesh's vertices, which multiply the diffuse reflectance, or the emission of a
+    /// surface without one.
+    pub const VERTEX_COLOURS: u32 = 1024;
 }
 
 /// A surface, in Whitted's terms, linear RGB.
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C, align(32))]
 pub struct Material {
-    /// Lambertian reflectance.
+    /// Lambertian reflectance; with [`effect::METAL`] that of what is no metal, and the colour of
+    /// what is.
     pub diffuse: [f32; 3],
     /// Blinn-Phong exponent.
     pub shininess: f32,
@@ -322,8 +338,7 @@ pub struct Material {
     pub effects: u32,
     /// Share of refracted light let through.
     pub transmission: [f32; 3],
-    /// Index of the texture that `diffuse` and `emission` are multiplied by,
-    /// or [`NO_TEXTURE`].
+    /// Index of the texture that `diffuse` is multiplied by, or [`NO_TEXTURE`].
     pub texture: u32,
     /// Per metre.
     pub absorption: [f32; 3],
@@ -339,22 +354,51 @@ pub struct Material {
     /// Index of the medium that it is made of, whose index of refraction at
     /// the d line is `index_of_refraction`, or [`NO_MEDIUM`].
     pub medium: u32,
+    /// Index of the texture that `emission` is multiplied by, or [`NO_TEXTURE`].
+    pub emission_texture: u32,
+    /// Index of the texture whose blue `metalness` is multiplied by, and its green `roughness`; or
+    /// [`NO_TEXTURE`].
+    pub metal_texture: u32,
+    /// Share of metal: 0 to 1 with [`effect::METAL`], else 0.
+    pub metalness: f32,
+    /// The square root of the width of a microfacets' lobe: 0 to 1 with [`effect::METAL`], else 0.
+    pub roughness: f32,
     /// Zero.
-    pub reserved2: [u32; 7],
+    pub reserved2: [u32; 3],
 }
 
 /// The values of [`Texture::kind`].
 pub mod texture {
     /// Cells of two colours in turn.
     pub const CHECKER: u32 = 0;
-    /// Texels, interpolated.
+    /// Texels.
     pub const IMAGE: u32 = 1;
+}
+
+/// How an image goes on beyond coordinates of 0 to 1: the values of [`Texture::wrap`].
+pub mod wrap {
+    /// The same again.
+    pub const REPEAT: u32 = 0;
+    /// Every second time turned over.
+    pub const MIRROR: u32 = 1;
+    /// As at its border.
+    pub const CLAMP: u32 = 2;
+}
+
+/// The bits of [`Texture::reading`].
+pub mod reading {
+    /// The nearest texel alone; without it, the four around are interpolated.
+    pub const NEAREST: u32 = 1;
+    /// Codes are data, 0 to 1; without it, sRGB.
+    pub const LINEAR: u32 = 2;
+    /// By a mesh's second coordinates, where it has them.
+    pub const SECOND: u32 = 4;
 }
 
 /// Most texels of an image along either side.
 pub const LARGEST_SIDE: u32 = 8192;
 
-/// Colours over a surface. It goes on beyond coordinates of 0 to 1.
+/// Colours over a surface.
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C, align(32))]
 pub struct Texture {
@@ -366,13 +410,18 @@ pub struct Texture {
     pub height: u32,
     /// The image's first texel; 0 for other kinds.
     pub first_texel: u32,
-    /// Cells of a checker, or copies of an image, from 0 to 1 along u and v.
-    pub repeats: [f32; 2],
+    /// From a surface's coordinates to its own, of which 1 is a cell of a checker or an image:
+    /// where u goes, where v goes, and where the origin is.
+    pub map: [[f32; 2]; 3],
     /// Colours of a checker's cells, linear RGB, 0 to 1: of the cell with its lower left
     /// corner at 0, 0, and of those beside it. Zero for other kinds.
     pub colours: [[f32; 3]; 2],
+    /// How it goes on, across and up: values of [`wrap`]; 0 for other kinds.
+    pub wrap: [u32; 2],
+    /// Bits of [`reading`].
+    pub reading: u32,
     /// Zero.
-    pub reserved: [u32; 4],
+    pub reserved: [u32; 5],
 }
 
 impl Texture {
@@ -386,7 +435,7 @@ impl Texture {
     }
 }
 
-/// Red, green and blue of an image as sRGB codes them, and a zero.
+/// Red, green and blue of an image, and a zero.
 pub type Texel = [u8; 4];
 
 /// The values of [`Light::kind`].
@@ -481,12 +530,12 @@ pub fn seal(blob: &mut [u8]) -> bool {
 }
 
 const _: () = {
-    assert!(size_of::<Header>() == 224);
+    assert!(size_of::<Header>() == 256);
     assert!(size_of::<Node<8>>() == 256 && size_of::<Node<4>>() == 128);
     assert!(size_of::<LeafBlock<8>>() == 320 && size_of::<LeafBlock<4>>() == 160);
     assert!(size_of::<Mesh>() == 64);
     assert!(size_of::<Instance>() == 160);
     assert!(size_of::<Material>() == 128);
     assert!(size_of::<Light>() == 64);
-    assert!(size_of::<Texture>() == 64);
+    assert!(size_of::<Texture>() == 96);
 };

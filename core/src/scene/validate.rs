@@ -4,8 +4,8 @@ mod tree;
 
 use super::format::{
     ALIGNMENT, COVER_NODES, Header, Instance, LARGEST_SIDE, Light, MAGIC, MOST_LIGHT_SAMPLES,
-    Material, Mesh, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, Table, Texture, VERSION, checksum, effect,
-    kind, light, texture,
+    Material, Mesh, NO_COLOURS, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, Table, Texture, VERSION,
+    checksum, effect, kind, light, texture, wrap,
 };
 use super::{EffectSet, STACK_ENTRIES, Scene, SceneError};
 use crate::shape::{Ray, Slabs, Spheroid};
@@ -88,8 +88,8 @@ const GRATICULE_WIDEST: f32 = 0.5;
 /// Farthest coordinate of a vertex on a texture, in its sides.
 const FARTHEST_COORDINATE: f32 = 1.0e5;
 
-/// Cells or copies of a texture in a unit of coordinates.
-const REPEATS: RangeInclusive<f32> = 1.0e-3..=1.0e4;
+/// Numbers of a texture's map.
+const TEXTURE_MAP: RangeInclusive<f32> = -1.0e6..=1.0e6;
 
 /// How many rungs a ladder of polygon levels may have; 1 is no ladder.
 const RUNGS: RangeInclusive<u32> = 1..=64;
@@ -159,6 +159,9 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
     for (record, coordinate) in numbered(scene.coordinates) {
         let range = -FARTHEST_COORDINATE..=FARTHEST_COORDINATE;
         record.within("a texture coordinate", coordinate, range)?;
+    }
+    for (record, colour) in numbered(scene.colours) {
+        record.within("a vertex colour", colour, 0.0..=1.0)?;
     }
     for (record, texture) in numbered(scene.textures) {
         check_texture(texture, scene.texels.len(), record)?;
@@ -260,26 +263,33 @@ fn check_material(m: &Material, record: Record) -> Result<(), SceneError> {
             && m.graticule_width <= GRATICULE_WIDEST
     };
     record.has("a material's meridians and parallels", lines)?;
+    let metal = [m.metalness, m.roughness];
+    record.within("a material's metal", &metal, 0.0..=1.0)?;
+    let is_metal = m.effects & effect::METAL != 0 || metal == [0.0; 2];
+    record.has("a material's metal", is_metal)?;
     let what = "a material's emission";
     record.within(what, &m.emission, 0.0..=1.0e12)?;
     let shines = m.emission.iter().any(|&c| c > 0.0);
     record.has(what, shines == (m.effects & effect::EMISSION != 0))
 }
 
-/// Returns whether a material's texture is there, and of the kind that it says.
+/// Returns whether a material's textures are there, and of the kinds that it says.
 fn check_textured(m: &Material, textures: &[Texture], record: Record) -> Result<(), SceneError> {
     let asked = m.effects & (effect::CHECKER_TEXTURE | effect::IMAGE_TEXTURE);
-    let expected = if m.texture == NO_TEXTURE {
-        0
-    } else {
-        let texture = textures.get(m.texture as usize);
-        texture.ok_or(record.index("texture", m.texture))?.effect()
-    };
+    let mut expected = 0;
+    for number in [m.texture, m.emission_texture, m.metal_texture] {
+        if number != NO_TEXTURE {
+            let texture = textures.get(number as usize);
+            expected |= texture.ok_or(record.index("texture", number))?.effect();
+        }
+    }
     record.has("a material's kind of texture", asked == expected)
 }
 
 fn check_texture(t: &Texture, texels: usize, record: Record) -> Result<(), SceneError> {
-    record.within("a texture's repeats", &t.repeats, REPEATS)?;
+    record.within("a texture's map", t.map.as_flattened(), TEXTURE_MAP)?;
+    let is_known = t.wrap.iter().all(|&way| way <= wrap::CLAMP);
+    record.has("a texture's wrapping", is_known)?;
     let colours = t.colours.as_flattened();
     record.within("a texture's colours", colours, 0.0..=1.0)?;
     let sides = [t.width, t.height];
@@ -337,6 +347,7 @@ fn check_rung(
             mesh.normal_count,
             mesh.first_coordinate,
             mesh.coordinate_count,
+            mesh.first_colour,
         )
     };
     let fits = match finer {
@@ -361,8 +372,12 @@ fn check_triangles<const W: usize>(
     part(first, normals, scene.normals.len()).ok_or(record.index("normal", first))?;
     let (first, count) = (mesh.first_coordinate, mesh.coordinate_count);
     part(first, count, scene.coordinates.len())
-        .filter(|_| count == 0 || count == normals)
+        .filter(|_| count == 0 || count == normals || normals.checked_mul(2) == Some(count))
         .ok_or(record.index("coordinate", first))?;
+    if mesh.first_colour != NO_COLOURS {
+        let colours = part(mesh.first_colour, normals, scene.colours.len());
+        colours.ok_or(record.index("colour", mesh.first_colour))?;
+    }
     let triangles = triangles.start as usize..triangles.end as usize;
     for triangle in scene.triangles.get(triangles).unwrap_or_default() {
         // Corners have positions by the same numbers, if not normals.

@@ -21,7 +21,11 @@ pub(crate) static BETWEEN: Material = Material {
     graticule_width: 0.0,
     emission: [0.0; 3],
     medium: NO_MEDIUM,
-    reserved2: [0; 7],
+    emission_texture: NO_TEXTURE,
+    metal_texture: NO_TEXTURE,
+    metalness: 0.0,
+    roughness: 0.0,
+    reserved2: [0; 3],
 };
 
 /// Returns whether a point in a shape's own frame is between a material's lines, by `effects`.

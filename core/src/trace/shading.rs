@@ -102,7 +102,8 @@ where
 }
 
 /// Effects that are recorded whenever a ray meets a surface that has them.
-const OF_SURFACES: u32 = effect::GRATICULE | effect::EMISSION | TEXTURES;
+const OF_SURFACES: u32 =
+    effect::GRATICULE | effect::EMISSION | effect::METAL | effect::VERTEX_COLOURS | TEXTURES;
 
 /// Returns the number of an effect's bit.
 const fn place(bit: u32) -> u8 {
@@ -308,10 +309,20 @@ where
             normal,
             facing,
         };
-        let own = self.own_light(&surface, incidence);
+        let look = self.look(&surface);
+        let own = self.own_light(&surface, &look, incidence);
         self.add(weight * own);
         let is_clear = Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0;
+        let is_mirror = Self::has(effect::REFLECTION) && effects & effect::REFLECTION != 0;
         if from.bounces >= self.shading.detail.depth {
+            if Self::has(effect::METAL) && is_mirror && effects & effect::METAL != 0 {
+                // At the last bounce the background stands for what metal mirrors.
+                let reflected = above(
+                    reflect(direction, normal),
+                    surface.geometric_normal * facing,
+                );
+                self.see_background(reflected, weight * look.mirror, 0.0);
+            }
             if is_clear {
                 // At the last bounce the background stands for what is behind the glass.
                 let let_through = Vec3::from_array(material.transmission);
@@ -333,8 +344,8 @@ where
         };
         if is_clear {
             self.enter(at);
-        } else if Self::has(effect::REFLECTION) && effects & effect::REFLECTION != 0 {
-            let weight = at.weight * Vec3::from_array(material.mirror);
+        } else if is_mirror {
+            let weight = at.weight * look.mirror;
             let cause = self.cause(effect::REFLECTION);
             if weight.max_element() >= LEAST_WEIGHT
                 && self.workspace.push(at.reflected(weight, 0.0, cause))

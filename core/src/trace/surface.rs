@@ -7,7 +7,9 @@ use super::map::{map_point, map_vector};
 use super::texture::{self, TEXTURES};
 use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, map3, max, normalize};
 use crate::scene::Scene;
-use crate::scene::format::{Instance, Material, Mesh, NO_MATERIAL, Triangle, flag, kind};
+use crate::scene::format::{
+    Instance, Material, Mesh, NO_COLOURS, NO_MATERIAL, Triangle, effect, flag, kind,
+};
 use crate::shape::{Ray, Spheroid};
 use glam::Vec3;
 
@@ -20,8 +22,10 @@ pub(super) struct Surface<'a> {
     /// Outward normal, interpolated where the instance asks for it, unit length.
     pub(super) shading_normal: Vec3,
     pub(super) material: &'a Material,
-    /// Coordinates on the material's texture; 0 without a texture or its effect.
-    pub(super) coordinate: [f32; 2],
+    /// First and second coordinates on textures; 0 without a texture or its effect.
+    pub(super) coordinates: [[f32; 2]; 2],
+    /// Colour of the vertices; white without.
+    pub(super) colour: Vec3,
     /// Error bound of `point`, its distance from the surface after the instance's maps: metres.
     error: f32,
 }
@@ -54,7 +58,8 @@ impl<'a> Surface<'a> {
         let is_textured = |material: &Material| {
             EFFECTS & TEXTURES != 0 && material.effects & effects & TEXTURES != 0
         };
-        let (point, normal, smooth, material, coordinate, reach) = if instance.kind == kind::MESH {
+        let mut colour = Vec3::ONE;
+        let (point, normal, smooth, material, coordinates, reach) = if instance.kind == kind::MESH {
             let mesh = scene.meshes.get(instance.geometry as usize)?;
             let triangle = Leaves::new(scene, mesh)
                 .leaf(hit.on.leaf)?
@@ -84,12 +89,18 @@ impl<'a> Surface<'a> {
             // A point near the origin has the same absolute error as others.
             let reach = map3([a, b, c], |corner| largest_magnitude(to_world(corner)));
             let reach = max(reach[0], max(reach[1], reach[2]));
-            let coordinate = if is_textured(material) && mesh.coordinate_count > 0 {
-                coordinate(scene, mesh, record, weights)?
+            let coordinates = if is_textured(material) && mesh.coordinate_count > 0 {
+                coordinates(scene, mesh, record, weights)?
             } else {
-                [0.0; 2]
+                [[0.0; 2]; 2]
             };
-            (point, normal, smooth, material, coordinate, reach)
+            if EFFECTS & effect::VERTEX_COLOURS != 0
+                && material.effects & effects & effect::VERTEX_COLOURS != 0
+                && mesh.first_colour != NO_COLOURS
+            {
+                colour = vertex_colour(scene, mesh, record, weights)?;
+            }
+            (point, normal, smooth, material, coordinates, reach)
         } else {
             let spheroid = Spheroid::of_checked(instance.radii);
             let point = spheroid.project(object_ray.at(hit.on.t));
@@ -98,17 +109,17 @@ impl<'a> Surface<'a> {
                 return Some(Self::between_lines(to_world(point)));
             }
             let normal = spheroid.normal(point);
-            let coordinate = if is_textured(material) {
-                texture::around(point)
+            let coordinates = if is_textured(material) {
+                [texture::around(point); 2]
             } else {
-                [0.0; 2]
+                [[0.0; 2]; 2]
             };
             (
                 point,
                 normal,
                 None,
                 material,
-                coordinate,
+                coordinates,
                 largest_magnitude(to_world(point)),
             )
         };
@@ -128,7 +139,8 @@ impl<'a> Surface<'a> {
             geometric_normal,
             shading_normal,
             material,
-            coordinate,
+            coordinates,
+            colour,
             error: Self::SLACK * UNIT_ROUNDOFF * instance.condition * size,
         })
     }
@@ -140,7 +152,8 @@ impl<'a> Surface<'a> {
             geometric_normal: Vec3::Y,
             shading_normal: Vec3::Y,
             material: &graticule::BETWEEN,
-            coordinate: [0.0; 2],
+            coordinates: [[0.0; 2]; 2],
+            colour: Vec3::ONE,
             error: 0.0,
         }
     }
@@ -160,23 +173,49 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// Returns the texture coordinates of a point of a triangle, from the corners' weights.
+/// Returns the first and second texture coordinates of a point of a triangle, from the corners'
+/// weights; a mesh with one set has it twice.
 #[inline(always)]
-fn coordinate<const W: usize>(
+fn coordinates<const W: usize>(
     scene: &Scene<'_, W>,
     mesh: &Mesh,
     triangle: &Triangle,
     weights: [f32; 3],
-) -> Option<[f32; 2]> {
-    let corner = |i: usize| {
-        let number = mesh.first_coordinate.checked_add(triangle.corners[i])?;
-        scene.coordinates.get(number as usize)
+) -> Option<[[f32; 2]; 2]> {
+    let set = |first: u32| {
+        let corner = |i: usize| {
+            let number = first.checked_add(triangle.corners[i])?;
+            scene.coordinates.get(number as usize)
+        };
+        let [a, b, c] = [corner(0)?, corner(1)?, corner(2)?];
+        Some([
+            a[0] * weights[0] + b[0] * weights[1] + c[0] * weights[2],
+            a[1] * weights[0] + b[1] * weights[1] + c[1] * weights[2],
+        ])
     };
-    let [a, b, c] = [corner(0)?, corner(1)?, corner(2)?];
-    Some([
-        a[0] * weights[0] + b[0] * weights[1] + c[0] * weights[2],
-        a[1] * weights[0] + b[1] * weights[1] + c[1] * weights[2],
-    ])
+    let first = set(mesh.first_coordinate)?;
+    let second = if mesh.coordinate_count > mesh.normal_count {
+        set(mesh.first_coordinate.checked_add(mesh.normal_count)?)?
+    } else {
+        first
+    };
+    Some([first, second])
+}
+
+/// Returns the colour of a point of a triangle, from the corners' weights.
+#[inline(always)]
+fn vertex_colour<const W: usize>(
+    scene: &Scene<'_, W>,
+    mesh: &Mesh,
+    triangle: &Triangle,
+    weights: [f32; 3],
+) -> Option<Vec3> {
+    let corner = |i: usize| {
+        let number = mesh.first_colour.checked_add(triangle.corners[i])?;
+        let colour = scene.colours.get(number as usize);
+        colour.map(|&colour| Vec3::from_array(colour) * weights[i])
+    };
+    Some(corner(0)? + corner(1)? + corner(2)?)
 }
 
 /// Maps a normal by the inverse transpose; both maps are stored.

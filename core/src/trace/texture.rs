@@ -1,30 +1,45 @@
 //! Colours over a surface: checkers and images.
 
-use crate::numeric::{map3, max, sqrt};
+use crate::numeric::{map3, max, min, sqrt};
 use crate::scene::Scene;
-use crate::scene::format::{Material, Texel, Texture, effect};
+use crate::scene::format::{Texel, Texture, effect, reading, texture as kind, wrap};
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 use libm::floorf;
 
 pub(super) const TEXTURES: u32 = effect::CHECKER_TEXTURE | effect::IMAGE_TEXTURE;
 
-/// Factor of a material's colours at a place on its texture, 0 to 1.
+/// Returns the colour of a texture, 0 to 1, at a surface's first or second coordinates; `effects`
+/// are bits of the effects to consider.
 pub(super) fn colour<const W: usize, const EFFECTS: u32>(
     scene: &Scene<'_, W>,
-    material: &Material,
-    coordinate: [f32; 2],
+    number: u32,
+    effects: u32,
+    coordinates: &[[f32; 2]; 2],
 ) -> Vec3 {
-    let Some(texture) = scene.textures.get(material.texture as usize) else {
+    let effects = effects & EFFECTS;
+    let Some(texture) = scene.textures.get(number as usize) else {
         return Vec3::ONE;
     };
-    if EFFECTS & effect::IMAGE_TEXTURE != 0 && material.effects & effect::IMAGE_TEXTURE != 0 {
-        image(texture, scene.texels, coordinate)
+    if effects & texture.effect() == 0 {
+        return Vec3::ONE;
+    }
+    let [first, second] = *coordinates;
+    let is_second = texture.reading & reading::SECOND != 0;
+    let place = mapped(texture, if is_second { second } else { first });
+    if EFFECTS & effect::IMAGE_TEXTURE != 0 && texture.kind == kind::IMAGE {
+        image(texture, scene.texels, place)
     } else if EFFECTS & effect::CHECKER_TEXTURE != 0 {
-        checker(texture, coordinate)
+        checker(texture, place)
     } else {
         Vec3::ONE
     }
+}
+
+/// Returns a surface's coordinates as a texture has them.
+fn mapped(texture: &Texture, [u, v]: [f32; 2]) -> [f32; 2] {
+    let [across, up, origin] = texture.map;
+    [0, 1].map(|axis| across[axis] * u + up[axis] * v + origin[axis])
 }
 
 /// Longitude, ½ at +Z and more towards +X, and latitude, 0 at −Y: error ≤ 3·10⁻⁷.
@@ -38,8 +53,7 @@ pub(super) fn around(point: Vec3) -> [f32; 2] {
 
 /// Returns the colour of a checker; borders belong to the cell above or to the right.
 fn checker(texture: &Texture, [u, v]: [f32; 2]) -> Vec3 {
-    let [across, up] = texture.repeats;
-    let odd = is_odd(floorf(u * across)) != is_odd(floorf(v * up));
+    let odd = is_odd(floorf(u)) != is_odd(floorf(v));
     Vec3::from_array(texture.colours[usize::from(odd)])
 }
 
@@ -47,19 +61,31 @@ fn is_odd(whole: f32) -> bool {
     whole - 2.0 * floorf(0.5 * whole) == 1.0
 }
 
-/// Returns the colour of an image, interpolated in linear light; it wraps around.
+/// Returns the colour of an image: interpolated in linear light, or of the nearest texel.
 fn image(texture: &Texture, texels: &[Texel], [u, v]: [f32; 2]) -> Vec3 {
-    let [across, up] = texture.repeats;
-    let (left, right, to_right) = beside(u * across, texture.width);
+    let is_nearest = texture.reading & reading::NEAREST != 0;
+    let is_linear = texture.reading & reading::LINEAR != 0;
+    let [across, up] = texture.wrap;
     // Rows go down.
-    let (upper, lower, down) = beside(-v * up, texture.height);
+    let from_top = if up == wrap::REPEAT { -v } else { 1.0 - v };
+    let (left, right, to_right) = beside(u, texture.width, across, is_nearest);
+    let (upper, lower, down) = beside(from_top, texture.height, up, is_nearest);
     let texel = |column: u32, row: u32| {
         // Loading has checked the sides: nothing wraps.
         let number = row.wrapping_mul(texture.width).wrapping_add(column);
         let number = number.wrapping_add(texture.first_texel);
         let &[r, g, b, _] = texels.get(number as usize).unwrap_or(&[0; 4]);
-        Vec3::from_array(map3([r, g, b], |code| SRGB[usize::from(code)]))
+        Vec3::from_array(map3([r, g, b], |code| {
+            if is_linear {
+                f32::from(code) / 255.0
+            } else {
+                SRGB[usize::from(code)]
+            }
+        }))
     };
+    if is_nearest {
+        return texel(left, upper);
+    }
     let mix = |a: Vec3, b: Vec3, share: f32| a + (b - a) * share;
     mix(
         mix(texel(left, upper), texel(right, upper), to_right),
@@ -68,19 +94,37 @@ fn image(texture: &Texture, texels: &[Texel], [u, v]: [f32; 2]) -> Vec3 {
     )
 }
 
-/// Returns the texels on both sides of a position, and its share of the way between them.
-fn beside(position: f32, count: u32) -> (u32, u32, f32) {
+/// Returns the texels on both sides of a position, and its share of the way between them; for the
+/// nearest, that texel first.
+fn beside(position: f32, count: u32, way: u32, is_nearest: bool) -> (u32, u32, f32) {
     let last = count.saturating_sub(1);
     // 0 to 1, either included, or NaN, which becomes the first texel.
-    let turn = position - floorf(position);
-    let at = turn * count as f32 - 0.5;
-    let floor = floorf(at);
-    let first = if floor < 0.0 {
-        last
-    } else {
-        (floor as u32).min(last)
+    let turn = match way {
+        wrap::REPEAT => position - floorf(position),
+        wrap::MIRROR => {
+            let turn = position - 2.0 * floorf(0.5 * position);
+            min(turn, 2.0 - turn)
+        }
+        _ => min(max(position, 0.0), 1.0),
     };
-    let second = if first == last { 0 } else { first + 1 };
+    let at = turn * count as f32;
+    if is_nearest {
+        let nearest = (at as u32).min(last);
+        return (nearest, nearest, 0.0);
+    }
+    let at = at - 0.5;
+    let floor = floorf(at);
+    let (before, after) = if way == wrap::REPEAT {
+        (last, 0)
+    } else {
+        (0, last)
+    };
+    let (first, second) = if floor < 0.0 {
+        (before, 0)
+    } else {
+        let first = (floor as u32).min(last);
+        (first, if first == last { after } else { first + 1 })
+    };
     (first, second, max(at - floor, 0.0))
 }
 
@@ -115,31 +159,72 @@ const fn decoded(code: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::format::texture;
     use zerocopy::FromZeros as _;
 
     #[test]
     fn what_is_no_number_has_a_colour() {
-        let checkers = Texture {
-            repeats: [8.0, 4.0],
-            ..Texture::new_zeroed()
-        };
+        let checkers = Texture::new_zeroed();
         let quarter = Texture {
-            kind: texture::IMAGE,
+            kind: kind::IMAGE,
             width: 2,
             height: 2,
-            repeats: [1.0; 2],
-            ..Texture::new_zeroed()
+            ..checkers
         };
         let texels = [[255, 0, 0, 0], [0, 255, 0, 0], [0, 0, 255, 0], [0; 4]];
         for odd in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, 1e38] {
             for at in [[odd, 0.3], [0.3, odd], [odd, odd]] {
                 assert!(checker(&checkers, at).is_finite());
-                let colour = image(&quarter, &texels, at);
-                assert!(colour.is_finite() && colour.min_element() >= 0.0, "{at:?}");
+                for (way, reading) in [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)] {
+                    let image_of = Texture {
+                        wrap: [way; 2],
+                        reading,
+                        ..quarter
+                    };
+                    let colour = image(&image_of, &texels, at);
+                    assert!(colour.is_finite() && colour.min_element() >= 0.0, "{at:?}");
+                }
             }
         }
         // Too few texels are black, not read past their end.
         assert_eq!(image(&quarter, &texels[..0], [0.3; 2]), Vec3::ZERO);
+    }
+
+    #[test]
+    fn an_image_goes_on_as_it_says() {
+        let row = Texture {
+            kind: kind::IMAGE,
+            width: 4,
+            height: 1,
+            reading: reading::NEAREST | reading::LINEAR,
+            ..Texture::new_zeroed()
+        };
+        let texels = [[0; 4], [51, 0, 0, 0], [102, 0, 0, 0], [255, 0, 0, 0]];
+        for (way, expected) in [
+            (wrap::REPEAT, [0.4, 1.0, 0.0, 0.4]),
+            (wrap::MIRROR, [0.2, 0.0, 1.0, 0.2]),
+            (wrap::CLAMP, [0.0, 0.0, 1.0, 1.0]),
+        ] {
+            let texture = Texture {
+                wrap: [way; 2],
+                ..row
+            };
+            let found = [-0.4, -0.1, 1.1, 1.6].map(|u| image(&texture, &texels, [u, 0.5]).x);
+            assert_eq!(found, expected, "{way}");
+            let smooth = Texture {
+                reading: reading::LINEAR,
+                ..texture
+            };
+            // Half-way between texels, and at both ends.
+            let [inside, start, end] = [0.5, 0.0, 1.0].map(|u| image(&smooth, &texels, [u, 0.5]).x);
+            let wrapped = if way == wrap::REPEAT {
+                [0.5; 2]
+            } else {
+                [0.0, 1.0]
+            };
+            assert!(
+                (inside - 0.3).abs() < 1e-6 && [start, end] == wrapped,
+                "{way}"
+            );
+        }
     }
 }

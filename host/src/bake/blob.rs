@@ -54,6 +54,7 @@ pub(super) struct Tables<const W: usize> {
     pub(super) textures: Vec<Texture>,
     pub(super) texels: Vec<Texel>,
     pub(super) media: Vec<Medium>,
+    pub(super) colours: Vec<[f32; 3]>,
     pub(super) rungs: u32,
     pub(super) ambient: [f32; 3],
 }
@@ -113,6 +114,8 @@ impl<const W: usize> Tables<W> {
             textures: append_records(&mut bytes, &self.textures),
             texels: append_records(&mut bytes, &self.texels),
             media: append_records(&mut bytes, &self.media),
+            colours: append_records(&mut bytes, &self.colours),
+            reserved2: [0; 6],
         };
         header.byte_len = u32::try_from(bytes.len()).map_err(|_| BakeError::TooLarge {
             bytes: bytes.len() as u64,

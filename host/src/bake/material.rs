@@ -2,8 +2,10 @@
 
 use super::blob::Tables;
 use crate::scene::material::Material;
-use crate::scene::texture::{Image, Pattern, Texture};
-use shisen_core::scene::format::{self, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, effect, kind, texture};
+use crate::scene::texture::{Image, Pattern, Texture, Wrap};
+use shisen_core::scene::format::{
+    self, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, effect, kind, reading, texture, wrap,
+};
 use shisen_core::spectrum::line;
 use std::sync::Arc;
 
@@ -26,9 +28,34 @@ impl<const W: usize> Tables<W> {
     }
 
     pub(super) fn add_material(&mut self, source: &Material, textures: &mut Textures) {
-        let (mut baked, texture) = material(source);
-        if let Some(texture) = texture {
-            baked.texture = textures.add(texture, self);
+        let mut baked = material(source);
+        let shows = |colour: [f32; 3]| colour.iter().any(|&c| c > 0.0);
+        let metal = source.metal.as_ref();
+        let images = [
+            (
+                &mut baked.texture,
+                source.texture.as_ref().filter(|_| shows(source.diffuse)),
+                0,
+            ),
+            (
+                &mut baked.emission_texture,
+                source
+                    .emission_texture
+                    .as_ref()
+                    .filter(|_| shows(source.emission)),
+                0,
+            ),
+            (
+                &mut baked.metal_texture,
+                metal.and_then(|metal| metal.texture.as_ref()),
+                reading::LINEAR,
+            ),
+        ];
+        for (number, texture, of_data) in images {
+            if let Some(texture) = texture {
+                *number = textures.add(texture, of_data, self);
+                baked.effects |= self.textures[*number as usize].effect();
+            }
         }
         // Opaque materials need no medium, nor does a constant index.
         let is_clear = baked.effects & effect::REFRACTION != 0;
@@ -49,15 +76,33 @@ impl<const W: usize> Tables<W> {
 /// The textures and images that are already in the tables, each once.
 #[derive(Default)]
 pub(super) struct Textures {
-    textures: Vec<Texture>,
+    textures: Vec<(Texture, u32)>,
     /// Each image with the number of its first texel.
     images: Vec<(Arc<Image>, u32)>,
 }
 
 impl Textures {
-    fn add<const W: usize>(&mut self, source: &Texture, tables: &mut Tables<W>) -> u32 {
-        let same = |known: &Texture| {
-            known.repeats == source.repeats
+    /// Adds a texture, whose codes are read as `of_data` says, if it is not known; returns its
+    /// number.
+    fn add<const W: usize>(
+        &mut self,
+        source: &Texture,
+        of_data: u32,
+        tables: &mut Tables<W>,
+    ) -> u32 {
+        let rest = |texture: &Texture| {
+            let Texture {
+                map,
+                wrap,
+                nearest,
+                second_coordinates,
+                ..
+            } = texture;
+            (*map, *wrap, *nearest, *second_coordinates)
+        };
+        let same = |(known, read): &(Texture, u32)| {
+            *read == of_data
+                && rest(known) == rest(source)
                 && match (&known.pattern, &source.pattern) {
                     (Pattern::Image(known), Pattern::Image(image)) => Arc::ptr_eq(known, image),
                     (known, pattern) => known == pattern,
@@ -71,20 +116,35 @@ impl Textures {
             width: 0,
             height: 0,
             first_texel: 0,
-            repeats: source.repeats,
+            map: source.map,
             colours: [[0.0; 3]; 2],
-            reserved: [0; 4],
+            wrap: [0; 2],
+            reading: if source.second_coordinates {
+                reading::SECOND
+            } else {
+                0
+            },
+            reserved: [0; 5],
         };
         match &source.pattern {
             Pattern::Checker(colours) => baked.colours = *colours,
             Pattern::Image(image) => {
                 baked.kind = texture::IMAGE;
+                baked.wrap = source.wrap.map(|way| match way {
+                    Wrap::Repeat => wrap::REPEAT,
+                    Wrap::Mirror => wrap::MIRROR,
+                    Wrap::Clamp => wrap::CLAMP,
+                });
+                baked.reading |= of_data;
+                if source.nearest {
+                    baked.reading |= reading::NEAREST;
+                }
                 (baked.width, baked.height) = (image.width(), image.height());
                 baked.first_texel = self.first_texel(image, tables);
             }
         }
         tables.textures.push(baked);
-        self.textures.push(source.clone());
+        self.textures.push((source.clone(), of_data));
         tables.textures.len() as u32 - 1
     }
 
@@ -103,32 +163,26 @@ impl Textures {
     }
 }
 
-/// Returns a material without the number of its texture, and the texture if it shows.
-fn material(m: &Material) -> (format::Material, Option<&Texture>) {
+/// Returns a material without its textures.
+fn material(m: &Material) -> format::Material {
     let any = |colour: [f32; 3]| colour.iter().any(|&c| c > 0.0);
-    let shows = any(m.diffuse) || any(m.emission);
-    let texture = m.texture.as_ref().filter(|_| shows);
-    let pattern = texture.map(|texture| &texture.pattern);
     let is_clear = any(m.transmission);
+    let metal = m.metal.as_ref().filter(|metal| metal.metalness > 0.0);
+    // A texture can make it smooth somewhere; from one half on metal mirrors nothing.
+    let mirrors = metal.is_some_and(|metal| metal.roughness < 0.5 || metal.texture.is_some());
     let asked = [
         (any(m.emission), effect::EMISSION),
-        (
-            matches!(pattern, Some(Pattern::Checker(_))),
-            effect::CHECKER_TEXTURE,
-        ),
-        (
-            matches!(pattern, Some(Pattern::Image(_))),
-            effect::IMAGE_TEXTURE,
-        ),
         (any(m.diffuse) || any(m.specular), effect::LIT),
         (is_clear, effect::REFRACTION),
         (is_clear && any(m.absorption), effect::ABSORPTION),
-        (!is_clear && any(m.mirror), effect::REFLECTION),
+        (!is_clear && (any(m.mirror) || mirrors), effect::REFLECTION),
         (m.graticule.is_some(), effect::GRATICULE),
+        (m.metal.is_some(), effect::METAL),
+        (m.vertex_colours, effect::VERTEX_COLOURS),
     ];
     let asked = asked.into_iter().filter(|(is_asked, _)| *is_asked);
     let effects = asked.fold(0, |all, (_, effect)| all | effect);
-    let baked = format::Material {
+    format::Material {
         diffuse: m.diffuse,
         shininess: m.shininess,
         specular: m.specular,
@@ -145,7 +199,10 @@ fn material(m: &Material) -> (format::Material, Option<&Texture>) {
         graticule_width: m.graticule.map_or(0.0, |lines| lines.width),
         emission: m.emission,
         medium: NO_MEDIUM,
-        reserved2: [0; 7],
-    };
-    (baked, texture)
+        emission_texture: NO_TEXTURE,
+        metal_texture: NO_TEXTURE,
+        metalness: m.metal.as_ref().map_or(0.0, |metal| metal.metalness),
+        roughness: m.metal.as_ref().map_or(0.0, |metal| metal.roughness),
+        reserved2: [0; 3],
+    }
 }

@@ -220,6 +220,11 @@ impl<'m> Ladder<'m> {
 
 impl TriangleMesh {
     fn part(&self, triangles: &[u32]) -> Self {
+        // Where the mesh has none of something, none are found.
+        fn of<T: Copy>(all: &[T], kept: &[usize]) -> Vec<T> {
+            let found = kept.iter().filter_map(|&old| all.get(old));
+            found.copied().collect()
+        }
         let mut used = vec![false; self.positions.len()];
         for &triangle in triangles {
             for corner in self.triangles[triangle as usize] {
@@ -233,14 +238,14 @@ impl TriangleMesh {
         }
         let renamed =
             |triangle: &u32| self.triangles[*triangle as usize].map(|c| renamed[c as usize]);
-        // Where the mesh has no coordinates or materials, none are found.
-        let places = kept.iter().filter_map(|&old| self.coordinates.get(old));
         let materials = triangles.iter();
         let materials = materials.filter_map(|&t| self.triangle_materials.get(t as usize));
         Self {
-            positions: kept.iter().map(|&old| self.positions[old]).collect(),
-            normals: kept.iter().map(|&old| self.normals[old]).collect(),
-            coordinates: places.copied().collect(),
+            positions: of(&self.positions, &kept),
+            normals: of(&self.normals, &kept),
+            coordinates: of(&self.coordinates, &kept),
+            second_coordinates: of(&self.second_coordinates, &kept),
+            colours: of(&self.colours, &kept),
             triangles: triangles.iter().map(renamed).collect(),
             materials: self.materials.clone(),
             triangle_materials: materials.copied().collect(),

@@ -119,6 +119,7 @@ fn tables<const W: usize>(bytes: &[u8]) -> Vec<TableReport> {
         table("coordinates", header.coordinates, size_of::<[f32; 2]>()),
         table("textures", header.textures, size_of::<Texture>()),
         table("media", header.media, size_of::<Medium>()),
+        table("colours", header.colours, size_of::<[f32; 3]>()),
         table("texels", header.texels, size_of::<Texel>()),
     ]
 }

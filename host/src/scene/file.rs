@@ -158,9 +158,13 @@ impl Scene {
         let objects = objects.map(|one| read_object(&check, one, &mesh_numbers, &material_numbers));
         let mut objects = objects.collect::<Result<Vec<_>, _>>()?;
         let textures = read_textures(&check, &entry.textures, base_dir)?;
-        let materials = materials.into_iter().map(|(material, texture)| Material {
-            texture: texture.map(|number| textures[number].clone()),
-            ..material
+        let materials = materials.into_iter().map(|(material, texture)| {
+            let texture = texture.map(|number| textures[number].clone());
+            Material {
+                emission_texture: texture.clone(),
+                texture,
+                ..material
+            }
         });
         let materials: Vec<Material> = materials.collect();
         let mut meshes = Vec::with_capacity(entry.meshes.len());

@@ -5,6 +5,7 @@ use crate::scene::mesh::TriangleMesh;
 use crate::scene::texture::Image;
 use glam::{DVec3, Vec3};
 use miette::Diagnostic;
+use palette::Srgb;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -182,13 +183,18 @@ fn finished(path: &Path, mut mesh: TriangleMesh, mut unused: Unused) -> Result<M
     }
     let limit = TriangleMesh::FARTHEST_COORDINATE;
     let mut out_of_range = 0;
-    for place in &mut mesh.coordinates {
-        if !place.iter().all(|c| c.abs() <= limit) {
-            *place = [0.0; 2];
-            out_of_range += 1;
+    for set in [&mut mesh.coordinates, &mut mesh.second_coordinates] {
+        for place in set {
+            if !place.iter().all(|c| c.abs() <= limit) {
+                *place = [0.0; 2];
+                out_of_range += 1;
+            }
         }
     }
     unused.add("texture coordinate{s} out of range", out_of_range);
+    for colour in &mut mesh.colours {
+        *colour = bounded_colour(*colour);
+    }
     mesh.validate().map_err(|fault| unusable(path, fault))?;
     Ok(Model { mesh, unused })
 }
@@ -281,6 +287,11 @@ fn without_comment(words: &str) -> &str {
 fn three_floats<'a>(words: impl Iterator<Item = &'a str>) -> Option<[f32; 3]> {
     let mut numbers = words.map_while(|word| f32::from_str(word).ok());
     Some([numbers.next()?, numbers.next()?, numbers.next()?])
+}
+
+/// Returns the light of an sRGB code from 0 to 1.
+fn decoded(code: f32) -> f32 {
+    Srgb::<f32>::new(code, 0.0, 0.0).into_linear().red
 }
 
 /// `value` within the range; its lower end for NaN.

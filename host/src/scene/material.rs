@@ -28,11 +28,38 @@ pub struct Material {
     pub absorption: [f32; 3],
     /// Where the surface is this material; between the lines it is black.
     pub graticule: Option<Graticule>,
-    /// What `diffuse` and `emission` are multiplied by.
+    /// What `diffuse` is multiplied by.
     pub texture: Option<Texture>,
+    /// What `emission` is multiplied by.
+    pub emission_texture: Option<Texture>,
+    /// Where it is metal: `diffuse` is then the metal's colour, too.
+    pub metal: Option<Metal>,
+    /// Whether the colours of a mesh's vertices multiply `diffuse`, or `emission` where `diffuse`
+    /// is black.
+    pub vertex_colours: bool,
     /// Light of its own per channel, 0 or more: as bright outside from all
     /// directions. It lights nothing else.
     pub emission: [f32; 3],
+}
+
+impl Material {
+    /// Returns its textures.
+    pub fn textures(&self) -> impl Iterator<Item = &Texture> {
+        let metal = self.metal.as_ref().and_then(|metal| metal.texture.as_ref());
+        let others = [self.texture.as_ref(), self.emission_texture.as_ref()];
+        others.into_iter().chain([metal]).flatten()
+    }
+}
+
+/// Metal, as glTF has it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Metal {
+    /// Share of metal, 0 to 1.
+    pub metalness: f32,
+    /// The square root of the width of a microfacets' lobe, 0 (a mirror) to 1.
+    pub roughness: f32,
+    /// Data whose blue multiplies `metalness`, and its green `roughness`.
+    pub texture: Option<Texture>,
 }
 
 /// Meridians and parallels about a shape's own Y axis.
@@ -59,6 +86,9 @@ impl Default for Material {
             absorption: [0.0; 3],
             graticule: None,
             texture: None,
+            emission_texture: None,
+            metal: None,
+            vertex_colours: false,
             emission: [0.0; 3],
         }
     }

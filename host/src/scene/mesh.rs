@@ -16,6 +16,10 @@ pub struct TriangleMesh {
     /// has none. u to the right and v up, 0 to 1 from the lower left corner of
     /// an image to the upper right one; up to [`Self::FARTHEST_COORDINATE`].
     pub coordinates: Vec<[f32; 2]>,
+    /// The same for textures by second coordinates, where there are first ones.
+    pub second_coordinates: Vec<[f32; 2]>,
+    /// Colours of vertices, linear RGB from 0 to 1, one a position; may be empty.
+    pub colours: Vec<[f32; 3]>,
     /// Three indices into `positions` a triangle, counter-clockwise from
     /// outside, in the file's order.
     pub triangles: Vec<[u32; 3]>,
@@ -92,6 +96,12 @@ impl TriangleMesh {
         for (what, found, expected) in [
             ("normals", self.normals.len(), vertices),
             ("coordinates", self.coordinates.len(), vertices),
+            (
+                "second coordinates",
+                self.second_coordinates.len(),
+                self.coordinates.len(),
+            ),
+            ("colours", self.colours.len(), vertices),
             ("triangle materials", materials, triangles),
         ] {
             if found != 0 && found != expected {
@@ -101,7 +111,14 @@ impl TriangleMesh {
             }
         }
         let limit = Self::FARTHEST_COORDINATE;
-        for (vertex, [u, v]) in self.coordinates.iter().enumerate() {
+        let shares = |colour: &[f32; 3]| colour.iter().all(|c| (0.0..=1.0).contains(c));
+        if let Some(vertex) = self.colours.iter().position(|colour| !shares(colour)) {
+            return Err(MeshError::new(format!(
+                "vertex {vertex} (counted from 0) has a colour outside 0 to 1"
+            )));
+        }
+        let sets = [&self.coordinates, &self.second_coordinates];
+        for (vertex, [u, v]) in sets.into_iter().flat_map(|set| set.iter().enumerate()) {
             if !(u.abs() <= limit && v.abs() <= limit) {
                 return Err(MeshError::new(format!(
                     "vertex {vertex} (counted from 0) is at {u}, {v} on its texture, but \
@@ -136,7 +153,7 @@ impl TriangleMesh {
     /// Returns whether it shows a texture: that of `material`, or without one those of its own
     /// materials.
     pub fn shows_texture(&self, material: Option<&Material>) -> bool {
-        let has_texture = |material: &Material| material.texture.is_some();
+        let has_texture = |material: &Material| material.textures().next().is_some();
         material.map_or_else(|| self.materials.iter().any(has_texture), has_texture)
     }
 
@@ -162,6 +179,16 @@ impl TriangleMesh {
         sums.into_iter()
             .map(|sum| sum.normalize_or(DVec3::Y).as_vec3().to_array())
             .collect()
+    }
+
+    /// Gives it one white material, which the colours of its vertices multiply.
+    pub(super) fn paint_by_vertices(&mut self) {
+        self.materials = vec![Material {
+            diffuse: [1.0; 3],
+            vertex_colours: true,
+            ..Material::default()
+        }];
+        self.triangle_materials = vec![0; self.triangles.len()];
     }
 
     /// Returns one metre along x and z about the origin, its front up, with u along x and v against

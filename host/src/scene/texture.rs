@@ -15,14 +15,44 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// A pattern that multiplies the diffuse reflectance and the emission of a material.
+/// A pattern over a surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     /// The pattern.
     pub pattern: Pattern,
-    /// Cells of a checker, or copies of an image, from 0 to 1 along u and v of
-    /// the surface's coordinates: 0.001 to 10,000.
-    pub repeats: [f32; 2],
+    /// From the surface's coordinates to the pattern's own, of which 1 is a cell of a checker or an
+    /// image: where u goes, where v goes, and where the origin is. Up to 1,000,000.
+    pub map: [[f32; 2]; 3],
+    /// How an image goes on beyond 0 to 1, across and up.
+    pub wrap: [Wrap; 2],
+    /// Whether an image's nearest texel is taken alone, rather than the four around.
+    pub nearest: bool,
+    /// Whether the mesh's second coordinates are meant, where it has them.
+    pub second_coordinates: bool,
+}
+
+impl Texture {
+    /// Returns a pattern that repeats this often from 0 to 1 along u and v.
+    pub const fn new(pattern: Pattern, repeats: [f32; 2]) -> Self {
+        Self {
+            pattern,
+            map: [[repeats[0], 0.0], [0.0, repeats[1]], [0.0; 2]],
+            wrap: [Wrap::Repeat; 2],
+            nearest: false,
+            second_coordinates: false,
+        }
+    }
+}
+
+/// How an image goes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wrap {
+    /// The same again.
+    Repeat,
+    /// Every second time turned over.
+    Mirror,
+    /// As at its border.
+    Clamp,
 }
 
 /// The pattern of a texture.

@@ -1,9 +1,9 @@
 //! What a surface sends back of light from lights, and its own.
 
 use super::{RayTree, place};
-use crate::numeric::normalize;
+use crate::numeric::{max, normalize};
 use crate::scene::EffectSet;
-use crate::scene::format::{Light, effect, light};
+use crate::scene::format::{Light, NO_TEXTURE, effect, light};
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
 use crate::trace::ledger::Record;
@@ -16,40 +16,100 @@ impl<const W: usize, const EFFECTS: u32, R: Record> RayTree<'_, '_, W, EFFECTS, 
 where
     Simd: Runs<W>,
 {
-    /// Returns a surface's own light and that of lights, in the colours of its texture.
+    /// Returns a surface's own light and that of lights.
     #[inline(always)]
-    pub(super) fn own_light(&mut self, surface: &Surface<'_>, incidence: Incidence) -> Vec3 {
+    pub(super) fn own_light(
+        &mut self,
+        surface: &Surface<'_>,
+        look: &Look,
+        incidence: Incidence,
+    ) -> Vec3 {
         let material = surface.material;
         let effects = material.effects & self.shading.effects;
-        let texture = if Self::has(TEXTURES) && effects & TEXTURES != 0 {
-            let (scene, at) = (&self.shading.searcher.scene, surface.coordinate);
-            Some(texture::colour::<W, EFFECTS>(scene, material, at))
-        } else {
-            None
-        };
-        let textured = |colour: [f32; 3]| {
-            let colour = Vec3::from_array(colour);
-            texture.map_or(colour, |texture| colour * texture)
-        };
         let mut light = Vec3::ZERO;
         if material.effects & effect::LIT != 0 {
             light = self.lit(&Lighting {
                 surface,
-                diffuse: textured(material.diffuse),
+                look,
                 incidence,
             });
         }
         let outside = incidence.facing > 0.0;
         if Self::has(effect::EMISSION) && effects & effect::EMISSION != 0 && outside {
-            light += textured(material.emission);
+            light += self.emission(surface);
         }
         light
+    }
+
+    /// Returns a surface's own light, in the colours of its texture, and of its vertices where it
+    /// has nothing else to colour.
+    #[inline(always)]
+    fn emission(&self, surface: &Surface<'_>) -> Vec3 {
+        let emission = Vec3::from_array(surface.material.emission);
+        let emission = self.textured(emission, surface, surface.material.emission_texture);
+        if Self::has(effect::VERTEX_COLOURS) && surface.material.diffuse == [0.0; 3] {
+            emission * surface.colour
+        } else {
+            emission
+        }
+    }
+
+    /// Returns a colour times that of a texture.
+    #[inline(always)]
+    fn textured(&self, colour: Vec3, surface: &Surface<'_>, texture: u32) -> Vec3 {
+        let effects = surface.material.effects & self.shading.effects;
+        if Self::has(TEXTURES) && effects & TEXTURES != 0 && texture != NO_TEXTURE {
+            let (scene, at) = (&self.shading.searcher.scene, &surface.coordinates);
+            colour * texture::colour::<W, EFFECTS>(scene, texture, effects, at)
+        } else {
+            colour
+        }
+    }
+
+    /// Returns the colours of a surface at a point, with its textures.
+    #[inline(always)]
+    pub(super) fn look(&self, surface: &Surface<'_>) -> Look {
+        let material = surface.material;
+        let effects = material.effects & self.shading.effects;
+        let diffuse = Vec3::from_array(material.diffuse);
+        let mut diffuse = self.textured(diffuse, surface, material.texture);
+        if Self::has(effect::VERTEX_COLOURS) {
+            diffuse *= surface.colour;
+        }
+        let specular = Vec3::from_array(material.specular);
+        let mirror = Vec3::from_array(material.mirror);
+        let plain = Look {
+            diffuse,
+            ambient: diffuse,
+            specular,
+            shininess: material.shininess,
+            mirror,
+        };
+        if !Self::has(effect::METAL) || effects & effect::METAL == 0 {
+            return plain;
+        }
+        let factors = Vec3::new(0.0, material.roughness, material.metalness);
+        let factors = self.textured(factors, surface, material.metal_texture);
+        let (metal, roughness) = (factors.z, factors.y);
+        let tint = diffuse * metal;
+        // What a lobe this narrow mirrors; the rest of the surroundings is ambient light.
+        let smoothness = max(1.0 - 2.0 * roughness, 0.0);
+        let smoothness = smoothness * smoothness;
+        let width = roughness * roughness;
+        let shininess = 2.0 / max(width * width, 1.0e-4) - 2.0;
+        Look {
+            diffuse: diffuse - tint,
+            ambient: diffuse - tint * smoothness,
+            specular: specular * (1.0 - metal) + tint,
+            shininess: max(shininess, 1.0),
+            mirror: tint * smoothness,
+        }
     }
 
     /// Returns light from lights: ambient, Lambert, and Blinn-Phong (Blinn 1977).
     fn lit(&mut self, at: &Lighting<'_, '_>) -> Vec3 {
         let scene = &self.shading.searcher.scene;
-        let mut sum = Vec3::from_array(scene.header.ambient) * at.diffuse;
+        let mut sum = Vec3::from_array(scene.header.ambient) * at.look.ambient;
         for (number, source) in (0..).zip(scene.lights) {
             if source.is_large() {
                 sum += self.lit_by_rectangle(at, number, source);
@@ -145,9 +205,18 @@ where
 /// A surface as light from lights finds it.
 struct Lighting<'s, 'a> {
     surface: &'s Surface<'a>,
-    /// Reflectance, with the texture.
-    diffuse: Vec3,
+    look: &'s Look,
     incidence: Incidence,
+}
+
+/// The colours of a surface at a point.
+pub(super) struct Look {
+    diffuse: Vec3,
+    /// Share of light from everywhere that it sends back.
+    ambient: Vec3,
+    specular: Vec3,
+    shininess: f32,
+    pub(super) mirror: Vec3,
 }
 
 /// How a ray meets a surface.
@@ -182,13 +251,12 @@ impl Lighting<'_, '_> {
     /// Returns what it sends back along the ray of irradiance 1 from a direction.
     #[inline(always)]
     fn answer(&self, unit: Vec3, cosine: f32) -> Vec3 {
-        let material = self.surface.material;
-        let specular = Vec3::from_array(material.specular);
-        let mut answer = self.diffuse * cosine;
+        let specular = self.look.specular;
+        let mut answer = self.look.diffuse * cosine;
         if specular != Vec3::ZERO
             && let Some(half) = normalize(unit - self.incidence.direction)
         {
-            answer += specular * highlight(self.incidence.normal.dot(half), material.shininess);
+            answer += specular * highlight(self.incidence.normal.dot(half), self.look.shininess);
         }
         answer
     }

@@ -63,9 +63,14 @@ impl Weld {
                 // + 0.0 leaves no −0 behind.
                 let place = mesh.positions[corner as usize].map(|c| c + 0.0);
                 let bits = place.map(f32::to_bits);
-                let on_texture = mesh.coordinates.get(corner as usize);
-                let on_texture = on_texture.map(|place| place.map(|c| (c + 0.0).to_bits()));
-                let key = (bits, material, on_texture);
+                let looks = [&mesh.coordinates, &mesh.second_coordinates];
+                let looks = looks.map(|set| {
+                    let place = set.get(corner as usize);
+                    place.map(|place| place.map(|c| (c + 0.0).to_bits()))
+                });
+                let colour = mesh.colours.get(corner as usize);
+                let colour = colour.map(|colour| colour.map(f32::to_bits));
+                let key = (bits, material, looks, colour);
                 let vertex = *of_material.entry(key).or_insert_with(|| {
                     let new = weld.places.len() as u32;
                     weld.places.push(place);

@@ -151,6 +151,8 @@ fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
         EffectSet::IMAGE_TEXTURE => "no material has an image",
         EffectSet::CHECKER_TEXTURE => "no material has a checker",
         EffectSet::EMISSION => "no material shines",
+        EffectSet::METAL => "no material is metal by a glTF file",
+        EffectSet::VERTEX_COLOURS => "no mesh has colours at its vertices",
         EffectSet::GRATICULE => "no material has meridians and parallels",
         _ => "nothing in the scene asks for it",
     }

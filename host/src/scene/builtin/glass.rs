@@ -171,10 +171,10 @@ fn lamp(name: &str, emission: [f32; 3]) -> Material {
 fn checker(name: &str, greys: [f32; 2], repeats: f32) -> Material {
     Material {
         name: name.to_owned(),
-        texture: Some(Texture {
-            pattern: Pattern::Checker(greys.map(|grey| [grey; 3])),
-            repeats: [repeats; 2],
-        }),
+        texture: Some(Texture::new(
+            Pattern::Checker(greys.map(|grey| [grey; 3])),
+            [repeats; 2],
+        )),
         ..Material::default()
     }
 }

@@ -58,6 +58,9 @@ fn read_material(
     let glass = default.index_of_refraction;
     let material = Material {
         name: String::new(),
+        emission_texture: None,
+        metal: None,
+        vertex_colours: false,
         medium: check.name("medium", &entry.medium, media)?,
         diffuse: share("diffuse", &entry.diffuse, default.diffuse)?,
         specular: share("specular", &entry.specular, default.specular)?,
@@ -159,7 +162,7 @@ pub(super) fn read_textures(
                 return check.refuse_keys("a texture", choice, name.span());
             }
         };
-        textures.push(Texture { pattern, repeats });
+        textures.push(Texture::new(pattern, repeats));
     }
     Ok(textures)
 }

@@ -57,7 +57,10 @@ fn the_documented_example_is_a_scene() {
     assert_eq!((lines.divisions, lines.width), (9, 0.3f32.to_radians()));
     let flint = Medium::named("sf11").unwrap().index(588.0);
     assert_eq!(prism.medium.map(|m| m.index(588.0)), Some(flint));
-    assert_eq!(tiles.texture.as_ref().unwrap().repeats, [8.0; 2]);
+    assert_eq!(
+        tiles.texture.as_ref().unwrap().map,
+        [[8.0, 0.0], [0.0, 8.0], [0.0; 2]]
+    );
     assert_eq!(scene.camera.frames(), 120);
     let [cow, animal, sphere, spheroid, floor] = &scene.objects[..] else {
         panic!("five objects were described");

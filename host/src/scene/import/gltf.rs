@@ -37,6 +37,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
         unused: Unused::default(),
     };
     importer.scene(&document)?;
+    importer.complete();
     importer.paint(&document);
     importer.count_unused(&document);
     finished(path, importer.mesh, importer.unused)
@@ -269,15 +270,34 @@ impl Importer<'_> {
         } else {
             mesh.normals.extend(pose.normals(surface));
         }
-        if !surface.coordinates.is_empty() {
-            mesh.coordinates.resize(first, [0.0; 2]);
-            mesh.coordinates.extend_from_slice(&surface.coordinates);
-        } else if !mesh.coordinates.is_empty() {
-            mesh.coordinates.resize(first + count, [0.0; 2]);
-        }
+        let [first_set, second_set] = &surface.coordinates;
+        extend(&mut mesh.coordinates, first_set, first, count, [0.0; 2]);
+        extend(
+            &mut mesh.second_coordinates,
+            second_set,
+            first,
+            count,
+            [0.0; 2],
+        );
+        extend(&mut mesh.colours, &surface.colours, first, count, [1.0; 3]);
         let material = surface.material.map_or(u32::MAX, |number| number as u32);
         mesh.triangle_materials.resize(triangles, material);
         Ok(())
+    }
+
+    /// Lets all vertices have what only some have.
+    fn complete(&mut self) {
+        let mesh = &mut self.mesh;
+        let count = mesh.positions.len();
+        if !(mesh.coordinates.is_empty() && mesh.second_coordinates.is_empty()) {
+            mesh.coordinates.resize(count, [0.0; 2]);
+        }
+        if !mesh.second_coordinates.is_empty() {
+            mesh.second_coordinates.resize(count, [0.0; 2]);
+        }
+        if !mesh.colours.is_empty() {
+            mesh.colours.resize(count, [1.0; 3]);
+        }
     }
 
     fn count_unused(&mut self, document: &Document) {
@@ -295,6 +315,16 @@ impl Importer<'_> {
         self.unused.add("variant{s} of materials", variants as u64);
         let others = root.scenes.len().saturating_sub(1);
         self.unused.add("scene{s} besides the first", others as u64);
+    }
+}
+
+/// Appends what a surface has of something to what the vertices before it have.
+fn extend<T: Copy>(all: &mut Vec<T>, own: &[T], first: usize, count: usize, without: T) {
+    if !own.is_empty() {
+        all.resize(first, without);
+        all.extend_from_slice(own);
+    } else if !all.is_empty() {
+        all.resize(first + count, without);
     }
 }
 

@@ -4,8 +4,8 @@ mod library;
 
 use super::polygon::{Polygons, twins};
 use super::{
-    ImportError, Model, Place, Textures, Unused, fault, finished, no_vertex, syntax, three_floats,
-    unusable, without_comment,
+    ImportError, Model, Place, Textures, Unused, decoded, fault, finished, no_vertex, syntax,
+    three_floats, unusable, without_comment,
 };
 use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
@@ -36,6 +36,8 @@ enum Normal {
 #[derive(Default)]
 struct Geometry {
     positions: Vec<[f32; 3]>,
+    /// One a position, as sRGB codes them from 0 to 1; empty if none has one.
+    colours: Vec<[f32; 3]>,
     coordinates: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
     /// The corners of all faces, in the file's order.
@@ -106,9 +108,14 @@ impl Geometry {
             match keyword {
                 "v" => {
                     let problem = "a vertex needs three coordinates that are numbers";
-                    let position = three_floats(words).ok_or_else(|| syntax(at, problem))?;
+                    let position = three_floats(words.clone());
+                    let position = position.ok_or_else(|| syntax(at, problem))?;
                     TriangleMesh::check_position(position)
                         .map_err(|fault| unusable(at, format_args!("the vertex {fault}")))?;
+                    if let Some(colour) = three_floats(words.skip(3)) {
+                        geometry.colours.resize(geometry.positions.len(), [1.0; 3]);
+                        geometry.colours.push(colour);
+                    }
                     geometry.positions.push(position);
                 }
                 // What is no normal gets one at the end.
@@ -281,7 +288,15 @@ impl Geometry {
         let is_smooth = matches!(first, Some(Normal::Smooth(_)))
             && corners.iter().all(|corner| Some(corner.normal) == first);
         let mut mesh = TriangleMesh::default();
+        let mut colours = self.colours.clone();
+        if !colours.is_empty() {
+            colours.resize(self.positions.len(), [1.0; 3]);
+        }
+        for colour in &mut colours {
+            *colour = colour.map(decoded);
+        }
         if is_smooth && !has_coordinates {
+            mesh.colours = colours;
             mesh.positions.clone_from(&self.positions);
             let triangles = triangles.iter();
             mesh.triangles = triangles.map(|three| three.map(|c| c.position)).collect();
@@ -295,6 +310,8 @@ impl Geometry {
                     let vertex = mesh.positions.len() as u32;
                     mesh.positions
                         .push(self.positions[corner.position as usize]);
+                    let colour = colours.get(corner.position as usize);
+                    mesh.colours.extend(colour);
                     mesh.normals.push(match corner.normal {
                         Normal::Own(normal) => self.normals[normal as usize],
                         other => computed[&(corner.position, other)],
@@ -347,16 +364,19 @@ impl Geometry {
             for described in library::parse(&text, unused) {
                 let name = described.material.name.clone();
                 places.insert(name, mesh.materials.len() as u32);
-                let texture = match &described.texture {
+                let maps = [&described.texture, &described.emission_texture];
+                let [texture, emission_texture] = maps.map(|map| match map {
                     Some(_) if mesh.coordinates.is_empty() => {
                         unused.add("texture{s} of faces without texture coordinates", 1);
                         None
                     }
                     Some(map) => map.read(&library, &mut textures, unused),
                     None => None,
-                };
+                });
                 mesh.materials.push(Material {
                     texture,
+                    emission_texture,
+                    vertex_colours: !mesh.colours.is_empty(),
                     ..described.material
                 });
             }
@@ -373,9 +393,15 @@ impl Geometry {
         };
         let materials: Vec<u32> = faces.iter().map(of_face).collect();
         unused.add("material{s} that no library has", lacking.len() as u64);
+        if fallback == 0 && !mesh.colours.is_empty() {
+            mesh.paint_by_vertices();
+        }
         if fallback > 0 {
             if materials.contains(&fallback) {
-                mesh.materials.push(Material::default());
+                mesh.materials.push(Material {
+                    vertex_colours: !mesh.colours.is_empty(),
+                    ..Material::default()
+                });
             }
             mesh.triangle_materials = materials;
         }

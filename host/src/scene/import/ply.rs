@@ -1,7 +1,9 @@
 //! PLY, ASCII and binary.
 
 use super::polygon::{Polygons, twins};
-use super::{ImportError, Model, Place, Unused, claim, fault, finished, no_vertex, syntax};
+use super::{
+    ImportError, Model, Place, Unused, claim, decoded, fault, finished, no_vertex, syntax,
+};
 use crate::scene::mesh::TriangleMesh;
 use std::path::Path;
 
@@ -403,8 +405,14 @@ impl Reader<'_> {
         // Two pairs would overwrite each other.
         let mut pairs = COORDINATES.iter().filter_map(|pair| element.scalars(*pair));
         let coordinate = pairs.next().filter(|_| pairs.next().is_none());
-        let used = [&position[..], normal.as_slice().as_flattened()].concat();
-        let used = [&used[..], coordinate.as_slice().as_flattened()].concat();
+        let colour = element.scalars(["red", "green", "blue"]);
+        let colour = colour.or_else(|| element.scalars(["r", "g", "b"]));
+        let colour_of = colour.map_or(Number::F32, |[red, ..]| element.properties[red].number);
+        let mut used = position.to_vec();
+        for places in [normal, colour] {
+            used.extend(places.iter().flatten());
+        }
+        used.extend(coordinate.iter().flatten());
         let mut values = vec![0.0; element.properties.len()];
         for _ in 0..element.count {
             for (place, property) in element.properties.iter().enumerate() {
@@ -425,6 +433,13 @@ impl Reader<'_> {
                 .extend(normal.map(|places| places.map(at)));
             let place = coordinate.map(|places| places.map(at));
             self.mesh.coordinates.extend(place);
+            let full = match colour_of {
+                Number::U8 => f32::from(u8::MAX),
+                Number::U16 => f32::from(u16::MAX),
+                _ => 1.0,
+            };
+            let seen = colour.map(|places| places.map(|place| decoded(at(place) / full)));
+            self.mesh.colours.extend(seen);
         }
         for (place, property) in element.properties.iter().enumerate() {
             if !used.contains(&place) {
@@ -495,6 +510,9 @@ impl Reader<'_> {
                 polygons.cut(&corners[first..end], place, |three| triangles.push(three));
             }
             first = end;
+        }
+        if !self.mesh.colours.is_empty() {
+            self.mesh.paint_by_vertices();
         }
         finished(self.path, self.mesh, self.unused)
     }

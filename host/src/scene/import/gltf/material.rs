@@ -3,17 +3,12 @@
 use super::super::{Textures, beside, bounded, bounded_colour, read_one_of};
 use super::Importer;
 use super::accessors::{data_of, is_below, percent_decoded};
-use crate::scene::material::Material;
-use crate::scene::texture::{Pattern, Texture};
+use crate::scene::material::{Material, Metal};
+use crate::scene::texture::{Pattern, Texture, Wrap};
 use gltf::material::AlphaMode;
-use gltf::texture::Info;
+use gltf::texture::{Info, MagFilter, WrappingMode};
 use gltf::{Document, image};
 use std::borrow::Cow;
-
-/// Metalness from which a smooth surface is a mirror.
-const METALLIC: f32 = 0.5;
-/// Roughness up to which a metallic surface is a mirror.
-const SMOOTH: f32 = 0.3;
 
 /// Extensions of materials that change no picture here, and what their uses are called.
 const EXTENSIONS: [(&str, &str); 6] = [
@@ -39,13 +34,7 @@ impl Importer<'_> {
         }
         let mut textures = Textures::new();
         for material in document.materials() {
-            let mut painted = whitted(&material);
-            let base = material.pbr_metallic_roughness().base_color_texture();
-            if let Some(info) = base
-                && !self.mesh.coordinates.is_empty()
-            {
-                painted.texture = self.texture(&info, &mut textures);
-            }
+            let painted = self.painted(&material, &mut textures);
             self.count_unused_of(&material);
             self.mesh.materials.push(painted);
         }
@@ -59,12 +48,50 @@ impl Importer<'_> {
         }
     }
 
+    /// Maps a material onto ours, as [`super::super::load`] documents.
+    fn painted(
+        &mut self,
+        material: &gltf::Material<'_>,
+        textures: &mut Textures<usize>,
+    ) -> Material {
+        let pbr = material.pbr_metallic_roughness();
+        let mut painted = whitted(material);
+        painted.vertex_colours = !self.mesh.colours.is_empty();
+        let mut texture = |info: Option<Info<'_>>| self.texture(&info?, textures);
+        let base = texture(pbr.base_color_texture());
+        if material.unlit() {
+            painted.emission_texture = base;
+            return painted;
+        }
+        painted.texture = base;
+        painted.emission_texture = texture(material.emissive_texture());
+        if let Some(metal) = &mut painted.metal {
+            metal.texture = texture(pbr.metallic_roughness_texture());
+        }
+        painted
+    }
+
     fn texture(&mut self, info: &Info<'_>, textures: &mut Textures<usize>) -> Option<Texture> {
-        if info.tex_coord() != 0 {
-            self.unused.add("texture{s} on further coordinates", 1);
+        let moved = info.texture_transform();
+        let set = moved
+            .as_ref()
+            .and_then(gltf::texture::TextureTransform::tex_coord);
+        let set = set.unwrap_or(info.tex_coord());
+        let source = info.texture().source();
+        if self.mesh.coordinates.is_empty() {
+            self.unused
+                .add("texture{s} of faces without texture coordinates", 1);
             return None;
         }
-        let source = info.texture().source()?;
+        let Some(source) = source.filter(|_| set < 2) else {
+            let kind = if set < 2 {
+                "texture{s} in another format than PNG and JPEG"
+            } else {
+                "texture{s} on further coordinates than two"
+            };
+            self.unused.add(kind, 1);
+            return None;
+        };
         let name = match source.source() {
             image::Source::Uri { uri, .. } if !uri.starts_with("data:") => uri.to_owned(),
             _ => source.name().map_or_else(
@@ -76,9 +103,18 @@ impl Importer<'_> {
         let read = || self.image(&source);
         let image = textures.get(source.index(), &name, &mut unused, read);
         self.unused = unused;
+        let sampler = info.texture().sampler();
+        let plain = Texture::new(Pattern::Image(image?), [1.0; 2]);
         Some(Texture {
-            pattern: Pattern::Image(image?),
-            repeats: [1.0; 2],
+            map: moved.map_or(plain.map, |moved| map(&moved)),
+            wrap: [sampler.wrap_s(), sampler.wrap_t()].map(|way| match way {
+                WrappingMode::Repeat => Wrap::Repeat,
+                WrappingMode::MirroredRepeat => Wrap::Mirror,
+                WrappingMode::ClampToEdge => Wrap::Clamp,
+            }),
+            nearest: sampler.mag_filter() == Some(MagFilter::Nearest),
+            second_coordinates: set == 1,
+            ..plain
         })
     }
 
@@ -110,14 +146,9 @@ impl Importer<'_> {
         for (kind, is_there) in [
             ("normal map{s}", material.normal_texture().is_some()),
             ("occlusion map{s}", material.occlusion_texture().is_some()),
-            ("emission map{s}", material.emissive_texture().is_some()),
             (
                 "alpha mask{s}",
                 has_alpha && material.alpha_mode() == AlphaMode::Mask,
-            ),
-            (
-                "map{s} of metal and roughness",
-                pbr.metallic_roughness_texture().is_some(),
             ),
         ] {
             self.unused.add(kind, u64::from(is_there));
@@ -129,80 +160,86 @@ impl Importer<'_> {
     }
 }
 
-/// Maps a material onto Whitted's terms, as [`super::load`] documents.
+/// Returns the map that `KHR_texture_transform` describes for coordinates that go down, for such as
+/// go up.
+fn map(moved: &gltf::texture::TextureTransform<'_>) -> [[f32; 2]; 3] {
+    let (sin, cos) = (libm::sinf(moved.rotation()), libm::cosf(moved.rotation()));
+    let ([x, y], [across, down]) = (moved.offset(), moved.scale());
+    let map = [
+        [cos * across, sin * across],
+        [-sin * down, cos * down],
+        [x + sin * down, 1.0 - y - cos * down],
+    ];
+    map.map(|axis| axis.map(|number| bounded(number, -1.0e6, 1.0e6)))
+}
+
+/// Maps a material onto ours, without its textures.
 fn whitted(material: &gltf::Material<'_>) -> Material {
     let default = Material::default();
     let pbr = material.pbr_metallic_roughness();
     let [r, g, b, alpha] = pbr.base_color_factor();
     let base = bounded_colour([r, g, b]);
-    let name = material.name().unwrap_or_default().to_owned();
-    let emission = material.emissive_strength().unwrap_or(1.0);
-    let emission = material.emissive_factor().map(|channel| channel * emission);
-    let emission = emission.map(|channel| bounded(channel, 0.0, 1.0e6));
+    let share = |value: f32| bounded(value, 0.0, 1.0);
+    let strength = material.emissive_strength().unwrap_or(1.0);
+    let emission = material.emissive_factor();
+    let emission = emission.map(|channel| bounded(channel * strength, 0.0, 1.0e6));
+    let named = Material {
+        name: material.name().unwrap_or_default().to_owned(),
+        emission,
+        ..default.clone()
+    };
     if material.unlit() {
         return Material {
-            name,
             diffuse: [0.0; 3],
             emission: base,
-            ..default
+            ..named
         };
     }
+    let transmission = material.transmission();
+    let transmission = transmission.map_or(0.0, |one| share(one.transmission_factor()));
     let opacity = match material.alpha_mode() {
-        AlphaMode::Blend => bounded(alpha, 0.0, 1.0),
+        AlphaMode::Blend => share(alpha),
         AlphaMode::Opaque | AlphaMode::Mask => 1.0,
     };
-    // A factor of its map, which says where the metal is.
-    let metalness = match pbr.metallic_roughness_texture() {
-        Some(_) => 0.0,
-        None => bounded(pbr.metallic_factor(), 0.0, 1.0),
-    };
-    let roughness = bounded(pbr.roughness_factor(), 0.0, 1.0);
-    let transmission = material
-        .transmission()
-        .map_or(0.0, |t| bounded(t.transmission_factor(), 0.0, 1.0));
-    let is_mirror = metalness >= METALLIC && roughness <= SMOOTH;
-    // Dielectrics reflect about 4 % head-on, metals their own colour.
-    let specular = base.map(|channel| 0.04 + (channel - 0.04) * metalness);
+    let metalness = share(pbr.metallic_factor());
+    let roughness = share(pbr.roughness_factor());
     // The exponent whose lobe is as wide as the microfacets' of this roughness.
-    let alpha = roughness * roughness;
-    let shininess = 2.0 / (alpha * alpha).max(f32::MIN_POSITIVE) - 2.0;
+    let width = roughness * roughness;
+    let shininess = 2.0 / (width * width).max(f32::MIN_POSITIVE) - 2.0;
+    let lit = Material {
+        // Dielectrics reflect about 4 % head-on.
+        specular: [0.04 * opacity; 3],
+        shininess: bounded(shininess, 1.0, 10_000.0),
+        metal: (metalness > 0.0).then_some(Metal {
+            metalness,
+            roughness,
+            texture: None,
+        }),
+        ..named
+    };
+    if opacity < 1.0 && transmission == 0.0 {
+        // A veil: what is behind it is seen straight through.
+        return Material {
+            diffuse: base.map(|channel| channel * opacity),
+            transmission: [1.0 - opacity; 3],
+            index_of_refraction: 1.0,
+            ..lit
+        };
+    }
     // 0 is the extension's mark for a surface without Fresnel's terms.
     let index = material.ior();
     let index = index.filter(|index| *index > 0.0 && index.is_finite());
     let index = index.map_or(default.index_of_refraction, |index| {
         bounded(index, 0.01, 100.0)
     });
-    if opacity < 1.0 && transmission == 0.0 {
-        // A veil: what is behind it is seen straight through.
-        return Material {
-            name,
-            diffuse: base.map(|channel| channel * opacity),
-            specular: [0.04 * opacity; 3],
-            shininess: bounded(shininess, 1.0, 10_000.0),
-            transmission: [1.0 - opacity; 3],
-            index_of_refraction: 1.0,
-            emission,
-            ..default
-        };
-    }
+    let volume = material.volume();
+    let volume = volume.filter(|volume| volume.thickness_factor() > 0.0);
     Material {
-        name,
-        emission,
-        diffuse: if is_mirror {
-            [0.0; 3]
-        } else {
-            base.map(|channel| channel * (1.0 - transmission))
-        },
-        specular,
-        shininess: bounded(shininess, 1.0, 10_000.0),
-        mirror: if is_mirror { base } else { default.mirror },
+        diffuse: base.map(|channel| channel * (1.0 - transmission)),
         transmission: base.map(|channel| channel * transmission),
         index_of_refraction: index,
-        absorption: material
-            .volume()
-            .filter(|volume| volume.thickness_factor() > 0.0)
-            .map_or(default.absorption, |volume| absorption(&volume)),
-        ..default
+        absorption: volume.map_or(default.absorption, |volume| absorption(&volume)),
+        ..lit
     }
 }
 

@@ -3,6 +3,7 @@
 use super::super::ImportError;
 use super::Importer;
 use glam::{Mat3, Mat4, Vec3};
+use gltf::accessor::Dimensions;
 use gltf::mesh::Mode;
 use gltf::{Accessor, Node, Primitive, Semantic};
 
@@ -11,7 +12,9 @@ use gltf::{Accessor, Node, Primitive, Semantic};
 pub(super) struct Surface {
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) normals: Vec<[f32; 3]>,
-    pub(super) coordinates: Vec<[f32; 2]>,
+    /// First and second: v up.
+    pub(super) coordinates: [Vec<[f32; 2]>; 2],
+    pub(super) colours: Vec<[f32; 3]>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) material: Option<usize>,
     /// Sets of four joints and their weights for each vertex.
@@ -50,10 +53,21 @@ impl Surface {
         if let Some(accessor) = with_all(Semantic::Normals) {
             surface.normals = buffers.floats(&accessor)?;
         }
-        if let Some(accessor) = with_all(Semantic::TexCoords(0)) {
-            let places = buffers.floats::<2>(&accessor)?;
-            // glTF counts v from the top.
-            surface.coordinates = places.into_iter().map(|[u, v]| [u, 1.0 - v]).collect();
+        for (set, places) in (0..).zip(&mut surface.coordinates) {
+            if let Some(accessor) = with_all(Semantic::TexCoords(set)) {
+                let read = buffers.floats::<2>(&accessor)?;
+                // glTF counts v from the top.
+                *places = read.into_iter().map(|[u, v]| [u, 1.0 - v]).collect();
+            }
+        }
+        if let Some(accessor) = with_all(Semantic::Colors(0)) {
+            surface.colours = match accessor.dimensions() {
+                Dimensions::Vec4 => {
+                    let colours = buffers.floats::<4>(&accessor)?.into_iter();
+                    colours.map(|[r, g, b, _]| [r, g, b]).collect()
+                }
+                _ => buffers.floats(&accessor)?,
+            };
         }
         for set in 0.. {
             let (Some(joints), Some(weights)) = (
@@ -164,7 +178,8 @@ impl Surface {
         }
         let corners = self.triangles.as_flattened();
         self.positions = of(&self.positions, corners);
-        self.coordinates = of(&self.coordinates, corners);
+        self.coordinates = [0, 1].map(|set| of(&self.coordinates[set], corners));
+        self.colours = of(&self.colours, corners);
         self.joints = self.joints.iter().map(|set| of(set, corners)).collect();
         let count = self.triangles.len() as u32;
         self.triangles = (0..count).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();

@@ -1,5 +1,5 @@
 use super::*;
-use crate::scene::material::Material;
+use crate::scene::material::{Material, Metal};
 use crate::scene::texture::tests::{grey_png, texels};
 
 /// Returns three vertices, three normals and three indices of 16 bits.
@@ -112,11 +112,17 @@ fn textures_are_those_of_the_first_coordinates() {
     assert_eq!(texels(&mesh.materials[0]), [[99, 99, 99, 0]]);
     // A path of another computer; another set of coordinates; no image; none at all.
     assert_eq!(read(r#"{"index":0}"#, "/x/../a b.png").mesh, mesh);
+    let moved = read(
+        r#"{"index":0,"extensions":{"KHR_texture_transform":{"offset":[0.5,0.25],"scale":[2,4]}}}"#,
+        "a%20b.png",
+    );
+    let texture = moved.mesh.materials[0].texture.clone().unwrap();
+    assert_eq!(texture.map, [[2.0, 0.0], [0.0, 4.0], [0.5, -3.25]]);
     for (texture, uri, says) in [
         (
-            r#"{"index":0,"texCoord":1}"#,
+            r#"{"index":0,"texCoord":2}"#,
             "a%20b.png",
-            "1 texture on further coordinates",
+            "1 texture on further coordinates than two",
         ),
         (
             r#"{"index":0}"#,
@@ -146,23 +152,53 @@ fn reads_sparse_accessors() {
 }
 
 #[test]
-fn maps_materials_onto_whitted_terms() {
-    let mirror = &mesh(&triangle_json("", "")).unwrap().materials[0];
-    assert_eq!(mirror.mirror, [1.0, 0.5, 0.25]);
-    assert_eq!(mirror.diffuse, [0.0; 3]);
-    let json = triangle_json("", "").replace(
-        r#""roughnessFactor":0.1}"#,
-        r#""metallicFactor":0},"extensions":{
+fn materials_are_metal_glass_veils_lamps_or_dull() {
+    let of = |to: &str| {
+        let json = triangle_json("", "").replace(r#""roughnessFactor":0.1}"#, to);
+        mesh(&json).unwrap().materials.swap_remove(0)
+    };
+    let metal = of(r#""roughnessFactor":0.1}"#);
+    assert_eq!(metal.diffuse, [1.0, 0.5, 0.25]);
+    let expected = Metal {
+        metalness: 1.0,
+        roughness: 0.1,
+        texture: None,
+    };
+    assert_eq!(metal.metal, Some(expected));
+    let glass = of(r#""metallicFactor":0},"extensions":{
         "KHR_materials_transmission":{"transmissionFactor":0.75},"KHR_materials_ior":{"ior":1.33},
         "KHR_materials_volume":{"thicknessFactor":1,"attenuationDistance":2,
-        "attenuationColor":[1,0.5,1]}}"#,
-    );
-    let glass = &mesh(&json).unwrap().materials[0];
+        "attenuationColor":[1,0.5,1]}}"#);
+    assert_eq!(glass.metal, None);
     assert_eq!(glass.transmission, [0.75, 0.375, 0.1875]);
     assert_eq!(glass.diffuse, [0.25, 0.125, 0.0625]);
     assert_eq!(glass.index_of_refraction, 1.33);
     assert_eq!(glass.shininess, 1.0);
     assert!((glass.absorption[1] - 0.5 * 2.0_f32.ln()).abs() < 1.0e-6);
+    let odd = of(r#""metallicFactor":0},"extensions":{"KHR_materials_ior":{"ior":0.005}}"#);
+    assert_eq!(odd.index_of_refraction, 0.01);
+    let lamp = of(
+        r#""metallicFactor":0},"emissiveFactor":[1,0.5,0],"extensions":{
+        "KHR_materials_emissive_strength":{"emissiveStrength":4}}"#,
+    );
+    assert_eq!(lamp.emission, [4.0, 2.0, 0.0]);
+    let unlit = of(r#""metallicFactor":0},"extensions":{"KHR_materials_unlit":{}}"#);
+    assert_eq!(
+        (unlit.diffuse, unlit.emission),
+        ([0.0; 3], [1.0, 0.5, 0.25])
+    );
+    let veil = triangle_json("", "")
+        .replace("0.25,1]", "0.25,0.5]")
+        .replace(
+            r#""roughnessFactor":0.1}"#,
+            r#""metallicFactor":0},"alphaMode":"BLEND""#,
+        );
+    let veil = &mesh(&veil).unwrap().materials[0];
+    assert_eq!(
+        (veil.diffuse, veil.transmission),
+        ([0.5, 0.25, 0.125], [0.5; 3])
+    );
+    assert_eq!(veil.index_of_refraction, 1.0);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::super::{
     Textures, Unused, beside, bounded, bounded_colour, read_one_of, three_floats, without_comment,
 };
 use crate::scene::material::Material;
-use crate::scene::texture::{Pattern, Texture};
+use crate::scene::texture::{Pattern, Texture, Wrap};
 use palette::{IntoColor as _, LinSrgb, Xyz};
 use std::path::{Path, PathBuf};
 
@@ -12,12 +12,16 @@ use std::path::{Path, PathBuf};
 pub(super) struct Described {
     pub(super) material: Material,
     pub(super) texture: Option<Map>,
+    pub(super) emission_texture: Option<Map>,
 }
 
 /// An image that a statement names, with its options.
+#[derive(Clone)]
 pub(super) struct Map {
     name: String,
     repeats: [f32; 2],
+    origin: [f32; 2],
+    clamps: bool,
 }
 
 impl Map {
@@ -32,9 +36,16 @@ impl Map {
         let paths = beside(library, &self.name);
         let read = || Ok(read_one_of(&paths)?.into());
         let image = textures.get(self.name.clone(), &self.name, unused, read)?;
+        let plain = Texture::new(Pattern::Image(image), self.repeats);
+        let [across, up, _] = plain.map;
         Some(Texture {
-            pattern: Pattern::Image(image),
-            repeats: self.repeats,
+            map: [across, up, self.origin],
+            wrap: [if self.clamps {
+                Wrap::Clamp
+            } else {
+                Wrap::Repeat
+            }; 2],
+            ..plain
         })
     }
 }
@@ -104,7 +115,8 @@ struct Statements<'t> {
     dissolve: Option<f32>,
     transparency: Option<f32>,
     illumination: Option<f32>,
-    map: Option<(&'t str, [f32; 2])>,
+    map: Option<Map>,
+    emission_map: Option<Map>,
 }
 
 impl<'t> Statements<'t> {
@@ -125,6 +137,7 @@ impl<'t> Statements<'t> {
                 set(&mut self.dissolve, legible(rest.trim()))
             }
             "map_kd" => set(&mut self.map, map(rest)),
+            "map_ke" => set(&mut self.emission_map, map(rest)),
             // The scene has its own ambient light, and samples as asked.
             "ka" | "map_ka" | "sharpness" | "map_aat" => true,
             _ => false,
@@ -145,7 +158,7 @@ impl<'t> Statements<'t> {
         let opacity = bounded(opacity, 0.0, 1.0);
         let filter = self.filter.map_or([1.0; 3], bounded_colour);
         // A picture without a colour is shown as it is.
-        let plain = self.map.map_or(default.diffuse, |_| [1.0; 3]);
+        let plain = self.map.as_ref().map_or(default.diffuse, |_| [1.0; 3]);
         let diffuse = bounded_colour(self.diffuse.unwrap_or(plain));
         let specular = bounded_colour(self.specular.unwrap_or(default.specular));
         let shininess = self.shininess.unwrap_or(default.shininess);
@@ -155,7 +168,8 @@ impl<'t> Statements<'t> {
             Some(_) if opacity < 1.0 => 1.0,
             _ => default.index_of_refraction,
         };
-        let emission = self.emission.unwrap_or_default();
+        let shines = self.emission_map.as_ref().map_or([0.0; 3], |_| [1.0; 3]);
+        let emission = self.emission.unwrap_or(shines);
         let material = Material {
             name: self.name.to_owned(),
             diffuse: diffuse.map(|channel| channel * opacity),
@@ -167,11 +181,11 @@ impl<'t> Statements<'t> {
             emission: emission.map(|channel| bounded(channel, 0.0, 1.0e6)),
             ..default
         };
-        let texture = self.map.map(|(name, repeats)| Map {
-            name: name.to_owned(),
-            repeats,
-        });
-        Described { material, texture }
+        Described {
+            material,
+            texture: self.map.clone(),
+            emission_texture: self.emission_map.clone(),
+        }
     }
 }
 
@@ -194,8 +208,13 @@ fn colour(rest: &str) -> Option<[f32; 3]> {
 }
 
 /// Reads the options and the name of an image.
-fn map(rest: &str) -> Option<(&str, [f32; 2])> {
-    let mut repeats = [1.0; 2];
+fn map(rest: &str) -> Option<Map> {
+    let mut map = Map {
+        name: String::new(),
+        repeats: [1.0; 2],
+        origin: [0.0; 2],
+        clamps: false,
+    };
     let mut rest = rest.trim();
     while rest.starts_with('-') {
         let (option, after) = rest.split_once(char::is_whitespace)?;
@@ -218,13 +237,17 @@ fn map(rest: &str) -> Option<(&str, [f32; 2])> {
             if number.is_none() && may_end {
                 break;
             }
-            if option == "-s" && place < 2 {
-                repeats[place] = bounded(number?, 0.001, 10_000.0);
+            match (option, place) {
+                ("-s", 0 | 1) => map.repeats[place] = bounded(number?, -1.0e4, 1.0e4),
+                ("-o", 0 | 1) => map.origin[place] = bounded(number?, -1.0e4, 1.0e4),
+                ("-clamp", _) => map.clamps = word == "on",
+                _ => {}
             }
             rest = after.trim_start();
         }
     }
-    (!rest.is_empty()).then_some((rest.trim_matches('"'), repeats))
+    rest.trim_matches('"').clone_into(&mut map.name);
+    (!rest.is_empty()).then_some(map)
 }
 
 #[cfg(test)]
@@ -286,21 +309,24 @@ mod tests {
 
     #[test]
     fn options_come_before_the_name_of_an_image() {
-        for (line, name, repeats) in [
-            ("my wood.png", "my wood.png", [1.0; 2]),
-            ("\"a.png\" # new", "a.png", [1.0; 2]),
-            ("-s 2 a.png", "a.png", [2.0, 1.0]),
+        for (line, name, repeats, origin) in [
+            ("my wood.png", "my wood.png", [1.0; 2], [0.0; 2]),
+            ("\"a.png\" # new", "a.png", [1.0; 2], [0.0; 2]),
+            ("-s 2 a.png", "a.png", [2.0, 1.0], [0.0; 2]),
             (
                 "-s 2 3 1 -o 0.5 -clamp on -mm 0 1 -bm 2 a b.png",
                 "a b.png",
                 [2.0, 3.0],
+                [0.5, 0.0],
             ),
         ] {
-            let read = map(without_comment(line));
-            assert_eq!(read, Some((name, repeats)), "{line}");
+            let read = map(without_comment(line)).unwrap();
+            assert_eq!(read.name, name);
+            assert_eq!((read.repeats, read.origin), (repeats, origin), "{line}");
+            assert_eq!(read.clamps, line.contains("-clamp"));
         }
         for line in ["", "-s", "-clamp on"] {
-            assert_eq!(map(line), None, "{line}");
+            assert!(map(line).is_none(), "{line}");
         }
     }
 }
