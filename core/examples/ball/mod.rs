@@ -49,6 +49,8 @@ pub(crate) fn scene() -> Scene {
         index_of_refraction: 1.0,
         effects: effect::LIT,
         texture: NO_TEXTURE,
+        emission_texture: NO_TEXTURE,
+        metal_texture: NO_TEXTURE,
         medium: NO_MEDIUM,
         ..Material::new_zeroed()
     };
