@@ -12,6 +12,7 @@ pub mod texture;
 pub mod builtin;
 pub mod camera;
 pub mod file;
+mod model;
 mod placement;
 
 use crate::scene::material::Material;

@@ -22,12 +22,9 @@ use shisen_tests::sizes::cases;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-/// Returns everything that a scene can have, little of each.
-// Longer than 80 lines: it is a table of values.
-pub(super) fn small_scene() -> Scene {
-    let image = Image::new(2, 1, &[[255, 9, 0], [3, 200, 50]]).expect("an image");
-    let image = Texture::new(Pattern::Image(Arc::new(image)), [1.0, 5.0]);
-    let tetrahedron = TriangleMesh {
+/// Returns a mesh with all that meshes can have, and a material with data in an image.
+fn tetrahedron(image: &Texture) -> TriangleMesh {
+    TriangleMesh {
         positions: vec![
             [1.0, 1.0, 1.0],
             [1.0, -1.0, -1.0],
@@ -58,7 +55,15 @@ pub(super) fn small_scene() -> Scene {
         }],
         triangle_materials: vec![0; 4],
         ..TriangleMesh::default()
-    };
+    }
+}
+
+/// Returns everything that a scene can have, little of each.
+// Longer than 80 lines: it is a table of values.
+pub(super) fn small_scene() -> Scene {
+    let image = Image::new(2, 1, &[[255, 9, 0], [3, 200, 50]]).expect("an image");
+    let image = Texture::new(Pattern::Image(Arc::new(image)), [1.0, 5.0]);
+    let tetrahedron = tetrahedron(&image);
     let globe = Material {
         emission: [0.5; 3],
         texture: Some(image.clone()),

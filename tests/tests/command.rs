@@ -1,7 +1,7 @@
 //! What the commands print and write when all is well, beside `golden`.
 
 use serde_json::{Value, json};
-use shisen_tests::command::{count, folder, list, number, report, run, says};
+use shisen_tests::command::{count, folder, list, number, refused, report, run, says};
 use shisen_tests::meshes::write_ball;
 use std::fs;
 use std::path::Path;
@@ -167,6 +167,49 @@ fn a_baked_scene_brings_its_polygon_levels() {
         // Without a gaze to follow there is nothing to warn of.
         assert_eq!(cave("--scene a.shisen").1, "");
     }
+}
+
+#[test]
+fn a_model_is_a_scene_and_what_no_picture_shows_of_it_is_told_once() {
+    let folder = folder();
+    let folder = folder.path();
+    let cube =
+        "mtllib none.mtl\nusemtl red\nv 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\nf 1 2 3 4\nf 1 1 2\n";
+    fs::write(folder.join("a.obj"), cube).unwrap();
+    let what = [
+        "1 face without area",
+        "the material library none.mtl (which is not there)",
+        "1 material that no library has",
+    ];
+    let not_used = json!([{"file": "a.obj", "what": what}]);
+    let warning = format!("Warning: a.obj: not used: {}\n", what.join(", "));
+    let small = "--size 16 --view-size 8x6 --eyes 1 --json";
+    for command in [
+        format!("cave --scene a.obj {small} --out out"),
+        "dome render --scene a.obj --size 16 --out out --quiet --json".to_owned(),
+        "explain a.obj --size 16 --repeat 1 --json".to_owned(),
+        "bake a.obj --output a.shisen --json".to_owned(),
+        "run --scene a.obj --size 16 --frames 1 --lod foveated --json".to_owned(),
+    ] {
+        let said = run(folder, &command);
+        assert_eq!(said.err, warning, "{command}");
+        assert_eq!(said.objects().remove(0)["not_used"], not_used, "{command}");
+    }
+    // Baked or not, and at its own size, it is the same scene.
+    let hash = |scene: &str| {
+        let said = run(folder, &format!("cave --scene {scene} {small} --out out"));
+        said.objects().remove(0)["frame_hash"].clone()
+    };
+    let fitted = hash("a.obj");
+    assert_eq!(hash("a.shisen"), fitted);
+    assert_ne!(hash("a.obj --scale 1"), fitted);
+    // It is 9 units wide, which 2 m are of.
+    assert_eq!(hash(&format!("a.obj --scale {}", 2.0 / 9.0)), fitted);
+    refused(
+        folder,
+        2,
+        "cave --scene A --scale 1 => --scale is for a model",
+    );
 }
 
 #[test]

@@ -207,11 +207,11 @@ fn broken_meshes_are_named() {
             ("claim.ply", header.as_bytes(), "2147483640"),
         ],
     );
-    let flat = b"v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n";
+    let point = b"v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n";
     files_refused(
         folder,
         &commands[..1],
-        &[("flat.obj", flat, "turn the mesh")],
+        &[("point.obj", point, "the mesh is a point")],
     );
     refused(folder, 1, "cave --mesh no.obj => no.obj & check");
 }
@@ -286,7 +286,7 @@ fn broken_scenes_are_named() {
         cave --scene E => E & give A, B, C, D, grid, prism or spheres
         cave --scene bytes => bytes & neither a TOML description nor a baked scene
         cave --scene folder => cannot read the scene in folder
-        cave --scene cow.obj => cow.obj & --mesh FILE",
+        cave --scene cow.obj => cow.obj & no such file",
     );
 }
 

@@ -182,24 +182,32 @@ fn coordinates<const W: usize>(
     triangle: &Triangle,
     weights: [f32; 3],
 ) -> Option<[[f32; 2]; 2]> {
-    let set = |first: u32| {
-        let corner = |i: usize| {
-            let number = first.checked_add(triangle.corners[i])?;
-            scene.coordinates.get(number as usize)
-        };
-        let [a, b, c] = [corner(0)?, corner(1)?, corner(2)?];
-        Some([
-            a[0] * weights[0] + b[0] * weights[1] + c[0] * weights[2],
-            a[1] * weights[0] + b[1] * weights[1] + c[1] * weights[2],
-        ])
-    };
-    let first = set(mesh.first_coordinate)?;
+    let first = coordinate(scene, mesh.first_coordinate, triangle, weights)?;
     let second = if mesh.coordinate_count > mesh.normal_count {
-        set(mesh.first_coordinate.checked_add(mesh.normal_count)?)?
+        let start = mesh.first_coordinate.checked_add(mesh.normal_count)?;
+        coordinate(scene, start, triangle, weights)?
     } else {
         first
     };
     Some([first, second])
+}
+
+fn coordinate<const W: usize>(
+    scene: &Scene<'_, W>,
+    first: u32,
+    triangle: &Triangle,
+    weights: [f32; 3],
+) -> Option<[f32; 2]> {
+    let corner = |corner: u32| {
+        let number = first.checked_add(corner)?;
+        scene.coordinates.get(number as usize)
+    };
+    let [a, b, c] = triangle.corners;
+    let [a, b, c] = [corner(a)?, corner(b)?, corner(c)?];
+    Some([
+        a[0] * weights[0] + b[0] * weights[1] + c[0] * weights[2],
+        a[1] * weights[0] + b[1] * weights[1] + c[1] * weights[2],
+    ])
 }
 
 /// Returns the colour of a point of a triangle, from the corners' weights.
@@ -210,12 +218,13 @@ fn vertex_colour<const W: usize>(
     triangle: &Triangle,
     weights: [f32; 3],
 ) -> Option<Vec3> {
-    let corner = |i: usize| {
-        let number = mesh.first_colour.checked_add(triangle.corners[i])?;
+    let corner = |corner: u32, weight: f32| {
+        let number = mesh.first_colour.checked_add(corner)?;
         let colour = scene.colours.get(number as usize);
-        colour.map(|&colour| Vec3::from_array(colour) * weights[i])
+        colour.map(|&colour| Vec3::from_array(colour) * weight)
     };
-    Some(corner(0)? + corner(1)? + corner(2)?)
+    let ([a, b, c], [u, v, w]) = (triangle.corners, weights);
+    Some(corner(a, u)? + corner(b, v)? + corner(c, w)?)
 }
 
 /// Maps a normal by the inverse transpose; both maps are stored.

@@ -38,8 +38,8 @@ pub(super) fn colour<const W: usize, const EFFECTS: u32>(
 
 /// Returns a surface's coordinates as a texture has them.
 fn mapped(texture: &Texture, [u, v]: [f32; 2]) -> [f32; 2] {
-    let [across, up, origin] = texture.map;
-    [0, 1].map(|axis| across[axis] * u + up[axis] * v + origin[axis])
+    let [[au, bu], [av, bv], [a, b]] = texture.map;
+    [au * u + av * v + a, bu * u + bv * v + b]
 }
 
 /// Longitude, ½ at +Z and more towards +X, and latitude, 0 at −Y: error ≤ 3·10⁻⁷.

@@ -50,7 +50,7 @@ pub enum SceneName {
     Grid,
     Prism,
     Spheres,
-    /// A description or a baked scene.
+    /// A model, a description or a baked scene.
     File(PathBuf),
 }
 
@@ -107,9 +107,15 @@ impl WallsName {
 
 #[derive(Debug, Clone, Args)]
 pub struct ModelArguments {
-    /// Mesh of the built-in scenes: an OBJ, PLY or glTF file [default: a built-in quadruped]
+    /// Mesh of scenes A to D, in their material: an OBJ, PLY, STL or glTF file
+    /// [default: a built-in quadruped]
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
+    /// Metres to a unit of a model that is the scene: 1, or 0.001 for millimetres [default: its
+    /// largest side becomes 2 m]
+    #[arg(long, value_name = "METRES",
+          value_parser = within(1.0e-6..=1.0e6, "metres from 0.000001 to 1,000,000"))]
+    pub scale: Option<f64>,
     /// Normals of the built-in scenes' mesh [default: smooth]
     #[arg(long, value_enum)]
     pub normals: Option<Normals>,

@@ -2,9 +2,7 @@
 
 use crate::bake::Layout;
 use crate::cli::arguments::levels::Level;
-use crate::cli::arguments::source::{
-    Loaded, NotUsed, Source, bake, is_mesh, load_mesh, scene_of_meshes,
-};
+use crate::cli::arguments::source::{Loaded, NotUsed, Source, bake, is_model, load_mesh};
 use crate::cli::arguments::{LevelArguments, ModelArguments, SceneName};
 use crate::cli::prelude::*;
 use crate::files::write_atomically;
@@ -13,8 +11,8 @@ use crate::scene::Scene;
 /// Bakes a scene for tracing
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A TOML scene, a built-in one such as A or prism, or mesh files, each of which becomes an
-    /// object
+    /// A model, a TOML scene or a built-in one such as A or prism; or several models, each of which
+    /// becomes an object where its file places it
     #[arg(required = true)]
     input: Vec<SceneName>,
     /// File of the baked scene
@@ -107,12 +105,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn load(arguments: &Arguments, not_used: &mut Vec<NotUsed>) -> Result<Scene, Failure> {
     let Arguments { input, model, .. } = arguments;
     let meshes = input.iter().filter_map(|name| match name {
-        SceneName::File(path) if is_mesh(path) => Some(path),
+        SceneName::File(path) if is_model(path) => Some(path),
         _ => None,
     });
     let meshes: Vec<_> = meshes.collect();
     match input.as_slice() {
-        [name] if meshes.is_empty() => {
+        [name] => {
             let Source { scene, shown } = Source::load(name, model)?;
             *not_used = shown.not_used;
             match scene {
@@ -124,14 +122,17 @@ fn load(arguments: &Arguments, not_used: &mut Vec<NotUsed>) -> Result<Scene, Fai
             }
         }
         all if meshes.len() < all.len() => Err(misuse!(
-            "several inputs must all be meshes (.obj, .ply, .stl, .gltf or .glb): bake one scene at a time"
+            "several inputs must all be models (.obj, .ply, .stl, .gltf or .glb): bake one scene at a time"
         )),
-        _ if model.mesh.is_some() || model.normals.is_some() => Err(misuse!(
-            "--mesh and --normals are for the built-in scenes A to D, not for mesh files"
-        )),
+        _ if model.mesh.is_some() || model.normals.is_some() || model.scale.is_some() => {
+            Err(misuse!(
+                "--mesh, --normals and --scale are for one scene: several models stand where their \
+                 files place them"
+            ))
+        }
         _ => {
             let meshes = meshes.into_iter().map(|path| load_mesh(path, not_used));
-            Ok(scene_of_meshes(meshes.collect::<Result<_, _>>()?))
+            Ok(Scene::of_meshes(meshes.collect::<Result<_, _>>()?))
         }
     }
 }

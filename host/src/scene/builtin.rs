@@ -32,13 +32,10 @@ pub enum PaperScene {
 
 named!(PaperScene { A => "A", B => "B", C => "C", D => "D" });
 
-/// A mesh without extent along x, which cannot be scaled to a scene.
+/// A mesh all of whose vertices are in one place, which cannot be scaled to a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error(
-    "the mesh is flat along x, so it cannot be scaled to the scene; \
-     turn it so that it is long along x"
-)]
-pub struct FlatMesh;
+#[error("the mesh is a point, so it cannot be scaled to the scene")]
+pub struct PointMesh;
 
 /// Where an animal stands, metres, and its yaw, degrees.
 type Stand = ([f64; 3], f64);
@@ -65,7 +62,7 @@ const IN_FRONT: [Stand; 8] = [
     ([2.223, 0.936, -3.9], 25.0),
 ];
 
-/// An animal's extent along x before it is turned, metres.
+/// An animal's largest side before it is turned, metres.
 const LENGTH: f64 = 2.0;
 
 const LIGHT: [f64; 3] = [0.0, 2.5, 0.5];
@@ -121,13 +118,13 @@ impl FromStr for PaperScene {
     }
 }
 
-/// Returns one of the paper's scenes with eight of `mesh`, which is centred and scaled to 2 m along
-/// x.
+/// Returns one of the paper's scenes with eight of `mesh`, which is centred and its largest side scaled to
+/// 2 m.
 ///
 /// # Errors
-/// [`FlatMesh`] where the mesh has no vertices or no extent along x.
-pub fn paper_scene(which: PaperScene, mesh: TriangleMesh) -> Result<Scene, FlatMesh> {
-    let normalisation = Normalisation::of(&mesh).ok_or(FlatMesh)?;
+/// [`PointMesh`] where the mesh has no vertices or all in one place.
+pub fn paper_scene(which: PaperScene, mesh: TriangleMesh) -> Result<Scene, PointMesh> {
+    let normalisation = Normalisation::of(&mesh).ok_or(PointMesh)?;
     let objects = which
         .stands()
         .iter()

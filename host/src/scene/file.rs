@@ -317,8 +317,8 @@ impl Placed {
         let (mesh, object) = (&meshes[mesh], entry.as_ref());
         if let Some(normalise) = object.normalise.as_ref().filter(|on| *on.get_ref()) {
             let Some(normalisation) = Normalisation::of(mesh) else {
-                let message = "the mesh is flat along x, so it cannot be normalised";
-                let help = "leave out `normalise` and give the `scale` itself, or turn the mesh";
+                let message = "the mesh is a point, so it cannot be normalised";
+                let help = "leave out `normalise` and give the `scale` itself";
                 return check.refuse(message, help, normalise.span());
             };
             self.object.world_from_object = self.placement.world_from_object(&normalisation);

@@ -1,6 +1,7 @@
 //! Models from files: Wavefront OBJ, PLY, STL and glTF 2.0.
 
 use crate::files::{Fault, UNREAD};
+use crate::scene::Light;
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::texture::Image;
 use glam::{DVec3, Vec3};
@@ -57,6 +58,8 @@ pub struct ImportError(Fault);
 pub struct Model {
     /// Its surfaces.
     pub mesh: TriangleMesh,
+    /// Its lights, in the same units.
+    pub lights: Vec<Light>,
     /// What it has besides, and no picture shows.
     pub unused: Unused,
 }
@@ -196,7 +199,11 @@ fn finished(path: &Path, mut mesh: TriangleMesh, mut unused: Unused) -> Result<M
         *colour = bounded_colour(*colour);
     }
     mesh.validate().map_err(|fault| unusable(path, fault))?;
-    Ok(Model { mesh, unused })
+    Ok(Model {
+        mesh,
+        lights: Vec::new(),
+        unused,
+    })
 }
 
 /// Makes normals unit length; one without a direction becomes the mean of the faces around it.

@@ -15,31 +15,29 @@ pub(super) struct Placement {
     pub(super) scale: DVec3,
 }
 
-/// The shift and scale that make a mesh 1 m wide about the origin.
+/// The shift and scale that make a mesh's largest side 1 m long, about the origin.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Normalisation {
     centre: DVec3,
-    x_extent: f64,
+    pub(super) largest_side: f64,
 }
 
 impl Normalisation {
     /// Changes nothing.
     pub(super) const NONE: Self = Self {
         centre: DVec3::ZERO,
-        x_extent: 1.0,
+        largest_side: 1.0,
     };
 
-    /// `None` where the mesh has no vertices, or less than a millionth of its largest extent
-    /// along X.
+    /// `None` where the mesh has no vertices, or all in one place.
     pub(super) fn of(mesh: &TriangleMesh) -> Option<Self> {
         let (low, high) = mesh.bounds();
         let [low, high] = [low, high].map(|corner| DVec3::from(corner.map(f64::from)));
-        let extent = high - low;
-        let usable =
-            extent.is_finite() && extent.x > 0.0 && extent.x * 1.0e6 >= extent.max_element();
+        let largest_side = (high - low).max_element();
+        let usable = largest_side.is_finite() && largest_side > 0.0;
         usable.then(|| Self {
             centre: 0.5 * (low + high),
-            x_extent: extent.x,
+            largest_side,
         })
     }
 }
@@ -51,7 +49,7 @@ impl Placement {
         let yaw = DMat3::from_cols_array(&[cy, 0.0, -sy, 0.0, 1.0, 0.0, sy, 0.0, cy]);
         let pitch = DMat3::from_cols_array(&[1.0, 0.0, 0.0, 0.0, cp, sp, 0.0, -sp, cp]);
         let roll = DMat3::from_cols_array(&[cr, sr, 0.0, -sr, cr, 0.0, 0.0, 0.0, 1.0]);
-        let scale = DMat3::from_diagonal(self.scale / normalisation.x_extent);
+        let scale = DMat3::from_diagonal(self.scale / normalisation.largest_side);
         let matrix = yaw * pitch * roll * scale;
         DAffine3 {
             matrix3: matrix,

@@ -4,14 +4,12 @@ use crate::bake::simplify::{PolygonLevels, Topology};
 use crate::bake::{BakeError, Layout};
 use crate::cli::arguments::{ModelArguments, Normals, SceneName};
 use crate::cli::prelude::*;
+use crate::scene::Scene;
 use crate::scene::builtin::{grid, paper_scene, prism, spheres};
-use crate::scene::camera::CameraPath;
 use crate::scene::file::{BuiltInMesh, MeshSource};
 use crate::scene::import::{self, ImportError, Model};
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::quadruped::quadruped;
-use crate::scene::{Background, Light, Object, Scene, Shape};
-use glam::{DAffine3, DVec3};
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::MAGIC;
 
@@ -59,13 +57,20 @@ pub enum Loaded {
 }
 
 impl Source {
-    pub fn load(name: &SceneName, model: &ModelArguments) -> Result<Self, Failure> {
-        let without_model = |why: &str| match (&model.mesh, model.normals) {
+    pub fn load(name: &SceneName, arguments: &ModelArguments) -> Result<Self, Failure> {
+        let without_model = |why: &str| match (&arguments.mesh, arguments.normals) {
             (None, None) => Ok(()),
             _ => Err(misuse!(
                 "--mesh and --normals are for the built-in scenes A to D: {why}"
             )),
         };
+        let is_a_model = matches!(name, SceneName::File(path) if is_model(path));
+        if arguments.scale.is_some() && !is_a_model {
+            return Err(misuse!(
+                "--scale is for a model that is the scene, such as --scene model.glb; other scenes \
+                 say how large they are"
+            ));
+        }
         let built_in = |why, scene| {
             without_model(why)?;
             Ok::<_, Failure>((Loaded::Described(scene), None))
@@ -73,27 +78,36 @@ impl Source {
         let mut not_used = Vec::new();
         let (scene, mesh) = match name {
             SceneName::Paper(which) => {
-                let (mesh, mesh_name) = match &model.mesh {
-                    Some(path) => (load_mesh(path, &mut not_used)?, path.display().to_string()),
+                let (mesh, mesh_name) = match &arguments.mesh {
+                    Some(path) => {
+                        let mut model = import::load(path)?;
+                        let own = model.mesh.materials.len() as u64;
+                        let kind = "material{s} of its own (--scene FILE shows it in them)";
+                        model.unused.add(kind, own);
+                        tell(path, &model, &mut not_used);
+                        (model.mesh, path.display().to_string())
+                    }
                     None => (quadruped(), BUILT_IN_MESH.to_owned()),
                 };
-                let mut scene = paper_scene(*which, mesh).map_err(|_| {
-                    Fault::new(
-                        format!(
-                            "{mesh_name}: the mesh is flat along x, so it cannot be scaled to the \
-                             scene"
-                        ),
-                        "turn the mesh so that its longest side is along x",
-                    )
+                let mut scene = paper_scene(*which, mesh).map_err(|point| {
+                    Fault::new(format!("{mesh_name}: {point}"), "export the mesh again")
                 })?;
                 for object in &mut scene.objects {
-                    object.smooth = model.normals != Some(Normals::Flat);
+                    object.smooth = arguments.normals != Some(Normals::Flat);
                 }
                 (Loaded::Described(scene), Some(mesh_name))
             }
             SceneName::Grid => built_in("the grid has no mesh", grid(GRID_RADIUS))?,
             SceneName::Prism => built_in("the prism has its own", prism())?,
             SceneName::Spheres => built_in("the spheres have no mesh", spheres())?,
+            SceneName::File(path) if is_model(path) => {
+                without_model("--scene shows a model by itself")?;
+                let model = load_model(path, &mut not_used)?;
+                (
+                    Loaded::Described(Scene::of_model(model, arguments.scale)),
+                    None,
+                )
+            }
             SceneName::File(path) => {
                 without_model("a scene file names its own meshes")?;
                 (load_scene(path, &mut not_used)?, None)
@@ -165,16 +179,25 @@ fn warn_of_levels(scene: &Scene, levels: &PolygonLevels) {
     }
 }
 
-/// Reads a mesh, and warns of what of its file is not shown.
-pub fn load_mesh(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<TriangleMesh, ImportError> {
-    let Model { mesh, unused } = import::load(path)?;
-    if !unused.is_empty() {
+/// Reads a model, and warns of what of its file is not shown.
+pub fn load_model(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<Model, ImportError> {
+    let model = import::load(path)?;
+    tell(path, &model, not_used);
+    Ok(model)
+}
+
+fn tell(path: &Path, model: &Model, not_used: &mut Vec<NotUsed>) {
+    if !model.unused.is_empty() {
         let file = path.display().to_string();
-        warn(&format!("{file}: not used: {unused}"));
-        let what = unused.names();
+        warn(&format!("{file}: not used: {}", model.unused));
+        let what = model.unused.names();
         not_used.push(NotUsed { file, what });
     }
-    Ok(mesh)
+}
+
+/// Reads the mesh of a model.
+pub fn load_mesh(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<TriangleMesh, ImportError> {
+    Ok(load_model(path, not_used)?.mesh)
 }
 
 pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
@@ -186,35 +209,11 @@ pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
     baked(path, &bytes)
 }
 
-/// Returns whether a file has the extension of a mesh.
-pub fn is_mesh(path: &Path) -> bool {
+/// Returns whether a file has the extension of a model.
+pub fn is_model(path: &Path) -> bool {
     let mut known = import::EXTENSIONS.into_iter();
     let extension = path.extension();
     extension.is_some_and(|extension| known.any(|one| extension.eq_ignore_ascii_case(one)))
-}
-
-/// Puts meshes where their files place them, under a sun and a sky.
-pub fn scene_of_meshes(meshes: Vec<TriangleMesh>) -> Scene {
-    let objects = (0..meshes.len()).map(|mesh| Object {
-        shape: Shape::Mesh(mesh),
-        material: None,
-        world_from_object: DAffine3::IDENTITY,
-        casts_shadow: true,
-        smooth: true,
-    });
-    Scene {
-        name: "meshes".to_owned(),
-        meshes,
-        materials: Vec::new(),
-        objects: objects.collect(),
-        lights: vec![Light::Directional {
-            direction: DVec3::new(-0.4, -1.0, -0.6),
-            colour: [0.8; 3],
-        }],
-        background: Background::uniform([0.5, 0.6, 0.75]),
-        ambient: [0.2; 3],
-        camera: CameraPath::default(),
-    }
 }
 
 fn baked(path: &Path, bytes: &[u8]) -> Result<BakedScene, Failure> {
@@ -226,15 +225,10 @@ fn baked(path: &Path, bytes: &[u8]) -> Result<BakedScene, Failure> {
 
 fn load_scene(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<Loaded, Failure> {
     let shown = path.display();
-    if is_mesh(path) {
-        let help = "place it in a built-in scene with --scene A --mesh FILE, or bake it first: \
-                    shisen bake FILE --output FILE.shisen";
-        return Err(Fault::new(format!("{shown} is a mesh, not a scene"), help).into());
-    }
     let bytes = crate::files::read(path).map_err(|reason| {
         let message = format!("cannot read the scene in {shown}: {reason}");
-        let help = "give A, B, C, D, grid, prism or spheres, the path of a TOML description, or \
-                    the path of a scene that `shisen bake` wrote";
+        let help = "give A, B, C, D, grid, prism or spheres, the path of a model or of a TOML \
+                    description, or of a scene that `shisen bake` wrote";
         Fault::new(message, help)
     })?;
     if bytes.starts_with(&MAGIC) {

@@ -214,11 +214,11 @@ fn meshes_that_cannot_be_loaded_or_used_are_named() {
         ),
         (
             || {
-                let mut flat = tetrahedron();
-                flat.positions[1] = [0.0, 1.0, 1.0];
-                Ok(flat)
+                let mut point = tetrahedron();
+                point.positions = vec![[1.0; 3]; 4];
+                Ok(point)
             },
-            "flat along x",
+            "the mesh is a point",
             "normalise = true",
         ),
         (

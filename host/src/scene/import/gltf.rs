@@ -4,14 +4,19 @@ mod accessors;
 mod material;
 mod surface;
 
-use super::{ImportError, Model, Unused, claim, fault, finished, flat_normal, syntax, unusable};
+use super::{
+    ImportError, Model, Unused, bounded, claim, fault, finished, flat_normal, syntax, unusable,
+};
+use crate::scene::Light;
 use crate::scene::mesh::{MeshError, TriangleMesh};
 use accessors::Buffers;
-use glam::{Mat4, Quat, Vec3};
+use glam::{DVec3, Mat4, Quat, Vec3};
+use gltf::khr_lights_punctual::Kind;
 use gltf::{Document, Node, json};
 use json::validation::{Error, Validate as _};
 use serde::Deserialize;
 use std::borrow::Cow;
+use std::f32::consts::FRAC_1_PI;
 use std::path::Path;
 use surface::{Pose, Surface};
 
@@ -34,13 +39,18 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
         path,
         buffers: Buffers::read(path, &document, blob)?,
         mesh: TriangleMesh::default(),
+        lights: Vec::new(),
         unused: Unused::default(),
     };
     importer.scene(&document)?;
     importer.complete();
     importer.paint(&document);
     importer.count_unused(&document);
-    finished(path, importer.mesh, importer.unused)
+    let model = finished(path, importer.mesh, importer.unused)?;
+    Ok(Model {
+        lights: importer.lights,
+        ..model
+    })
 }
 
 type Chunks<'a> = (Cow<'a, [u8]>, Option<Vec<u8>>);
@@ -130,6 +140,7 @@ struct Importer<'a> {
     path: &'a Path,
     buffers: Buffers<'a>,
     mesh: TriangleMesh,
+    lights: Vec<Light>,
     unused: Unused,
 }
 
@@ -150,6 +161,9 @@ impl Importer<'_> {
             places[node.index()] = Some(*place);
         }
         for (node, place) in &nodes {
+            if let Some(light) = node.light() {
+                self.add_light(&light, *place);
+            }
             let Some(mesh) = node.mesh() else { continue };
             let poses = match node.skin() {
                 Some(skin) => vec![Pose::of_skin(self, &skin, &places)?],
@@ -285,6 +299,31 @@ impl Importer<'_> {
         Ok(())
     }
 
+    /// Adds a light of `KHR_lights_punctual`. Its candelas and lux are π times ours: a white
+    /// surface shows the irradiance that it gets.
+    fn add_light(&mut self, light: &gltf::khr_lights_punctual::Light<'_>, place: Mat4) {
+        let colour = light
+            .color()
+            .map(|channel| bounded(channel * light.intensity() * FRAC_1_PI, 0.0, 1.0e12));
+        let ahead = place.transform_vector3(Vec3::NEG_Z).as_dvec3();
+        self.lights.push(match light.kind() {
+            Kind::Directional => Light::Directional {
+                direction: ahead.normalize_or(DVec3::NEG_Z),
+                colour,
+            },
+            kind => {
+                if matches!(kind, Kind::Spot { .. }) {
+                    self.unused.add("cone{s} of spot lights", 1);
+                }
+                Light::Point {
+                    position: place.transform_point3(Vec3::ZERO).as_dvec3(),
+                    colour,
+                    inverse_square: true,
+                }
+            }
+        });
+    }
+
     /// Lets all vertices have what only some have.
     fn complete(&mut self) {
         let mesh = &mut self.mesh;
@@ -305,10 +344,6 @@ impl Importer<'_> {
         self.unused
             .add("animation{s}", root.animations.len() as u64);
         self.unused.add("camera{s}", root.cameras.len() as u64);
-        let lights = root.extensions.as_ref();
-        let lights = lights.and_then(|all| all.khr_lights_punctual.as_ref());
-        let lights = lights.map_or(0, |all| all.lights.len());
-        self.unused.add("light{s}", lights as u64);
         let variants = root.extensions.as_ref();
         let variants = variants.and_then(|all| all.khr_materials_variants.as_ref());
         let variants = variants.map_or(0, |all| all.variants.len());

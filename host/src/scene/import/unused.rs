@@ -17,7 +17,7 @@ impl Unused {
 
     /// Counts things of a kind. Its name has `{s}` where the plural has an s; without it, the name
     /// is of one thing, and no count is told.
-    pub(super) fn add(&mut self, kind: impl Into<String>, count: u64) {
+    pub fn add(&mut self, kind: impl Into<String>, count: u64) {
         let kind = kind.into();
         if count == 0 {
             return;

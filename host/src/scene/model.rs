@@ -1,0 +1,131 @@
+//! A model from a file as a scene of its own: where it stands, and in what light.
+
+use super::import::Model;
+use super::mesh::TriangleMesh;
+use super::placement::Normalisation;
+use super::{Background, Light, Object, Scene, Shape};
+use glam::{DAffine3, DVec3};
+
+/// Metres of a model's largest side.
+const SIDE: f64 = 2.0;
+
+/// Where the middle of a model's foot is: behind the front wall of the built-in room, on its floor.
+const PLACE: DVec3 = DVec3::new(0.0, -1.5, -2.5);
+
+impl Scene {
+    /// Returns a scene of one model, which stands on the floor of the built-in room, before the
+    /// viewer. Its largest side is 2 m, or `metres` to a unit of its file. It is in its own light,
+    /// or without any in that of [`Self::of_meshes`].
+    pub fn of_model(model: Model, metres: Option<f64>) -> Self {
+        let place = placed(&model.mesh, metres);
+        let mut scene = Self::of_meshes(vec![model.mesh]);
+        scene.objects[0].world_from_object = place;
+        if !model.lights.is_empty() {
+            let lights = model.lights.into_iter();
+            scene.lights = lights.map(|light| moved(light, &place)).collect();
+            scene.ambient = [0.05; 3];
+        }
+        scene
+    }
+
+    /// Returns a scene of meshes where their files place them, under a sun and a sky.
+    pub fn of_meshes(meshes: Vec<TriangleMesh>) -> Self {
+        let objects = (0..meshes.len()).map(|mesh| Object::new(Shape::Mesh(mesh)));
+        Self {
+            name: "model".to_owned(),
+            objects: objects.collect(),
+            meshes,
+            lights: vec![Light::Directional {
+                direction: DVec3::new(-0.4, -1.0, -0.6),
+                colour: [0.8; 3],
+            }],
+            background: Background {
+                zenith: [0.30, 0.50, 0.85],
+                horizon: [0.90, 0.90, 0.87],
+                nadir: [0.17, 0.14, 0.11],
+                alpha: 1.0,
+            },
+            ambient: [0.2; 3],
+            ..Self::default()
+        }
+    }
+}
+
+fn placed(mesh: &TriangleMesh, metres: Option<f64>) -> DAffine3 {
+    let (low, high) = mesh.bounds();
+    let [low, high] = [low, high].map(|corner| DVec3::from(corner.map(f64::from)));
+    let fitted = || Normalisation::of(mesh).map_or(1.0, |of| SIDE / of.largest_side);
+    let scale = metres.unwrap_or_else(fitted);
+    let middle = 0.5 * (low + high);
+    let foot = DVec3::new(middle.x, low.y, middle.z);
+    DAffine3 {
+        translation: PLACE - scale * foot,
+        ..DAffine3::from_scale(DVec3::splat(scale))
+    }
+}
+
+/// Returns a light that moves and grows with a model: its surfaces stay as bright.
+fn moved(light: Light, place: &DAffine3) -> Light {
+    match light {
+        Light::Point {
+            position,
+            colour,
+            inverse_square,
+        } => {
+            let scale = place.matrix3.x_axis.x;
+            let share = if inverse_square { scale * scale } else { 1.0 };
+            Light::Point {
+                position: place.transform_point3(position),
+                colour: colour.map(|channel| (f64::from(channel) * share) as f32),
+                inverse_square,
+            }
+        }
+        // A model's file has none of the others.
+        other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::import::Unused;
+
+    #[test]
+    fn a_model_stands_on_the_floor_with_its_light() {
+        let mut mesh = TriangleMesh::square();
+        for position in &mut mesh.positions {
+            *position = [position[0] * 10.0 + 3.0, position[2] * 40.0, 7.0];
+        }
+        let lamp = Light::Point {
+            position: DVec3::new(3.0, -20.0, 7.0),
+            colour: [400.0; 3],
+            inverse_square: true,
+        };
+        let model = Model {
+            mesh,
+            lights: vec![lamp],
+            unused: Unused::default(),
+        };
+        let corners = |scene: &Scene| {
+            let (low, high) = scene.meshes[0].bounds();
+            [low, high].map(|corner| {
+                let corner = DVec3::from(corner.map(f64::from));
+                scene.objects[0].world_from_object.transform_point3(corner)
+            })
+        };
+        let scene = Scene::of_model(model.clone(), None);
+        let expected = [DVec3::new(-0.25, -1.5, -2.5), DVec3::new(0.25, 0.5, -2.5)];
+        for (found, expected) in corners(&scene).into_iter().zip(expected) {
+            assert!((found - expected).length() < 1e-12, "{found}");
+        }
+        let foot = Light::Point {
+            position: PLACE,
+            colour: [1.0; 3],
+            inverse_square: true,
+        };
+        assert_eq!(scene.lights, [foot]);
+        let [low, high] = corners(&Scene::of_model(model, Some(1.0)));
+        assert_eq!((high - low).y, 40.0);
+        assert_eq!(low.y, -1.5);
+    }
+}
