@@ -11,6 +11,7 @@ pub mod texture;
 
 pub mod builtin;
 pub mod camera;
+mod exposure;
 pub mod file;
 mod model;
 mod placement;

@@ -205,11 +205,20 @@ fn a_model_is_a_scene_and_what_no_picture_shows_of_it_is_told_once() {
     assert_ne!(hash("a.obj --scale 1"), fitted);
     // It is 9 units wide, which 2 m are of.
     assert_eq!(hash(&format!("a.obj --scale {}", 2.0 / 9.0)), fitted);
-    refused(
-        folder,
-        2,
-        "cave --scene A --scale 1 => --scale is for a model",
-    );
+    // Its light is one number, which baking keeps.
+    let report = |words: &str| run(folder, words).objects().remove(0);
+    let dark = report(&format!(
+        "cave --scene a.obj --exposure -2 {small} --out out"
+    ));
+    assert_eq!(dark["exposure"], -2.0);
+    run(folder, "bake a.obj --exposure -2 --output dark.shisen");
+    let baked = report(&format!("cave --scene dark.shisen {small} --out out"));
+    assert_eq!(baked["frame_hash"], dark["frame_hash"]);
+    assert_eq!(baked["exposure"], Value::Null);
+    let refusals = "cave --scene A --scale 1 => --scale is for a model
+        cave --scene dark.shisen --exposure 1 => give it to `shisen bake`
+        bake a.obj a.obj -o b.shisen --exposure 1 => are for one scene";
+    refused(folder, 2, refusals);
 }
 
 #[test]

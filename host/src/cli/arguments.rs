@@ -116,9 +116,40 @@ pub struct ModelArguments {
     #[arg(long, value_name = "METRES",
           value_parser = within(1.0e-6..=1.0e6, "metres from 0.000001 to 1,000,000"))]
     pub scale: Option<f64>,
+    /// Doublings of all light; auto makes bright surfaces nearly white, shadows aside
+    /// [default: auto for a model that is the scene, else 0]
+    #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true)]
+    pub exposure: Option<Exposure>,
     /// Normals of the built-in scenes' mesh [default: smooth]
     #[arg(long, value_enum)]
     pub normals: Option<Normals>,
+}
+
+impl ModelArguments {
+    pub const fn is_given(&self) -> bool {
+        let size = self.scale.is_some() || self.exposure.is_some();
+        size || self.mesh.is_some() || self.normals.is_some()
+    }
+}
+
+/// `--exposure`.
+#[derive(Debug, Clone, Copy)]
+pub enum Exposure {
+    Auto,
+    Stops(f64),
+}
+
+impl FromStr for Exposure {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let stops = text.parse().ok();
+        match stops.filter(|stops: &f64| stops.abs() <= 32.0) {
+            _ if text == "auto" => Ok(Self::Auto),
+            Some(stops) => Ok(Self::Stops(stops)),
+            None => Err("neither auto nor stops from -32 to 32".to_owned()),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Args)]

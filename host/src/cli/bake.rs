@@ -2,7 +2,7 @@
 
 use crate::bake::Layout;
 use crate::cli::arguments::levels::Level;
-use crate::cli::arguments::source::{Loaded, NotUsed, Source, bake, is_model, load_mesh};
+use crate::cli::arguments::source::{Loaded, Shown, Source, bake, is_model, load_mesh};
 use crate::cli::arguments::{LevelArguments, ModelArguments, SceneName};
 use crate::cli::prelude::*;
 use crate::files::write_atomically;
@@ -51,8 +51,8 @@ pub(super) struct Report {
     stack_entries: u32,
     /// Polygon levels of the meshes.
     levels: Vec<Level>,
-    /// What meshes' files have that is not shown.
-    not_used: Vec<NotUsed>,
+    #[serde(flatten)]
+    shown: Shown,
     /// Largest difference between the faces that a pixel sees and those of the paper's equation
     /// 10, as a share of MAX - MIN; null without --faces and --levels.
     largest_deviation: Option<f64>,
@@ -62,14 +62,12 @@ pub(super) struct Report {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let start = Instant::now();
-    let mut not_used = Vec::new();
-    let scene = load(arguments, &mut not_used)?;
-    let names: Vec<String> = arguments.input.iter().map(ToString::to_string).collect();
+    let (scene, shown) = load(arguments)?;
     let layout = arguments.layout;
     let asked = arguments.levels.given();
     let levels = asked.map(|_| arguments.levels.polygon_levels(layout));
     let levels = levels.transpose()?;
-    let baked = bake(&scene, &names.join(", "), layout, levels.as_ref())?;
+    let baked = bake(&scene, &shown.scene, layout, levels.as_ref())?;
     let path = &arguments.output;
     write_atomically(path, |file| file.write_all(baked.as_bytes())).map_err(Fault::write(path))?;
     let ((nodes, leaves, _), objects, stack_entries) = with_scene!(baked.scene(), |scene| (
@@ -96,13 +94,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         stack_entries,
         largest_deviation,
         levels: of_meshes,
-        not_used,
+        shown,
         seconds: start.elapsed().as_secs_f64(),
     };
     print(&report, arguments.json)
 }
 
-fn load(arguments: &Arguments, not_used: &mut Vec<NotUsed>) -> Result<Scene, Failure> {
+fn load(arguments: &Arguments) -> Result<(Scene, Shown), Failure> {
     let Arguments { input, model, .. } = arguments;
     let meshes = input.iter().filter_map(|name| match name {
         SceneName::File(path) if is_model(path) => Some(path),
@@ -112,9 +110,8 @@ fn load(arguments: &Arguments, not_used: &mut Vec<NotUsed>) -> Result<Scene, Fai
     match input.as_slice() {
         [name] => {
             let Source { scene, shown } = Source::load(name, model)?;
-            *not_used = shown.not_used;
             match scene {
-                Loaded::Described(scene) => Ok(scene),
+                Loaded::Described(scene) => Ok((scene, shown)),
                 Loaded::Baked(_) => {
                     let message = format!("{name} is baked already");
                     Err(Fault::new(message, "give what it was baked from").into())
@@ -124,15 +121,23 @@ fn load(arguments: &Arguments, not_used: &mut Vec<NotUsed>) -> Result<Scene, Fai
         all if meshes.len() < all.len() => Err(misuse!(
             "several inputs must all be models (.obj, .ply, .stl, .gltf or .glb): bake one scene at a time"
         )),
-        _ if model.mesh.is_some() || model.normals.is_some() || model.scale.is_some() => {
-            Err(misuse!(
-                "--mesh, --normals and --scale are for one scene: several models stand where their \
-                 files place them"
-            ))
-        }
-        _ => {
-            let meshes = meshes.into_iter().map(|path| load_mesh(path, not_used));
-            Ok(Scene::of_meshes(meshes.collect::<Result<_, _>>()?))
+        _ if model.is_given() => Err(misuse!(
+            "--mesh, --normals, --scale and --exposure are for one scene: several models stand \
+             where their files place them"
+        )),
+        all => {
+            let mut not_used = Vec::new();
+            let meshes = meshes.into_iter();
+            let meshes = meshes.map(|path| load_mesh(path, &mut not_used));
+            let scene = Scene::of_meshes(meshes.collect::<Result<_, _>>()?);
+            let names: Vec<String> = all.iter().map(ToString::to_string).collect();
+            let shown = Shown {
+                scene: names.join(", "),
+                mesh: None,
+                exposure: Some(0.0),
+                not_used,
+            };
+            Ok((scene, shown))
         }
     }
 }

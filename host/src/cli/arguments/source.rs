@@ -2,7 +2,7 @@
 
 use crate::bake::simplify::{PolygonLevels, Topology};
 use crate::bake::{BakeError, Layout};
-use crate::cli::arguments::{ModelArguments, Normals, SceneName};
+use crate::cli::arguments::{Exposure, ModelArguments, Normals, SceneName};
 use crate::cli::prelude::*;
 use crate::scene::Scene;
 use crate::scene::builtin::{grid, paper_scene, prism, spheres};
@@ -30,6 +30,8 @@ pub struct Shown {
     pub scene: String,
     /// The mesh of a built-in scene, or null.
     pub mesh: Option<String>,
+    /// Stops by which all light is brighter than described; null for a baked scene.
+    pub exposure: Option<f64>,
     /// What meshes' files have that is not shown.
     pub not_used: Vec<NotUsed>,
 }
@@ -46,8 +48,13 @@ pub struct NotUsed {
 impl fmt::Display for Shown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "scene {}", self.scene)?;
-        let mesh = self.mesh.as_ref();
-        mesh.map_or(Ok(()), |mesh| write!(f, " of {mesh}"))
+        if let Some(mesh) = &self.mesh {
+            write!(f, " of {mesh}")?;
+        }
+        match self.exposure {
+            None | Some(0.0) => Ok(()),
+            Some(stops) => write!(f, " (exposure {stops:+} stops)"),
+        }
     }
 }
 
@@ -113,9 +120,29 @@ impl Source {
                 (load_scene(path, &mut not_used)?, None)
             }
         };
+        let (scene, exposure) = match scene {
+            Loaded::Described(mut scene) => {
+                let stops = match arguments.exposure {
+                    Some(Exposure::Stops(stops)) => stops,
+                    None if !is_a_model => 0.0,
+                    None | Some(Exposure::Auto) => scene.suitable_exposure(),
+                };
+                if stops != 0.0 {
+                    scene.expose(stops);
+                }
+                (Loaded::Described(scene), Some(stops))
+            }
+            Loaded::Baked(_) if arguments.exposure.is_some() => {
+                return Err(misuse!(
+                    "--exposure is for scenes that are not baked yet: give it to `shisen bake`"
+                ));
+            }
+            baked @ Loaded::Baked(_) => (baked, None),
+        };
         let shown = Shown {
             scene: name.to_string(),
             mesh,
+            exposure,
             not_used,
         };
         Ok(Self { scene, shown })

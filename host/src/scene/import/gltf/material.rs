@@ -30,6 +30,9 @@ impl Importer<'_> {
         let fallback = document.materials().len() as u32;
         if fallback == 0 {
             self.mesh.triangle_materials.clear();
+            if !self.mesh.colours.is_empty() {
+                self.mesh.paint_by_vertices();
+            }
             return;
         }
         let mut textures = Textures::new();
@@ -44,7 +47,11 @@ impl Importer<'_> {
             lacks |= *material == fallback;
         }
         if lacks {
-            self.mesh.materials.push(Material::default());
+            let default = Material {
+                vertex_colours: !self.mesh.colours.is_empty(),
+                ..Material::default()
+            };
+            self.mesh.materials.push(default);
         }
     }
 
