@@ -16,7 +16,7 @@
 //! | `range_nm` | 10 to 1,000,000 nm, the shorter first, without a pole, the index from 1 to 100 |
 //! | `coefficients` | A and up to four pairs of B and C, −1e9 to 1e9 |
 //! | `repeats` | 0.001 to 10,000 |
-//! | images | PNG, up to 8,192 × 8,192 texels, all of a scene up to 512 MiB at 4 bytes a texel |
+//! | images | PNG or JPEG, up to 8,192 × 8,192 texels, all of a scene up to 512 MiB at 4 bytes a texel |
 //! | radii, `scale`, `size` of a light | 0.000001 to 1,000,000 |
 //! | `samples` of a light | 1 to 64 |
 //! | `position`, `direction`, `up`, `zenith`, `top` | −1,000,000 to 1,000,000; a direction is not zero |

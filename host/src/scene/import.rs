@@ -73,29 +73,30 @@ pub const EXTENSIONS: [&str; 5] = ["obj", "ply", "gltf", "glb", "stl"];
 /// where they are convex. Faces without area by their corners are left out, and so is a face that
 /// is another one turned over, where the file has no normals. Normals are made unit length; a
 /// vertex without one has the mean of its faces. A vertex without a place on textures is at 0, 0.
-/// Textures are PNG and JPEG files. They multiply the diffuse reflectance.
+/// Textures are PNG and JPEG files.
 ///
 /// - `.obj`: groups and objects become one mesh. Without normals and texture
 ///   coordinates the vertices are the file's, in its order; with either, each
-///   position with its normal and `vt` is one vertex, in order of first use. Only the first three
-///   numbers of a `v` count, and two of a `vt`. Faces without normals are smooth within their
+///   position with its normal and `vt` is one vertex, in order of first use. Numbers four to six of a
+///   `v` are a colour as sRGB codes it; two of a `vt` count. Faces without normals are smooth within their
 ///   smoothing group, and flat where it is off. Lines, points and curves are not shown. The
 ///   materials come from the `.mtl` files named in it: `Kd` and `Ks` are
 ///   the diffuse and specular reflectance, `Ke` the emission, `Ns` the shininess and `Ni` the index
-///   of refraction, `map_Kd` the texture; `illum` 3, 5 or 8 makes `Ks` the mirror reflectance, too.
+///   of refraction, `map_Kd` and `map_Ke` the textures; `illum` 3, 5 or 8 makes `Ks` the mirror reflectance, too.
 ///   The light that `d` (or 1 - `Tr`) does not stop is transmitted, filtered by `Tf`, and dims
 ///   `Kd`; `illum` 4, 6, 7 or 9 without `d` and `Tr` transmits `Tf`, or all.
 /// - `.ply`: ASCII and binary, either endianness; `x`, `y`, `z`, optionally
 ///   `nx`, `ny`, `nz`, and `s`, `t` or `u`, `v` or `texture_u`, `texture_v`;
+///   colours as sRGB codes them from `red`, `green`, `blue` or `r`, `g`, `b`;
 ///   faces from `vertex_indices` or `vertex_index`, or `tristrips`.
 /// - `.stl`: ASCII and binary, flat.
 /// - `.gltf` and `.glb`: every triangle primitive in the default scene (or the
-///   first), in world space. The base colour, with its texture where that uses
-///   the first set of coordinates, is the diffuse reflectance; a
-///   metalness of 0.5 or more at a roughness of 0.3 or less makes it the
-///   mirror reflectance instead. `KHR_materials_transmission`, `_ior` and
-///   `_volume` give transmission, index of refraction and absorption. Primitives without normals
-///   are flat.
+///   first), in world space, skins and morph targets at rest. The base colour is the diffuse
+///   reflectance, and with metalness and roughness that of [metal](crate::scene::material::Metal);
+///   blending by its alpha shows what is straight behind. `KHR_materials_transmission`, `_ior` and
+///   `_volume` give transmission, index of refraction and absorption, `_unlit` emission alone.
+///   Textures of colour, metal and emission may use two sets of coordinates. Primitives without
+///   normals are flat.
 ///
 /// # Errors
 /// If the file cannot be read, is not of the format that its extension

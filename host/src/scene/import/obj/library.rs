@@ -225,7 +225,7 @@ fn map(rest: &str) -> Option<Map> {
             _ => 1,
         };
         for place in 0..most {
-            // Of three numbers the latter two may be left out.
+            // -o, -s and -t take one to three numbers.
             let may_end = most == 3 && place > 0;
             let Some((word, after)) = rest.split_once(char::is_whitespace) else {
                 if may_end {
