@@ -24,6 +24,17 @@ impl Scene {
             let lights = model.lights.into_iter();
             scene.lights = lights.map(|light| moved(light, &place)).collect();
             scene.ambient = [0.05; 3];
+            // The sky is not the file's: the exposure that its lights need is to leave it as it is.
+            let share = libm::exp2(-scene.suitable_exposure()) as f32;
+            let sky = &mut scene.background;
+            for colour in [
+                &mut scene.ambient,
+                &mut sky.zenith,
+                &mut sky.horizon,
+                &mut sky.nadir,
+            ] {
+                *colour = colour.map(|channel| channel * share);
+            }
         }
         scene
     }
@@ -124,6 +135,22 @@ mod tests {
             inverse_square: true,
         };
         assert_eq!(scene.lights, [foot]);
+        let mut bright = Scene::of_model(
+            Model {
+                lights: vec![Light::Directional {
+                    direction: DVec3::NEG_Z,
+                    colour: [1000.0; 3],
+                }],
+                ..model.clone()
+            },
+            None,
+        );
+        let stops = bright.suitable_exposure();
+        assert!(stops < -9.0, "{stops}");
+        bright.expose(stops);
+        let sky = Scene::of_meshes(Vec::new()).background.zenith;
+        let error = bright.background.zenith[0] / sky[0];
+        assert!((0.7..1.5).contains(&error), "{error}");
         let [low, high] = corners(&Scene::of_model(model, Some(1.0)));
         assert_eq!((high - low).y, 40.0);
         assert_eq!(low.y, -1.5);
