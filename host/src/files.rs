@@ -4,10 +4,13 @@
 pub mod description;
 
 use miette::Diagnostic;
+use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
+use xxhash_rust::xxh3::xxh3_64;
 
 /// What is wrong with an input, and what to do about it.
 #[derive(Debug, Clone, PartialEq, Eq, Error, Diagnostic)]
@@ -43,11 +46,50 @@ impl Fault {
 /// What to do about a file that cannot be read.
 pub(crate) const UNREAD: &str = "check the file's name and permissions";
 
+/// A file that was read, or that was looked for.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct ReadFile {
+    path: PathBuf,
+    /// Hash of its bytes; none where it could not be read.
+    hash: Option<u64>,
+}
+
+impl ReadFile {
+    /// Returns whether reading it has the same outcome now.
+    pub(crate) fn is_unchanged(&self) -> bool {
+        self.hash == whole(&self.path).ok().as_deref().map(xxh3_64)
+    }
+}
+
+thread_local! {
+    /// The files that this thread reads, where somebody asks.
+    static READ: RefCell<Option<Vec<ReadFile>>> = const { RefCell::new(None) };
+}
+
+/// Runs a part of the program; returns what it returns and the files that its thread reads.
+pub(crate) fn recorded<T>(part: impl FnOnce() -> T) -> (T, Vec<ReadFile>) {
+    READ.set(Some(Vec::new()));
+    let result = part();
+    (result, READ.take().unwrap_or_default())
+}
+
 /// Reads a whole regular file: a device or a pipe might never end.
 ///
 /// # Errors
 /// What the system says; [`io::ErrorKind::InvalidInput`] for anything that is not a regular file.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let bytes = whole(path);
+    READ.with_borrow_mut(|files| {
+        if let Some(files) = files {
+            let hash = bytes.as_deref().ok().map(xxh3_64);
+            let path = path.to_owned();
+            files.push(ReadFile { path, hash });
+        }
+    });
+    bytes
+}
+
+fn whole(path: &Path) -> io::Result<Vec<u8>> {
     if std::fs::metadata(path).map_err(in_words)?.is_file() {
         std::fs::read(path).map_err(in_words)
     } else {

@@ -1,5 +1,6 @@
 //! Values of arguments, and the arguments that commands share.
 
+pub mod cache;
 pub mod dispersion;
 pub mod filling;
 pub mod levels;

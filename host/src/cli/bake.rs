@@ -4,6 +4,7 @@ use crate::bake::Layout;
 use crate::cli::arguments::levels::Level;
 use crate::cli::arguments::source::{Loaded, Shown, Source, bake, is_model, load_mesh};
 use crate::cli::arguments::{LevelArguments, ModelArguments, SceneName};
+use crate::cli::output::progress::Ticker;
 use crate::cli::prelude::*;
 use crate::files::write_atomically;
 use crate::scene::Scene;
@@ -62,12 +63,15 @@ pub(super) struct Report {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let start = Instant::now();
+    let names: Vec<_> = arguments.input.iter().map(ToString::to_string).collect();
+    let ticker = Ticker::start(format!("reading {}", names.join(", ")), false);
     let (scene, shown) = load(arguments)?;
     let layout = arguments.layout;
     let asked = arguments.levels.given();
     let levels = asked.map(|_| arguments.levels.polygon_levels(layout));
     let levels = levels.transpose()?;
-    let baked = bake(&scene, &shown.scene, layout, levels.as_ref())?;
+    let (baked, _) = bake(&scene, &shown.scene, layout, levels.as_ref(), &ticker)?;
+    drop(ticker);
     let path = &arguments.output;
     write_atomically(path, |file| file.write_all(baked.as_bytes())).map_err(Fault::write(path))?;
     let ((nodes, leaves, _), objects, stack_entries) = with_scene!(baked.scene(), |scene| (

@@ -5,9 +5,10 @@ pub(super) mod report;
 use crate::cli::arguments::dispersion::{in_one_frame, range_in_one_frame};
 use crate::cli::arguments::lod::{LodArguments, of_every_pixel};
 use crate::cli::arguments::room::RoomArguments;
-use crate::cli::arguments::source::{Loaded, Source};
+use crate::cli::arguments::source::{Loaded, Ready, Source};
 use crate::cli::arguments::tracing::TracingArguments;
 use crate::cli::arguments::{ModelArguments, SceneName};
+use crate::cli::output::progress::Ticker;
 use crate::cli::prelude::*;
 use crate::live::quantiles::{median, quartiles};
 use crate::render::effects::{Effects, compiled_for};
@@ -71,7 +72,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Loaded::Described(scene) => scene.material_names(),
         Loaded::Baked(_) => Vec::new(),
     };
-    let baked = arguments.lod.baked(source.scene, &source.shown.scene)?;
+    let ticker = Ticker::start(format!("baking {name}"), false);
+    let Ready { baked, shown, .. } = arguments.lod.baked(source, &ticker)?;
+    drop(ticker);
     let (options, traced) = arguments.tracing.options(&baked)?;
     if matches!(options.dispersion, Dispersion::Images(..)) {
         return Err(misuse!(
@@ -112,7 +115,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         });
     let left_out = named(asked.difference(carried_out)).map(|effect| met.cause(effect));
     let report = Report {
-        shown: source.shown,
+        shown,
         walls: cave.screens().map(|one| one.name().to_owned()).collect(),
         eyes: observers.len(),
         size: arguments.room.size,

@@ -2,7 +2,9 @@
 
 use crate::bake::simplify::{PolygonLevels, Topology};
 use crate::bake::{BakeError, Layout};
+use crate::cli::arguments::levels::Level;
 use crate::cli::arguments::{Exposure, ModelArguments, Normals, SceneName};
+use crate::cli::output::progress::Ticker;
 use crate::cli::prelude::*;
 use crate::scene::Scene;
 use crate::scene::builtin::{grid, paper_scene, prism, spheres};
@@ -10,6 +12,7 @@ use crate::scene::file::{BuiltInMesh, MeshSource};
 use crate::scene::import::{self, ImportError, Model};
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::quadruped::quadruped;
+use serde::Deserialize;
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::MAGIC;
 
@@ -23,8 +26,18 @@ pub struct Source {
     pub shown: Shown,
 }
 
+/// A scene that is ready to be traced.
+pub struct Ready {
+    pub baked: BakedScene,
+    pub shown: Shown,
+    /// What was warned of while it was baked.
+    pub warnings: Vec<String>,
+    /// Whether it was baked just now.
+    pub is_new: bool,
+}
+
 /// What is shown, and what of its files is not.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct Shown {
     /// The scene's letter or name, or the path as given.
     pub scene: String,
@@ -37,12 +50,29 @@ pub struct Shown {
 }
 
 /// What a file has that is not shown.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct NotUsed {
     /// The file.
     pub file: String,
     /// Kinds of things with their number.
     pub what: Vec<String>,
+}
+
+impl Shown {
+    /// Warns of what is not shown, once a file.
+    pub fn tell(&self) {
+        self.not_used.iter().for_each(NotUsed::tell);
+    }
+}
+
+impl NotUsed {
+    fn tell(&self) {
+        warn(&format!(
+            "{}: not used: {}",
+            self.file,
+            self.what.join(", ")
+        ));
+    }
 }
 
 impl fmt::Display for Shown {
@@ -149,6 +179,31 @@ impl Source {
     }
 }
 
+impl Source {
+    /// Bakes it, unless it is baked.
+    pub fn baked(
+        self,
+        layout: Layout,
+        levels: Option<&PolygonLevels>,
+        ticker: &Ticker,
+    ) -> Result<Ready, Failure> {
+        let Self { scene, shown } = self;
+        let (baked, warnings, is_new) = match scene {
+            Loaded::Baked(baked) => (baked, Vec::new(), false),
+            Loaded::Described(scene) => {
+                let (baked, warnings) = bake(&scene, &shown.scene, layout, levels, ticker)?;
+                (baked, warnings, true)
+            }
+        };
+        Ok(Ready {
+            baked,
+            shown,
+            warnings,
+            is_new,
+        })
+    }
+}
+
 #[derive(Debug, Error, Diagnostic)]
 enum Unusable {
     #[error("{} cannot be used", path.display())]
@@ -157,53 +212,72 @@ enum Unusable {
     #[error("{name} cannot be baked")]
     #[diagnostic(help("change the part of the scene or mesh that is named above"))]
     Scene { name: String, source: BakeError },
-    #[error("{name} cannot have these polygon levels")]
-    #[diagnostic(help("give a larger MIN with --faces MIN..MAX"))]
-    Levels { name: String, source: BakeError },
 }
 
-/// Bakes a scene that reports call `name`. Warns of meshes whose polygon levels may show gaps.
+/// Bakes a scene that reports call `name`. Warns of meshes whose polygon levels are not as asked or
+/// may show gaps.
 pub fn bake(
     scene: &Scene,
     name: &str,
     layout: Layout,
     levels: Option<&PolygonLevels>,
-) -> Result<BakedScene, Failure> {
-    let baked = BakedScene::new(scene, levels, layout).map_err(|source| {
+    ticker: &Ticker,
+) -> Result<(BakedScene, Vec<String>), Failure> {
+    ticker.set(format!("baking {name}"));
+    let progress = |done, total| {
+        ticker.set(format!("baking {name}: {done} of {total} levels and trees"));
+    };
+    let baked = BakedScene::with_progress(scene, levels, layout, &progress);
+    let baked = baked.map_err(|source| {
         let name = name.to_owned();
-        match source {
-            BakeError::Ladder { .. } => Unusable::Levels { name, source },
-            _ => Unusable::Scene { name, source },
-        }
+        Unusable::Scene { name, source }
     })?;
-    if let Some(levels) = levels {
-        warn_of_levels(scene, levels);
+    let warnings = levels.map_or(Vec::new(), |levels| of_levels(scene, levels, &baked));
+    for warning in &warnings {
+        warn(warning);
     }
-    Ok(baked)
+    Ok((baked, warnings))
 }
 
-/// Warns of meshes whose levels may not fit each other. Vertices at which parts touch do no harm:
-/// every level stays closed.
-fn warn_of_levels(scene: &Scene, levels: &PolygonLevels) {
-    let meshes = scene.meshes.iter().enumerate();
-    for (number, mesh) in meshes.filter(|(_, mesh)| levels.apply_to(mesh)) {
+/// Returns warnings of meshes whose levels are not as coarse as asked, or may not fit each other.
+/// Vertices at which parts touch do no harm: every level stays closed.
+fn of_levels(scene: &Scene, levels: &PolygonLevels, baked: &BakedScene) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let made = Level::of(baked);
+    let meshes = scene.meshes.iter().zip(Level::by_mesh(&made)).enumerate();
+    for (number, (mesh, made)) in meshes.filter(|(_, (mesh, _))| levels.apply_to(mesh)) {
+        let mesh_number = format!("mesh {number} (counted from 0)");
+        let asked = levels.asked_of(mesh.triangles.len());
+        let which = [("finest", made.first()), ("coarsest", made.last())];
+        for ((which, level), asked) in which.into_iter().zip(asked) {
+            let faces = level.map_or(0, |level| level.faces as usize);
+            // A collapse may leave one face more.
+            if faces > asked + 1 {
+                warnings.push(format!(
+                    "{mesh_number} has {faces} faces at its {which} level, not {asked}: with fewer \
+                     it would change how it hangs together. Weld its vertices, or ask for no fewer \
+                     with --faces MIN..MAX"
+                ));
+            }
+        }
         let Topology {
             open_edges,
             crowded_edges,
         } = Topology::of(mesh);
         if open_edges > 0 {
-            warn(&format!(
-                "mesh {number} (counted from 0) is not closed: {open_edges} edges are open. Along \
-                 them its coarser levels may cover less than finer ones, and light may pass"
+            warnings.push(format!(
+                "{mesh_number} is not closed: {open_edges} edges are open. Along them its coarser \
+                 levels may cover less than finer ones, and light may pass"
             ));
         }
         if crowded_edges > 0 {
-            warn(&format!(
-                "mesh {number} (counted from 0) has {crowded_edges} edges of more than two faces. \
-                 Parts that touch there may come apart at coarser levels"
+            warnings.push(format!(
+                "{mesh_number} has {crowded_edges} edges of more than two faces. Parts that touch \
+                 there may come apart at coarser levels"
             ));
         }
     }
+    warnings
 }
 
 /// Reads a model, and warns of what of its file is not shown.
@@ -216,9 +290,10 @@ pub fn load_model(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<Model, Imp
 fn tell(path: &Path, model: &Model, not_used: &mut Vec<NotUsed>) {
     if !model.unused.is_empty() {
         let file = path.display().to_string();
-        warn(&format!("{file}: not used: {}", model.unused));
         let what = model.unused.names();
-        not_used.push(NotUsed { file, what });
+        let new = NotUsed { file, what };
+        new.tell();
+        not_used.push(new);
     }
 }
 
