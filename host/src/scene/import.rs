@@ -96,7 +96,7 @@ pub const EXTENSIONS: [&str; 5] = ["obj", "ply", "gltf", "glb", "stl"];
 ///   blending by its alpha shows what is straight behind. `KHR_materials_transmission`, `_ior` and
 ///   `_volume` give transmission, index of refraction and absorption, `_unlit` emission alone.
 ///   Textures of colour, metal and emission may use two sets of coordinates. Primitives without
-///   normals are flat.
+///   normals are flat. Buffer views may be compressed with meshopt, not with Draco.
 ///
 /// # Errors
 /// If the file cannot be read, is not of the format that its extension

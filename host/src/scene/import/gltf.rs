@@ -1,6 +1,7 @@
 //! glTF 2.0, as JSON with external or embedded buffers and as GLB.
 
 mod accessors;
+mod compression;
 mod material;
 mod surface;
 
@@ -19,18 +20,6 @@ use std::borrow::Cow;
 use std::f32::consts::FRAC_1_PI;
 use std::path::Path;
 use surface::{Pose, Surface};
-
-/// Required extensions without which geometry cannot be read, and what to do.
-const REFUSED: [(&str, &str); 2] = [
-    (
-        "KHR_draco_mesh_compression",
-        "it is compressed with Draco, which is not read: export it without compression",
-    ),
-    (
-        "EXT_meshopt_compression",
-        "it is compressed with meshopt, which is not read: export it without compression",
-    ),
-];
 
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
     let (json, blob) = split(path, bytes)?;
@@ -101,15 +90,10 @@ fn document(path: &Path, json: &[u8]) -> Result<Document, ImportError> {
     }
     let root: json::Root =
         json::deserialize::from_slice(json).map_err(|error| malformed(path, &error.into()))?;
-    for (name, problem) in REFUSED {
-        if root
-            .extensions_required
-            .iter()
-            .any(|required| required == name)
-        {
-            let (problem, advice) = problem.split_once(": ").unwrap_or((problem, ""));
-            return Err(fault(path, problem, advice));
-        }
+    let mut required = root.extensions_required.iter();
+    if required.any(|name| name == "KHR_draco_mesh_compression") {
+        let problem = "it is compressed with Draco, which is not read";
+        return Err(fault(path, problem, "export it without, or with meshopt"));
     }
     // The validator looks positions up before it has checked their index.
     let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);

@@ -1,8 +1,8 @@
 //! Materials of glTF files, and their images.
 
-use super::super::{Textures, beside, bounded, bounded_colour, read_one_of};
 use super::Importer;
 use super::accessors::{data_of, is_below, percent_decoded};
+use crate::scene::import::{Textures, beside, bounded, bounded_colour, read_one_of};
 use crate::scene::material::{Material, Metal};
 use crate::scene::texture::{Pattern, Texture, Wrap};
 use gltf::material::AlphaMode;
@@ -55,7 +55,7 @@ impl Importer<'_> {
         }
     }
 
-    /// Maps a material onto ours, as [`super::super::load`] documents.
+    /// Maps a material onto ours, as [`crate::scene::import::load`] documents.
     fn painted(
         &mut self,
         material: &gltf::Material<'_>,

@@ -1,7 +1,7 @@
 //! Surfaces of a glTF file, and their poses.
 
-use super::super::ImportError;
 use super::Importer;
+use crate::scene::import::ImportError;
 use glam::{Mat3, Mat4, Vec3};
 use gltf::accessor::Dimensions;
 use gltf::mesh::Mode;

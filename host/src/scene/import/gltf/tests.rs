@@ -31,7 +31,7 @@ pub(in crate::scene::import) fn triangle_json(node: &str, buffer: &str) -> Strin
     )
 }
 
-pub(in crate::scene::import) fn glb(json: &str) -> Vec<u8> {
+pub(in crate::scene::import) fn glb(json: &str, bin: &[u8]) -> Vec<u8> {
     let glb = gltf::Glb {
         header: gltf::binary::Header {
             magic: *b"glTF",
@@ -39,13 +39,13 @@ pub(in crate::scene::import) fn glb(json: &str) -> Vec<u8> {
             length: 0,
         },
         json: json.as_bytes().into(),
-        bin: Some(triangle_bytes().into()),
+        bin: Some(bin.into()),
     };
     glb.to_vec().unwrap()
 }
 
 fn mesh(json: &str) -> Result<TriangleMesh, ImportError> {
-    Ok(parse(Path::new("a.glb"), &glb(json))?.mesh)
+    Ok(parse(Path::new("a.glb"), &glb(json, &triangle_bytes()))?.mesh)
 }
 
 #[test]
@@ -247,7 +247,10 @@ fn extensions_that_are_not_read_refuse_nothing_but_compressed_geometry() {
         let used = format!(r#""extensionsUsed":["{name}"],"extensionsRequired":["{name}"],{from}"#);
         parse(
             Path::new("a.glb"),
-            &glb(&triangle_json("", "").replace(from, &used)),
+            &glb(
+                &triangle_json("", "").replace(from, &used),
+                &triangle_bytes(),
+            ),
         )
     };
     for name in [
@@ -297,12 +300,100 @@ fn tells_what_is_wrong() {
 
 #[test]
 fn tells_a_cut_off_header() {
-    let whole = glb(&triangle_json("", ""));
+    let whole = glb(&triangle_json("", ""), &triangle_bytes());
     let mut long = whole.clone();
     long[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
     let mut short = whole.clone();
     short[8..12].fill(0);
     for bytes in [&long[..], &short, &whole[..11], &whole[..whole.len() - 1]] {
         parse(Path::new("a.glb"), bytes).unwrap_err();
+    }
+}
+
+/// Returns a file of `triangle_json` with compressed views, and its binary chunk; `indices` says
+/// how the last is compressed.
+pub(in crate::scene::import) fn compressed(exponents: bool, indices: &str) -> (String, Vec<u8>) {
+    use meshopt::EncodeExpMode::Separate;
+    let positions = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let filtered = meshopt::encode_filter_exp(&positions, 15, Separate);
+    let normals = meshopt::encode_filter_oct::<i8>(&[[0.0, 0.0, 1.0, 0.0]; 3], 8);
+    let (first, filter) = if exponents {
+        (meshopt::encode_vertex_buffer(&filtered), "EXPONENTIAL")
+    } else {
+        (meshopt::encode_vertex_buffer(&positions), "NONE")
+    };
+    let last = match indices {
+        "TRIANGLES" => meshopt::encode_index_buffer(&[0, 1, 2], 3),
+        _ => meshopt::encode_index_sequence(&[0, 1, 2], 3),
+    };
+    let mut json = triangle_json("", "")
+        .replace(r#""buffer":0"#, r#""buffer":1"#)
+        .replace(
+            r#"1,"componentType":5126"#,
+            r#"1,"componentType":5120,"normalized":true"#,
+        )
+        .replace(
+            r#"6,"byteLength":36"#,
+            r#"6,"byteLength":12,"byteStride":4"#,
+        )
+        .replace(
+            r#"[{"byteLength":78}]"#,
+            r#"[{"byteLength":1},{"byteLength":78}]"#,
+        );
+    let mut all = Vec::new();
+    let normals = meshopt::encode_vertex_buffer(&normals);
+    for (before, stream, stride, mode) in [
+        (
+            r#"1,"byteLength":36"#,
+            first,
+            12,
+            format!(r#""ATTRIBUTES","filter":"{filter}""#),
+        ),
+        (
+            r#""byteStride":4"#,
+            normals,
+            4,
+            r#""ATTRIBUTES","filter":"OCTAHEDRAL""#.to_owned(),
+        ),
+        (r#""byteLength":6"#, last, 2, format!("\"{indices}\"")),
+    ] {
+        let (offset, stream) = (all.len(), stream.unwrap());
+        let length = stream.len();
+        let own = format!(
+            r#"{before},"extensions":{{"EXT_meshopt_compression":{{"buffer":0,"byteOffset":{offset},
+            "byteLength":{length},"byteStride":{stride},"mode":{mode},"count":3}}}}"#
+        );
+        json = json.replace(before, &own);
+        all.extend(stream);
+    }
+    (json, all)
+}
+
+#[test]
+fn compressed_views_are_decoded() {
+    let plain = mesh(&triangle_json("", "")).unwrap();
+    let read = |(json, all): (String, Vec<u8>)| parse(Path::new("a.glb"), &glb(&json, &all));
+    assert_eq!(read(compressed(false, "TRIANGLES")).unwrap().mesh, plain);
+    assert_eq!(read(compressed(true, "INDICES")).unwrap().mesh, plain);
+    for (from, to, says) in [
+        ("\"TRIANGLES", "\"X", "buffer view 2: EXT"),
+        ("\"count\":3}", "\"count\":300000}", "buffer view 0 is not"),
+        ("\"count\":3}", "\"count\":1000000000}", "more than"),
+        (
+            "\"byteStride\":12",
+            "\"byteStride\":14",
+            "buffer view 0 is not",
+        ),
+        (
+            "\"byteStride\":2",
+            "\"byteStride\":3",
+            "buffer view 2 is not",
+        ),
+        ("OCTAHEDRAL", "QUATERNION", "buffer view 1 is not"),
+        ("{\"buffer\":0", "{\"buffer\":7", "buffer view 0 takes"),
+    ] {
+        let (json, all) = compressed(false, "TRIANGLES");
+        let error = read((json.replace(from, to), all)).unwrap_err().to_string();
+        assert!(error.contains(says), "{to}: {error}");
     }
 }
