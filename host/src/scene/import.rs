@@ -93,8 +93,9 @@ pub const EXTENSIONS: [&str; 5] = ["obj", "ply", "gltf", "glb", "stl"];
 /// - `.gltf` and `.glb`: every triangle primitive in the default scene (or the
 ///   first), in world space, skins and morph targets at rest. The base colour is the diffuse
 ///   reflectance, and with metalness and roughness that of [metal](crate::scene::material::Metal);
-///   blending by its alpha shows what is straight behind. `KHR_materials_transmission`, `_ior` and
-///   `_volume` give transmission, index of refraction and absorption, `_unlit` emission alone.
+///   blending by its alpha shows what is straight behind. `KHR_materials_transmission`, `_ior`,
+///   `_dispersion` and `_volume` give transmission, index of refraction, its change with the
+///   wavelength and absorption, `_unlit` emission alone.
 ///   Textures of colour, metal and emission may use two sets of coordinates. Primitives without
 ///   normals are flat. Buffer views may be compressed with meshopt, not with Draco.
 ///

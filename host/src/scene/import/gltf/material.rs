@@ -8,17 +8,17 @@ use crate::scene::texture::{Pattern, Texture, Wrap};
 use gltf::material::AlphaMode;
 use gltf::texture::{Info, MagFilter, WrappingMode};
 use gltf::{Document, image};
+use shisen_core::spectrum::{Medium, line};
 use std::borrow::Cow;
 
 /// Extensions of materials that change no picture here, and what their uses are called.
-const EXTENSIONS: [(&str, &str); 6] = [
+const EXTENSIONS: [(&str, &str); 5] = [
     ("KHR_materials_anisotropy", "anisotropic highlight{s}"),
     ("KHR_materials_clearcoat", "clear coat{s}"),
     (
         "KHR_materials_diffuse_transmission",
         "diffuse transmission{s}",
     ),
-    ("KHR_materials_dispersion", "dispersion{s}"),
     ("KHR_materials_iridescence", "iridescence{s}"),
     ("KHR_materials_sheen", "sheen{s}"),
 ];
@@ -63,6 +63,15 @@ impl Importer<'_> {
     ) -> Material {
         let pbr = material.pbr_metallic_roughness();
         let mut painted = whitted(material);
+        if painted.transmission != [0.0; 3]
+            && let Some(dispersion) = dispersion(material)
+        {
+            painted.medium = medium(painted.index_of_refraction, dispersion);
+            self.unused.add(
+                "dispersion{s} beyond what a medium can have",
+                u64::from(painted.medium.is_none()),
+            );
+        }
         painted.vertex_colours = !self.mesh.colours.is_empty();
         let mut texture = |info: Option<Info<'_>>| self.texture(&info?, textures);
         let base = texture(pbr.base_color_texture());
@@ -260,4 +269,25 @@ fn absorption(volume: &gltf::material::Volume<'_>) -> [f32; 3] {
     } else {
         [0.0; 3]
     }
+}
+
+/// Returns 20 times the reciprocal of Abbe's number, by `KHR_materials_dispersion`; none where it
+/// is 0.
+fn dispersion(material: &gltf::Material<'_>) -> Option<f32> {
+    let extension = material.extension_value("KHR_materials_dispersion")?;
+    let dispersion = extension.get("dispersion")?.as_f64()? as f32;
+    Some(dispersion).filter(|dispersion| *dispersion > 0.0)
+}
+
+/// Returns a medium of this index at the d line and this dispersion, or none if there is no such.
+///
+/// The extension takes Cauchy's equation, n = a + b/λ². A term of Sellmeier's has the same square
+/// up to 1/λ⁴: a² + 2ab/λ² + b²/λ⁴.
+fn medium(index: f32, dispersion: f32) -> Option<Medium> {
+    // 1/λ² in square micrometres.
+    let [f, d, c] = [line::F, line::D, line::C].map(|nm| 1.0e6 / (nm * nm));
+    let b = (index - 1.0) * dispersion / 20.0 / (f - c);
+    let a = index - b * d;
+    let term = [4.0 * a * a, 0.5 * b / a];
+    Medium::form2([360.0, 830.0], -3.0 * a * a - 1.0, &[term]).ok()
 }

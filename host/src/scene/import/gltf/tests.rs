@@ -173,8 +173,22 @@ fn materials_are_metal_glass_veils_lamps_or_dull() {
     assert_eq!(glass.transmission, [0.75, 0.375, 0.1875]);
     assert_eq!(glass.diffuse, [0.25, 0.125, 0.0625]);
     assert_eq!(glass.index_of_refraction, 1.33);
-    assert_eq!(glass.shininess, 1.0);
+    assert_eq!((glass.shininess, glass.medium), (1.0, None));
     assert!((glass.absorption[1] - 0.5 * 2.0_f32.ln()).abs() < 1.0e-6);
+    let prism = |dispersion: f32| {
+        of(&format!(
+            r#""metallicFactor":0}},"extensions":{{"KHR_materials_ior":{{"ior":1.7}},
+            "KHR_materials_transmission":{{"transmissionFactor":1}},
+            "KHR_materials_dispersion":{{"dispersion":{dispersion}}}}}"#
+        ))
+    };
+    let medium = prism(0.5).medium.unwrap();
+    let (index, abbe) = (medium.index(587.6), medium.abbe().unwrap());
+    assert!(
+        (index - 1.7).abs() < 1.0e-4 && (abbe - 40.0).abs() < 0.1,
+        "{index}, {abbe}"
+    );
+    assert_eq!([prism(0.0).medium, prism(1.0e3).medium], [None; 2]);
     let odd = of(r#""metallicFactor":0},"extensions":{"KHR_materials_ior":{"ior":0.005}}"#);
     assert_eq!(odd.index_of_refraction, 0.01);
     let lamp = of(
