@@ -95,7 +95,8 @@ pub const EXTENSIONS: [&str; 5] = ["obj", "ply", "gltf", "glb", "stl"];
 ///   reflectance, and with metalness and roughness that of [metal](crate::scene::material::Metal);
 ///   blending by its alpha shows what is straight behind. `KHR_materials_transmission`, `_ior`,
 ///   `_dispersion` and `_volume` give transmission, index of refraction, its change with the
-///   wavelength and absorption, `_unlit` emission alone.
+///   wavelength and absorption, `_unlit` emission alone,
+///   `_pbrSpecularGlossiness` the diffuse and specular reflectance and the shininess.
 ///   Textures of colour, metal and emission may use two sets of coordinates. Primitives without
 ///   normals are flat. Buffer views may be compressed with meshopt, not with Draco.
 ///

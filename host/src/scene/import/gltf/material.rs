@@ -5,7 +5,7 @@ use super::accessors::{data_of, is_below, percent_decoded};
 use crate::scene::import::{Textures, beside, bounded, bounded_colour, read_one_of};
 use crate::scene::material::{Material, Metal};
 use crate::scene::texture::{Pattern, Texture, Wrap};
-use gltf::material::AlphaMode;
+use gltf::material::{AlphaMode, PbrSpecularGlossiness};
 use gltf::texture::{Info, MagFilter, WrappingMode};
 use gltf::{Document, image};
 use shisen_core::spectrum::{Medium, line};
@@ -62,6 +62,7 @@ impl Importer<'_> {
         textures: &mut Textures<usize>,
     ) -> Material {
         let pbr = material.pbr_metallic_roughness();
+        let older = material.pbr_specular_glossiness();
         let mut painted = whitted(material);
         if painted.transmission != [0.0; 3]
             && let Some(dispersion) = dispersion(material)
@@ -74,7 +75,10 @@ impl Importer<'_> {
         }
         painted.vertex_colours = !self.mesh.colours.is_empty();
         let mut texture = |info: Option<Info<'_>>| self.texture(&info?, textures);
-        let base = texture(pbr.base_color_texture());
+        let base = texture(match &older {
+            Some(older) => older.diffuse_texture(),
+            None => pbr.base_color_texture(),
+        });
         if material.unlit() {
             painted.emission_texture = base;
             return painted;
@@ -158,10 +162,15 @@ impl Importer<'_> {
 
     fn count_unused_of(&mut self, material: &gltf::Material<'_>) {
         let pbr = material.pbr_metallic_roughness();
+        let older = material.pbr_specular_glossiness();
         let has_alpha = pbr.base_color_texture().is_some();
         for (kind, is_there) in [
             ("normal map{s}", material.normal_texture().is_some()),
             ("occlusion map{s}", material.occlusion_texture().is_some()),
+            (
+                "map{s} of specular colour and glossiness",
+                older.is_some_and(|older| older.specular_glossiness_texture().is_some()),
+            ),
             (
                 "alpha mask{s}",
                 has_alpha && material.alpha_mode() == AlphaMode::Mask,
@@ -193,7 +202,9 @@ fn map(moved: &gltf::texture::TextureTransform<'_>) -> [[f32; 2]; 3] {
 fn whitted(material: &gltf::Material<'_>) -> Material {
     let default = Material::default();
     let pbr = material.pbr_metallic_roughness();
-    let [r, g, b, alpha] = pbr.base_color_factor();
+    let older = material.pbr_specular_glossiness();
+    let base = older.as_ref().map(PbrSpecularGlossiness::diffuse_factor);
+    let [r, g, b, alpha] = base.unwrap_or(pbr.base_color_factor());
     let base = bounded_colour([r, g, b]);
     let share = |value: f32| bounded(value, 0.0, 1.0);
     let strength = material.emissive_strength().unwrap_or(1.0);
@@ -217,14 +228,15 @@ fn whitted(material: &gltf::Material<'_>) -> Material {
         AlphaMode::Blend => share(alpha),
         AlphaMode::Opaque | AlphaMode::Mask => 1.0,
     };
-    let metalness = share(pbr.metallic_factor());
-    let roughness = share(pbr.roughness_factor());
+    let (metalness, roughness, specular) = reflection(material);
+    // What a surface of the older kind reflects, it does not scatter.
+    let scattered = older.map_or(1.0, |_| 1.0 - specular.into_iter().fold(0.0, f32::max));
+    let base = base.map(|channel| channel * scattered);
     // The exponent whose lobe is as wide as the microfacets' of this roughness.
     let width = roughness * roughness;
     let shininess = 2.0 / (width * width).max(f32::MIN_POSITIVE) - 2.0;
     let lit = Material {
-        // Dielectrics reflect about 4 % head-on.
-        specular: [0.04 * opacity; 3],
+        specular: specular.map(|channel| channel * opacity),
         shininess: bounded(shininess, 1.0, 10_000.0),
         metal: (metalness > 0.0).then_some(Metal {
             metalness,
@@ -257,6 +269,19 @@ fn whitted(material: &gltf::Material<'_>) -> Material {
         absorption: volume.map_or(default.absorption, |volume| absorption(&volume)),
         ..lit
     }
+}
+
+/// Returns a material's metalness, roughness and reflectance where it is no metal.
+fn reflection(material: &gltf::Material<'_>) -> (f32, f32, [f32; 3]) {
+    let share = |value: f32| bounded(value, 0.0, 1.0);
+    if let Some(older) = material.pbr_specular_glossiness() {
+        let roughness = 1.0 - share(older.glossiness_factor());
+        return (0.0, roughness, bounded_colour(older.specular_factor()));
+    }
+    let pbr = material.pbr_metallic_roughness();
+    // Dielectrics reflect about 4 % head-on.
+    let [metalness, roughness] = [pbr.metallic_factor(), pbr.roughness_factor()].map(share);
+    (metalness, roughness, [0.04; 3])
 }
 
 /// Beer's coefficients from the colour that white light has after a distance.

@@ -189,6 +189,13 @@ fn materials_are_metal_glass_veils_lamps_or_dull() {
         "{index}, {abbe}"
     );
     assert_eq!([prism(0.0).medium, prism(1.0e3).medium], [None; 2]);
+    let older = of(
+        r#""metallicFactor":1},"extensions":{"KHR_materials_pbrSpecularGlossiness":{
+        "diffuseFactor":[1,0.5,0.25,1],"specularFactor":[0.5,0.25,0],"glossinessFactor":0.5}}"#,
+    );
+    assert_eq!(older.diffuse, [0.5, 0.25, 0.125]);
+    assert_eq!((older.specular, older.shininess), ([0.5, 0.25, 0.0], 30.0));
+    assert_eq!(older.metal, None);
     let odd = of(r#""metallicFactor":0},"extensions":{"KHR_materials_ior":{"ior":0.005}}"#);
     assert_eq!(odd.index_of_refraction, 0.01);
     let lamp = of(
