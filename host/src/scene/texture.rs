@@ -71,6 +71,8 @@ pub struct Image {
     width: u32,
     height: u32,
     texels: Vec<[u8; 4]>,
+    /// Whether its file lets nothing through.
+    opaque: bool,
 }
 
 /// Why an image cannot be loaded: what is wrong, where, and what to do.
@@ -93,6 +95,7 @@ impl Image {
             width,
             height,
             texels: texels.iter().map(|&[r, g, b]| [r, g, b, 0]).collect(),
+            opaque: true,
         })
     }
 
@@ -130,6 +133,11 @@ impl Image {
     /// Returns texels from top to bottom.
     pub const fn height(&self) -> u32 {
         self.height
+    }
+
+    /// Returns whether its file lets nothing through: it has no alpha below 1.
+    pub(super) const fn is_opaque(&self) -> bool {
+        self.opaque
     }
 
     /// Red, green and blue as sRGB codes them, and a zero: row by row from the top.
@@ -186,10 +194,17 @@ fn decode_png(bytes: &[u8], left: &mut u64) -> Result<Image, String> {
         ColorType::Rgb => chunks(samples, |&[r, g, b]| [r, g, b, 0]),
         ColorType::Rgba => chunks(samples, |&[r, g, b, _]| [r, g, b, 0]),
     };
+    let channels = frame.color_type.samples();
+    let has_alpha = matches!(
+        frame.color_type,
+        ColorType::GrayscaleAlpha | ColorType::Rgba
+    );
+    let mut alphas = samples.iter().skip(channels - 1).step_by(channels);
     Ok(Image {
         width,
         height,
         texels,
+        opaque: !has_alpha || alphas.all(|&alpha| alpha == u8::MAX),
     })
 }
 
@@ -210,6 +225,7 @@ fn decode_jpeg(bytes: &[u8], left: &mut u64) -> Result<Image, String> {
         width,
         height,
         texels: chunks(&samples, |&[r, g, b]| [r, g, b, 0]),
+        opaque: true,
     })
 }
 
@@ -248,6 +264,12 @@ pub(super) mod tests {
     pub(in crate::scene) fn grey_png(texels: &[u8]) -> Vec<u8> {
         let size = [texels.len() as u32, 1];
         png(size, ColorType::Grayscale, BitDepth::Eight, texels)
+    }
+
+    /// Returns a row of texels, two bytes each.
+    pub(in crate::scene) fn grey_and_alpha_png(texels: &[u8]) -> Vec<u8> {
+        let size = [texels.len() as u32 / 2, 1];
+        png(size, ColorType::GrayscaleAlpha, BitDepth::Eight, texels)
     }
 
     /// Returns the texels of a material's image.

@@ -17,6 +17,7 @@ use gltf::{Document, Node, json};
 use json::validation::{Error, Validate as _};
 use serde::Deserialize;
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::f32::consts::FRAC_1_PI;
 use std::path::Path;
 use surface::{Pose, Surface};
@@ -144,9 +145,14 @@ impl Importer<'_> {
         for (node, place) in &nodes {
             places[node.index()] = Some(*place);
         }
+        let mut spots = BTreeSet::new();
+        let mut read = vec![false; document.meshes().len()];
         for (node, place) in &nodes {
             if let Some(light) = node.light() {
                 self.add_light(&light, *place);
+                if matches!(light.kind(), Kind::Spot { .. }) {
+                    spots.insert(light.index());
+                }
             }
             let Some(mesh) = node.mesh() else { continue };
             let poses = match node.skin() {
@@ -154,6 +160,9 @@ impl Importer<'_> {
                 None => self.instances(document, node, *place)?,
             };
             let weights = node.weights().or(mesh.weights()).unwrap_or_default();
+            // What a mesh has that is not used, counts once for all of its nodes.
+            let is_known = std::mem::replace(&mut read[mesh.index()], true);
+            let before = is_known.then(|| self.unused.clone());
             for primitive in mesh.primitives() {
                 let surface = Surface::read(self, &primitive, weights)?;
                 let Some(surface) = surface else { continue };
@@ -161,7 +170,12 @@ impl Importer<'_> {
                     self.add(&surface, pose)?;
                 }
             }
+            if let Some(before) = before {
+                self.unused = before;
+            }
         }
+        self.unused
+            .add("cone{s} of spot lights", spots.len() as u64);
         Ok(())
     }
 
@@ -295,16 +309,11 @@ impl Importer<'_> {
                 direction: ahead.normalize_or(DVec3::NEG_Z),
                 colour,
             },
-            kind => {
-                if matches!(kind, Kind::Spot { .. }) {
-                    self.unused.add("cone{s} of spot lights", 1);
-                }
-                Light::Point {
-                    position: place.transform_point3(Vec3::ZERO).as_dvec3(),
-                    colour,
-                    inverse_square: true,
-                }
-            }
+            Kind::Point | Kind::Spot { .. } => Light::Point {
+                position: place.transform_point3(Vec3::ZERO).as_dvec3(),
+                colour,
+                inverse_square: true,
+            },
         });
     }
 

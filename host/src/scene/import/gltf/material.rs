@@ -23,6 +23,14 @@ const EXTENSIONS: [(&str, &str); 5] = [
     ("KHR_materials_sheen", "sheen{s}"),
 ];
 
+/// Extensions of textures in formats that are not read.
+const FORMATS: [(&str, &str); 4] = [
+    ("KHR_texture_basisu", "KTX2"),
+    ("EXT_texture_webp", "WebP"),
+    ("EXT_texture_avif", "AVIF"),
+    ("MSFT_texture_dds", "DDS"),
+];
+
 impl Importer<'_> {
     /// Fills in the materials; triangles without one get the default, and a mesh without any stays
     /// without.
@@ -37,8 +45,8 @@ impl Importer<'_> {
         }
         let mut textures = Textures::new();
         for material in document.materials() {
-            let painted = self.painted(&material, &mut textures);
-            self.count_unused_of(&material);
+            let painted = self.painted(document, &material, &mut textures);
+            self.count_unused_of(&material, &painted);
             self.mesh.materials.push(painted);
         }
         let mut lacks = false;
@@ -58,6 +66,7 @@ impl Importer<'_> {
     /// Maps a material onto ours, as [`crate::scene::import::load`] documents.
     fn painted(
         &mut self,
+        document: &Document,
         material: &gltf::Material<'_>,
         textures: &mut Textures<usize>,
     ) -> Material {
@@ -74,7 +83,7 @@ impl Importer<'_> {
             );
         }
         painted.vertex_colours = !self.mesh.colours.is_empty();
-        let mut texture = |info: Option<Info<'_>>| self.texture(&info?, textures);
+        let mut texture = |info: Option<Info<'_>>| self.texture(document, &info?, textures);
         let base = texture(match &older {
             Some(older) => older.diffuse_texture(),
             None => pbr.base_color_texture(),
@@ -91,34 +100,32 @@ impl Importer<'_> {
         painted
     }
 
-    fn texture(&mut self, info: &Info<'_>, textures: &mut Textures<usize>) -> Option<Texture> {
+    fn texture(
+        &mut self,
+        document: &Document,
+        info: &Info<'_>,
+        textures: &mut Textures<usize>,
+    ) -> Option<Texture> {
         let moved = info.texture_transform();
         let set = moved
             .as_ref()
             .and_then(gltf::texture::TextureTransform::tex_coord);
         let set = set.unwrap_or(info.tex_coord());
-        let source = info.texture().source();
         if self.mesh.coordinates.is_empty() {
             self.unused
                 .add("texture{s} of faces without texture coordinates", 1);
             return None;
         }
-        let Some(source) = source.filter(|_| set < 2) else {
-            let kind = if set < 2 {
-                "texture{s} in another format than PNG and JPEG"
-            } else {
-                "texture{s} on further coordinates than two"
-            };
-            self.unused.add(kind, 1);
+        if set >= 2 {
+            self.unused
+                .add("texture{s} on further coordinates than two", 1);
+            return None;
+        }
+        let Some(source) = info.texture().source() else {
+            self.unused.add(unread(document, &info.texture()), 1);
             return None;
         };
-        let name = match source.source() {
-            image::Source::Uri { uri, .. } if !uri.starts_with("data:") => uri.to_owned(),
-            _ => source.name().map_or_else(
-                || format!("{} (counted from 0)", source.index()),
-                |name| format!("\"{name}\""),
-            ),
-        };
+        let name = name(&source);
         let mut unused = std::mem::take(&mut self.unused);
         let read = || self.image(&source);
         let image = textures.get(source.index(), &name, &mut unused, read);
@@ -160,10 +167,15 @@ impl Importer<'_> {
         }
     }
 
-    fn count_unused_of(&mut self, material: &gltf::Material<'_>) {
-        let pbr = material.pbr_metallic_roughness();
+    fn count_unused_of(&mut self, material: &gltf::Material<'_>, painted: &Material) {
         let older = material.pbr_specular_glossiness();
-        let has_alpha = pbr.base_color_texture().is_some();
+        let base = painted.texture.as_ref();
+        let base = base.or(painted
+            .emission_texture
+            .as_ref()
+            .filter(|_| material.unlit()));
+        let has_alpha = matches!(base.map(|base| &base.pattern),
+            Some(Pattern::Image(image)) if !image.is_opaque());
         for (kind, is_there) in [
             ("normal map{s}", material.normal_texture().is_some()),
             ("occlusion map{s}", material.occlusion_texture().is_some()),
@@ -172,8 +184,24 @@ impl Importer<'_> {
                 older.is_some_and(|older| older.specular_glossiness_texture().is_some()),
             ),
             (
-                "alpha mask{s}",
+                "mask{s} by a texture's alpha",
                 has_alpha && material.alpha_mode() == AlphaMode::Mask,
+            ),
+            (
+                "blend{s} by a texture's alpha",
+                has_alpha && material.alpha_mode() == AlphaMode::Blend,
+            ),
+            (
+                "map{s} of transmission",
+                material
+                    .transmission()
+                    .is_some_and(|of| of.transmission_texture().is_some()),
+            ),
+            (
+                "map{s} of specular colour",
+                material.specular().is_some_and(|of| {
+                    of.specular_texture().is_some() || of.specular_color_texture().is_some()
+                }),
             ),
         ] {
             self.unused.add(kind, u64::from(is_there));
@@ -183,6 +211,31 @@ impl Importer<'_> {
             self.unused.add(kind, u64::from(is_there));
         }
     }
+}
+
+/// Returns what messages call an image.
+fn name(image: &gltf::Image<'_>) -> String {
+    match image.source() {
+        image::Source::Uri { uri, .. } if !uri.starts_with("data:") => uri.to_owned(),
+        _ => image.name().map_or_else(
+            || format!("{} (counted from 0)", image.index()),
+            |name| format!("\"{name}\""),
+        ),
+    }
+}
+
+/// Returns the kind of unused things of a texture without a PNG or JPEG image.
+fn unread(document: &Document, texture: &gltf::Texture<'_>) -> String {
+    for (extension, format) in FORMATS {
+        let value = texture.extension_value(extension);
+        let number = value.and_then(|value| value.get("source")?.as_u64());
+        let image = number.and_then(|number| document.images().nth(number as usize));
+        if let Some(image) = image {
+            let name = name(&image);
+            return format!("the texture {name} (in {format}, which is not read)");
+        }
+    }
+    "texture{s} without an image".to_owned()
 }
 
 /// Returns the map that `KHR_texture_transform` describes for coordinates that go down, for such as
@@ -279,9 +332,14 @@ fn reflection(material: &gltf::Material<'_>) -> (f32, f32, [f32; 3]) {
         return (0.0, roughness, bounded_colour(older.specular_factor()));
     }
     let pbr = material.pbr_metallic_roughness();
-    // Dielectrics reflect about 4 % head-on.
     let [metalness, roughness] = [pbr.metallic_factor(), pbr.roughness_factor()].map(share);
-    (metalness, roughness, [0.04; 3])
+    let tint = material.specular().map_or([1.0; 3], |specular| {
+        let colour = specular.specular_color_factor();
+        colour.map(|channel| channel * specular.specular_factor())
+    });
+    // Dielectrics reflect about 4 % head-on.
+    let specular = bounded_colour(tint.map(|channel| 0.04 * channel));
+    (metalness, roughness, specular)
 }
 
 /// Beer's coefficients from the colour that white light has after a distance.

@@ -1,6 +1,6 @@
 use super::*;
 use crate::scene::material::{Material, Metal};
-use crate::scene::texture::tests::{grey_png, texels};
+use crate::scene::texture::tests::{grey_and_alpha_png, grey_png, texels};
 
 /// Returns three vertices, three normals and three indices of 16 bits.
 pub(in crate::scene::import) fn triangle_bytes() -> Vec<u8> {
@@ -86,7 +86,12 @@ fn textures_are_those_of_the_first_coordinates() {
     std::fs::write(folder.path().join("a.bin"), &bytes).unwrap();
     let read = |texture: &str, uri: &str| {
         let mut json = triangle_json("", r#","uri":"a.bin""#).replace(":78", ":102");
-        let images = format!(r#""images":[{{"uri":"{uri}"}}],"textures":[{{"source":0}}],"#);
+        let source = if uri == "b.ktx2" {
+            r#""extensions":{"KHR_texture_basisu":{"source":0}}"#
+        } else {
+            r#""source":0"#
+        };
+        let images = format!(r#""images":[{{"uri":"{uri}"}}],"textures":[{{{source}}}],"#);
         for (before, added) in [
             (r#""NORMAL":1"#, r#","TEXCOORD_0":3"#),
             (
@@ -134,10 +139,26 @@ fn textures_are_those_of_the_first_coordinates() {
             "b.png",
             "the texture b.png (which is not there)",
         ),
+        (
+            r#"{"index":0}"#,
+            "b.ktx2",
+            "the texture b.ktx2 (in KTX2, which is not read)",
+        ),
     ] {
         let model = read(texture, uri);
         assert_eq!(model.mesh.materials[0].texture, None);
         assert_eq!(model.unused.names(), [says]);
+    }
+    let veiled = grey_and_alpha_png(&[99, 255, 99, 254]);
+    std::fs::write(folder.path().join("veiled.png"), veiled).unwrap();
+    for (mode, uri, told) in [
+        ("MASK", "veiled.png", &["1 mask by a texture's alpha"][..]),
+        ("BLEND", "veiled.png", &["1 blend by a texture's alpha"]),
+        ("OPAQUE", "veiled.png", &[]),
+        ("BLEND", "a%20b.png", &[]),
+    ] {
+        let texture = format!(r#"{{"index":0}}}},"alphaMode":"{mode}","extras":{{"a":0"#);
+        assert_eq!(read(&texture, uri).unused.names(), told, "{mode}");
     }
 }
 
@@ -296,6 +317,23 @@ fn a_skin_takes_its_pose_and_not_its_nodes_place() {
             r#""translation":[9,9,9]},{"translation":[0,5,0]}]"#,
         );
     assert_eq!(mesh(&json).unwrap().positions[1], [1.0, 5.0, 0.0]);
+}
+
+#[test]
+fn what_several_nodes_share_counts_once() {
+    let lamp = r#""extensions":{"KHR_lights_punctual":{"light":0}}"#;
+    let json = triangle_json(&format!(",{lamp}"), "")
+        .replace(r#"{"children":[1]}"#, r#"{"children":[1,2]}"#)
+        .replace("}}}],\n", &format!("}}}}}},{{\"mesh\":0,{lamp}}}],\n"))
+        .replace(r#""material":0}]"#, r#""material":0},{"attributes":{"POSITION":0},"mode":0}]"#)
+        .replace(
+            r#""scene":0,"#,
+            r#""scene":0,"extensions":{"KHR_lights_punctual":{"lights":[{"type":"spot","spot":{}}]}},"#,
+        );
+    let model = parse(Path::new("a.glb"), &glb(&json, &triangle_bytes())).unwrap();
+    assert_eq!((model.mesh.triangles.len(), model.lights.len()), (2, 2));
+    let told = ["1 surface of points or lines", "1 cone of spot lights"];
+    assert_eq!(model.unused.names(), told);
 }
 
 #[test]
