@@ -56,17 +56,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let pose = arguments.room.head();
     let eyes = arguments.room.eyes(pose);
     let directions = arguments.room.directions(pose);
+    (arguments.room).check_camera(arguments.model.camera.as_deref())?;
     if arguments.lod.is_foveated() {
         return Err(misuse!(
             "explain counts the rays of every pixel, of which --lod foveated leaves some out: take \
              --lod paper, paper-ellipse or off"
         ));
     }
-    let observers = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
-    for (_, place) in eyes {
+    let mut observers = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
+    for (_, place) in eyes.clone() {
         cave.check_eye(place)?;
     }
     let source = Source::load(name, &arguments.model)?;
+    if let Some(look) = source.look {
+        observers = (arguments.lod).observers(eyes, look.directions(), 0.0)?;
+    }
     let names = match &source.scene {
         Loaded::Described(scene) => scene.material_names(),
         Loaded::Baked(_) => Vec::new(),

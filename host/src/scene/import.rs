@@ -18,6 +18,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 use thiserror::Error;
 
+mod camera;
 mod gltf;
 mod obj;
 mod ply;
@@ -25,6 +26,7 @@ mod polygon;
 mod stl;
 mod unused;
 
+pub use camera::Camera;
 pub use unused::Unused;
 
 /// A file, and a line in it where one is known.
@@ -60,6 +62,8 @@ pub struct Model {
     pub mesh: TriangleMesh,
     /// Its lights, in the same units.
     pub lights: Vec<Light>,
+    /// Its cameras.
+    pub cameras: Vec<Camera>,
     /// What it has besides, and no picture shows.
     pub unused: Unused,
 }
@@ -205,6 +209,7 @@ fn finished(path: &Path, mut mesh: TriangleMesh, mut unused: Unused) -> Result<M
     Ok(Model {
         mesh,
         lights: Vec::new(),
+        cameras: Vec::new(),
         unused,
     })
 }

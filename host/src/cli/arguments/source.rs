@@ -2,12 +2,13 @@
 
 use crate::bake::simplify::{PolygonLevels, Topology};
 use crate::bake::{BakeError, Layout};
+use crate::cave::look::ViewDirection;
 use crate::cli::arguments::{Exposure, ModelArguments, Normals, SceneName};
 use crate::cli::prelude::*;
 use crate::scene::Scene;
 use crate::scene::builtin::{grid, paper_scene, prism, spheres};
 use crate::scene::file::{BuiltInMesh, MeshSource};
-use crate::scene::import::{self, ImportError, Model};
+use crate::scene::import::{self, Camera, ImportError, Model};
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::quadruped::quadruped;
 use shisen_core::scene::SceneError;
@@ -21,6 +22,8 @@ const GRID_RADIUS: f32 = 100.0;
 pub struct Source {
     pub scene: Loaded,
     pub shown: Shown,
+    /// Where the viewer looks, if `--camera` says so.
+    pub look: Option<ViewDirection>,
 }
 
 /// What is shown, and what of its files is not.
@@ -78,6 +81,12 @@ impl Source {
                  say how large they are"
             ));
         }
+        if arguments.camera.is_some() && !is_a_model {
+            return Err(misuse!(
+                "--camera is for a model that is the scene, such as --scene model.glb"
+            ));
+        }
+        let mut look = None;
         let built_in = |why, scene| {
             without_model(why)?;
             Ok::<_, Failure>((Loaded::Described(scene), None))
@@ -110,10 +119,11 @@ impl Source {
             SceneName::File(path) if is_model(path) => {
                 without_model("--scene shows a model by itself")?;
                 let model = load_model(path, &mut not_used)?;
-                (
-                    Loaded::Described(Scene::of_model(model, arguments.scale)),
-                    None,
-                )
+                let camera = arguments.camera.as_deref();
+                let camera = camera.map(|name| camera_of(&model, name)).transpose()?;
+                look = camera.as_ref().map(Camera::look);
+                let scene = Scene::of_model(model, arguments.scale, camera.as_ref());
+                (Loaded::Described(scene), None)
             }
             SceneName::File(path) => {
                 without_model("a scene file names its own meshes")?;
@@ -145,7 +155,8 @@ impl Source {
             exposure,
             not_used,
         };
-        Ok(Self { scene, shown })
+        let look = look.and_then(ViewDirection::new);
+        Ok(Self { scene, shown, look })
     }
 }
 
@@ -211,6 +222,28 @@ pub fn load_model(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<Model, Imp
     let model = import::load(path)?;
     tell(path, &model, not_used);
     Ok(model)
+}
+
+/// Most cameras that an error names.
+const MOST_NAMES: usize = 20;
+
+fn camera_of(model: &Model, name: &str) -> Result<Camera, Failure> {
+    let all = &model.cameras;
+    let found = all.iter().find(|camera| camera.name == name);
+    found.cloned().ok_or_else(|| {
+        let names = all.iter().take(MOST_NAMES);
+        let names: Vec<String> = names.map(|camera| format!("\"{}\"", camera.name)).collect();
+        let further = all.len() - names.len();
+        match (names.join(", "), further) {
+            (names, _) if names.is_empty() => {
+                misuse!("the model has no cameras: leave --camera \"{name}\" out")
+            }
+            (names, 0) => misuse!("the model has no camera \"{name}\": give one of {names}"),
+            (names, _) => misuse!(
+                "the model has no camera \"{name}\": give one of {names} or of its {further} others"
+            ),
+        }
+    })
 }
 
 fn tell(path: &Path, model: &Model, not_used: &mut Vec<NotUsed>) {

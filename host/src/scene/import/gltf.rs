@@ -6,12 +6,13 @@ mod material;
 mod surface;
 
 use super::{
-    ImportError, Model, Unused, bounded, claim, fault, finished, flat_normal, syntax, unusable,
+    Camera, ImportError, Model, Unused, bounded, claim, fault, finished, flat_normal, syntax,
+    unusable,
 };
 use crate::scene::Light;
 use crate::scene::mesh::{MeshError, TriangleMesh};
 use accessors::Buffers;
-use glam::{DVec3, Mat4, Quat, Vec3};
+use glam::{DMat3, DQuat, DVec3, Mat4, Quat, Vec3};
 use gltf::khr_lights_punctual::Kind;
 use gltf::{Document, Node, json};
 use json::validation::{Error, Validate as _};
@@ -30,6 +31,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
         buffers: Buffers::read(path, &document, blob)?,
         mesh: TriangleMesh::default(),
         lights: Vec::new(),
+        cameras: Vec::new(),
         unused: Unused::default(),
     };
     importer.scene(&document)?;
@@ -39,6 +41,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
     let model = finished(path, importer.mesh, importer.unused)?;
     Ok(Model {
         lights: importer.lights,
+        cameras: importer.cameras,
         ..model
     })
 }
@@ -126,6 +129,7 @@ struct Importer<'a> {
     buffers: Buffers<'a>,
     mesh: TriangleMesh,
     lights: Vec<Light>,
+    cameras: Vec<Camera>,
     unused: Unused,
 }
 
@@ -153,6 +157,9 @@ impl Importer<'_> {
                 if matches!(light.kind(), Kind::Spot { .. }) {
                     spots.insert(light.index());
                 }
+            }
+            if let Some(camera) = node.camera() {
+                self.add_camera(node.name().or(camera.name()), *place);
             }
             let Some(mesh) = node.mesh() else { continue };
             let poses = match node.skin() {
@@ -317,6 +324,19 @@ impl Importer<'_> {
         });
     }
 
+    fn add_camera(&mut self, name: Option<&str>, place: Mat4) {
+        let axis = |axis: Vec3| place.transform_vector3(axis).as_dvec3();
+        let back = axis(Vec3::Z).normalize_or(DVec3::Z);
+        let right = axis(Vec3::Y).cross(back).normalize_or(DVec3::X);
+        let axes = DMat3::from_cols(right, back.cross(right), back);
+        let number = self.cameras.len() + 1;
+        self.cameras.push(Camera {
+            name: name.map_or_else(|| format!("camera {number}"), str::to_owned),
+            position: place.transform_point3(Vec3::ZERO).as_dvec3(),
+            orientation: DQuat::from_mat3(&axes).normalize(),
+        });
+    }
+
     /// Lets all vertices have what only some have.
     fn complete(&mut self) {
         let mesh = &mut self.mesh;
@@ -336,7 +356,6 @@ impl Importer<'_> {
         let root = document.as_json();
         self.unused
             .add("animation{s}", root.animations.len() as u64);
-        self.unused.add("camera{s}", root.cameras.len() as u64);
         let variants = root.extensions.as_ref();
         let variants = variants.and_then(|all| all.khr_materials_variants.as_ref());
         let variants = variants.map_or(0, |all| all.variants.len());

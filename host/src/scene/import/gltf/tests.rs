@@ -1,6 +1,7 @@
 use super::*;
 use crate::scene::material::{Material, Metal};
 use crate::scene::texture::tests::{grey_and_alpha_png, grey_png, texels};
+use std::f64::consts::FRAC_PI_2;
 
 /// Returns three vertices, three normals and three indices of 16 bits.
 pub(in crate::scene::import) fn triangle_bytes() -> Vec<u8> {
@@ -317,6 +318,49 @@ fn a_skin_takes_its_pose_and_not_its_nodes_place() {
             r#""translation":[9,9,9]},{"translation":[0,5,0]}]"#,
         );
     assert_eq!(mesh(&json).unwrap().positions[1], [1.0, 5.0, 0.0]);
+}
+
+#[test]
+fn a_camera_stands_where_its_node_does() {
+    // It looks up by 30°, to -X, from 1, 2, 3.
+    let node = r#","camera":0,"name":"side","matrix":[0,0,-2,0,1,1.7320508,0,0,1.7320508,-1,0,0,
+        1,2,3,1]"#;
+    let json = triangle_json(node, "").replace(
+        r#""scene":0,"#,
+        r#""scene":0,"cameras":[{"type":"perspective","perspective":{"yfov":1,"znear":1}}],"#,
+    );
+    let model = parse(Path::new("a.glb"), &glb(&json, &triangle_bytes())).unwrap();
+    assert!(model.unused.is_empty(), "{}", model.unused);
+    let camera = &model.cameras[0];
+    assert_eq!(camera.name, "side");
+    assert_eq!(camera.position, DVec3::new(1.0, 2.0, 3.0));
+    let looks = |found: DVec3, x, y, z| (found - DVec3::new(x, y, z)).length() < 1.0e-6;
+    assert!(
+        looks(camera.look(), 0.0, 0.5, -0.75_f64.sqrt()),
+        "{}",
+        camera.look()
+    );
+    let scene = crate::scene::Scene::of_model(model.clone(), Some(2.0), Some(camera));
+    let place = scene.objects[0].world_from_object;
+    assert!(looks(
+        place.transform_point3(camera.position),
+        0.0,
+        0.0,
+        0.0
+    ));
+    assert!(looks(
+        place.transform_point3(DVec3::new(0.0, 3.0, 3.0)),
+        0.0,
+        2.0,
+        -2.0
+    ));
+    // Straight down the top of the picture is ahead.
+    let down = Camera {
+        orientation: DQuat::from_rotation_y(1.0) * DQuat::from_rotation_x(-FRAC_PI_2),
+        ..camera.clone()
+    };
+    let ahead = down.front_from_model() * (down.orientation * DVec3::Y);
+    assert!(looks(ahead, 0.0, 0.0, -1.0), "{ahead}");
 }
 
 #[test]
