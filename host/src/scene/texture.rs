@@ -209,7 +209,10 @@ fn decode_png(bytes: &[u8], left: &mut u64) -> Result<Image, String> {
 }
 
 fn decode_jpeg(bytes: &[u8], left: &mut u64) -> Result<Image, String> {
-    let malformed = |fault: DecodeErrors| format!("not a whole JPEG file: {fault}");
+    let malformed = |fault: DecodeErrors| {
+        let fault = fault.to_string();
+        format!("not a whole JPEG file: {}", fault.trim_end())
+    };
     let options = DecoderOptions::default()
         .set_strict_mode(true)
         .set_max_width(usize::from(u16::MAX))
@@ -313,6 +316,11 @@ pub(super) mod tests {
         let mut header = png([1, 1], ColorType::Rgba, BitDepth::Eight, &[0; 4]);
         header[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
         assert!(read(&header).is_err());
+        // 60000 × 60000 texels of three channels.
+        let jpeg = b"\xff\xd8\xff\xc0\0\x11\x08\xea\x60\xea\x60\x03\x01\x11\0\x02\x11\0\x03\x11\0\
+                     \xff\xda\0\x0c\x03\x01\0\x02\0\x03\0\0\x3f\0";
+        let error = read(jpeg).unwrap_err();
+        assert!(error.contains("60000 × 60000 texels, but"), "{error}");
         let fits = png([8192, 1], ColorType::Grayscale, BitDepth::One, &[0; 1024]);
         assert_eq!(read(&fits).unwrap().width(), 8192);
         let mut left = 4 * 8192;

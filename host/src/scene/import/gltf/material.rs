@@ -32,8 +32,8 @@ const FORMATS: [(&str, &str); 4] = [
 ];
 
 impl Importer<'_> {
-    /// Fills in the materials; triangles without one get the default, and a mesh without any stays
-    /// without.
+    /// Fills in the materials; triangles without one get the format's default, and a mesh without
+    /// any stays without.
     pub(super) fn paint(&mut self, document: &Document) {
         let fallback = document.materials().len() as u32;
         if fallback == 0 {
@@ -55,7 +55,16 @@ impl Importer<'_> {
             lacks |= *material == fallback;
         }
         if lacks {
+            // White rough metal, as the format demands.
             let default = Material {
+                diffuse: [1.0; 3],
+                specular: [0.04; 3],
+                shininess: 1.0,
+                metal: Some(Metal {
+                    metalness: 1.0,
+                    roughness: 1.0,
+                    texture: None,
+                }),
                 vertex_colours: !self.mesh.colours.is_empty(),
                 ..Material::default()
             };

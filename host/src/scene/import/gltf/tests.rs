@@ -1,5 +1,5 @@
 use super::*;
-use crate::scene::material::{Material, Metal};
+use crate::scene::material::Metal;
 use crate::scene::texture::tests::{grey_and_alpha_png, grey_png, texels};
 use std::f64::consts::FRAC_PI_2;
 
@@ -71,7 +71,8 @@ fn reads_primitives_without_indices_normals_and_material() {
     // Flat, as the specification demands.
     assert_eq!(mesh.normals, [[0.0, 0.0, 1.0]; 3]);
     assert_eq!(mesh.triangle_materials, [1]);
-    assert_eq!(mesh.materials[1], Material::default());
+    let default = &mesh.materials[1];
+    assert_eq!((default.diffuse, default.metal.is_some()), ([1.0; 3], true));
 }
 
 #[test]
@@ -318,6 +319,20 @@ fn a_skin_takes_its_pose_and_not_its_nodes_place() {
             r#""translation":[9,9,9]},{"translation":[0,5,0]}]"#,
         );
     assert_eq!(mesh(&json).unwrap().positions[1], [1.0, 5.0, 0.0]);
+    // Weights of zero.
+    let json = json
+        .replace(r#""NORMAL":1"#, r#""NORMAL":1,"JOINTS_0":3,"WEIGHTS_0":3"#)
+        .replace(
+            r#""type":"SCALAR"}"#,
+            r#""type":"SCALAR"},
+            {"bufferView":0,"componentType":5121,"normalized":true,"count":3,"type":"VEC4"}"#,
+        );
+    let model = parse(Path::new("a.glb"), &glb(&json, &triangle_bytes())).unwrap();
+    assert_eq!(model.mesh.positions[1], [1.0, 5.0, 0.0]);
+    assert_eq!(
+        model.unused.names(),
+        ["3 sums of joint weights that are not 1"]
+    );
 }
 
 #[test]
@@ -383,6 +398,8 @@ fn what_several_nodes_share_counts_once() {
 #[test]
 fn tells_what_is_wrong() {
     for (from, to, message) in [
+        ("\"count\":3", "\"count\":2", "names vertex 2"),
+        ("{\"mesh", "{\"scale\":[1e39,1,1],\"mesh", "no number"),
         ("\"count\":3", "\"count\":4", "accessor 0 takes 48 bytes"),
         ("\"count\":3", "\"count\":4000000000", "cut off"),
         ("\"byteLength\":78", "\"byteLength\":2000000000", "cut off"),
