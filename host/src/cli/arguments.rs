@@ -117,6 +117,11 @@ pub struct ModelArguments {
     #[arg(long, value_name = "METRES",
           value_parser = within(1.0e-6..=1.0e6, "metres from 0.000001 to 1,000,000"))]
     pub scale: Option<f64>,
+    /// Camera of a model that is the scene: the model stands upright so that it is at the room's
+    /// origin and heads to the front, a unit 1 m or --scale. A viewer without a tracker looks as
+    /// far up or down as it does; the walls stay as they are
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
     /// Doublings of all light; auto makes bright surfaces nearly white, shadows aside
     /// [default: auto for a model that is the scene, else 0]
     #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true)]
@@ -129,7 +134,7 @@ pub struct ModelArguments {
 impl ModelArguments {
     pub const fn is_given(&self) -> bool {
         let size = self.scale.is_some() || self.exposure.is_some();
-        size || self.mesh.is_some() || self.normals.is_some()
+        size || self.camera.is_some() || self.mesh.is_some() || self.normals.is_some()
     }
 }
 

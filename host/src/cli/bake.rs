@@ -113,7 +113,7 @@ fn load(arguments: &Arguments) -> Result<(Scene, Shown), Failure> {
     let meshes: Vec<_> = meshes.collect();
     match input.as_slice() {
         [name] => {
-            let Source { scene, shown } = Source::load(name, model)?;
+            let Source { scene, shown, .. } = Source::load(name, model)?;
             match scene {
                 Loaded::Described(scene) => Ok((scene, shown)),
                 Loaded::Baked(_) => {
@@ -126,8 +126,8 @@ fn load(arguments: &Arguments) -> Result<(Scene, Shown), Failure> {
             "several inputs must all be models (.obj, .ply, .stl, .gltf or .glb): bake one scene at a time"
         )),
         _ if model.is_given() => Err(misuse!(
-            "--mesh, --normals, --scale and --exposure are for one scene: several models stand \
-             where their files place them"
+            "--mesh, --normals, --scale, --camera and --exposure are for one scene: several models \
+             stand where their files place them"
         )),
         all => {
             let mut not_used = Vec::new();

@@ -101,17 +101,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let pose = arguments.room.head();
     let eyes = arguments.room.eyes(pose);
     let (forward, up) = arguments.room.directions(pose);
-    let observers = arguments.lod.observers(eyes.clone(), (forward, up), 0.0)?;
+    (arguments.room).check_camera(arguments.model.camera.as_deref())?;
+    let mut observers = arguments.lod.observers(eyes.clone(), (forward, up), 0.0)?;
     let looked = arguments.fill.looked(arguments.lod.is_on())?;
     arguments.room.check_stereo(arguments.stereo)?;
     // Checked before anything large is loaded or any file is written.
     for (_, position) in eyes.clone() {
         cave.check_eye(position)?;
     }
-    let cameras = arguments.cameras(&observers, (forward, up))?;
+    let mut cameras = arguments.cameras(&observers, (forward, up))?;
     let quiet = arguments.quiet;
-    let Ready { baked, shown, .. } =
+    let ready =
         (arguments.lod).ready(&arguments.scene, &arguments.model, &arguments.cache, quiet)?;
+    if let Some(look) = ready.look() {
+        let directions = look.directions();
+        observers = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
+        cameras = arguments.cameras(&observers, directions)?;
+    }
+    let Ready { baked, shown, .. } = ready;
     let (options, traced) = arguments.tracing.options(&baked)?;
     make_writable(&arguments.out)?;
     let frames = Frames {
@@ -129,9 +136,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let fill = &arguments.fill;
     let frame = match looked {
         Some(look) => {
-            let basis = look.basis();
-            let directions = (basis.forward, basis.up);
-            let before = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
+            let before = (arguments.lod).observers(eyes.clone(), look.directions(), 0.0)?;
             let previous = frames.render(&before, Filling::Background)?;
             frames.render(&observers, Filling::Previous(&previous))?
         }

@@ -57,14 +57,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let pose = arguments.room.head();
     let eyes = arguments.room.eyes(pose);
     let directions = arguments.room.directions(pose);
+    (arguments.room).check_camera(arguments.model.camera.as_deref())?;
     if arguments.lod.is_foveated() {
         return Err(misuse!(
             "explain counts the rays of every pixel, of which --lod foveated leaves some out: take \
              --lod paper, paper-ellipse or off"
         ));
     }
-    let observers = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
-    for (_, place) in eyes {
+    let mut observers = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
+    for (_, place) in eyes.clone() {
         cave.check_eye(place)?;
     }
     let source = Source::load(name, &arguments.model)?;
@@ -73,8 +74,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Loaded::Baked(_) => Vec::new(),
     };
     let ticker = Ticker::start(format!("baking {name}"), false);
-    let Ready { baked, shown, .. } = arguments.lod.baked(source, &ticker)?;
+    let ready = arguments.lod.baked(source, &ticker)?;
     drop(ticker);
+    if let Some(look) = ready.look() {
+        observers = (arguments.lod).observers(eyes, look.directions(), 0.0)?;
+    }
+    let Ready { baked, shown, .. } = ready;
     let (options, traced) = arguments.tracing.options(&baked)?;
     if matches!(options.dispersion, Dispersion::Images(..)) {
         return Err(misuse!(

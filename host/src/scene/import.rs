@@ -18,6 +18,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 use thiserror::Error;
 
+mod camera;
 mod gltf;
 mod obj;
 mod ply;
@@ -25,6 +26,7 @@ mod polygon;
 mod stl;
 mod unused;
 
+pub use camera::Camera;
 pub use unused::Unused;
 
 /// A file, and a line in it where one is known.
@@ -60,6 +62,8 @@ pub struct Model {
     pub mesh: TriangleMesh,
     /// Its lights, in the same units.
     pub lights: Vec<Light>,
+    /// Its cameras.
+    pub cameras: Vec<Camera>,
     /// What it has besides, and no picture shows.
     pub unused: Unused,
 }
@@ -93,10 +97,12 @@ pub const EXTENSIONS: [&str; 5] = ["obj", "ply", "gltf", "glb", "stl"];
 /// - `.gltf` and `.glb`: every triangle primitive in the default scene (or the
 ///   first), in world space, skins and morph targets at rest. The base colour is the diffuse
 ///   reflectance, and with metalness and roughness that of [metal](crate::scene::material::Metal);
-///   blending by its alpha shows what is straight behind. `KHR_materials_transmission`, `_ior` and
-///   `_volume` give transmission, index of refraction and absorption, `_unlit` emission alone.
+///   blending by its alpha shows what is straight behind. `KHR_materials_transmission`, `_ior`,
+///   `_dispersion` and `_volume` give transmission, index of refraction, its change with the
+///   wavelength and absorption, `_unlit` emission alone,
+///   `_pbrSpecularGlossiness` the diffuse and specular reflectance and the shininess.
 ///   Textures of colour, metal and emission may use two sets of coordinates. Primitives without
-///   normals are flat.
+///   normals are flat. Buffer views may be compressed with meshopt, not with Draco.
 ///
 /// # Errors
 /// If the file cannot be read, is not of the format that its extension
@@ -203,6 +209,7 @@ fn finished(path: &Path, mut mesh: TriangleMesh, mut unused: Unused) -> Result<M
     Ok(Model {
         mesh,
         lights: Vec::new(),
+        cameras: Vec::new(),
         unused,
     })
 }

@@ -7,6 +7,7 @@
 use crate::cli::arguments::source::{Ready, Shown};
 use crate::cli::prelude::*;
 use crate::files::{ReadFile, recorded, write_atomically};
+use glam::DVec3;
 use serde::Deserialize;
 use shisen_core::scene::format;
 use std::fs::File;
@@ -35,6 +36,7 @@ const EXTENSION: &str = "kept";
 struct Record {
     files: Vec<ReadFile>,
     shown: Shown,
+    look: Option<[f64; 3]>,
     /// What was warned of while it was baked.
     warnings: Vec<String>,
 }
@@ -69,6 +71,7 @@ impl CacheArguments {
             let record = Record {
                 files,
                 shown: ready.shown.clone(),
+                look: ready.look.map(|look| look.to_array()),
                 warnings: ready.warnings.clone(),
             };
             if let Err(reason) = keep(&folder, &path, &record, &ready.baked) {
@@ -140,6 +143,7 @@ fn read(path: &Path) -> Option<(Ready, Vec<String>)> {
     let ready = Ready {
         baked,
         shown: record.shown,
+        look: record.look.map(DVec3::from),
         warnings: Vec::new(),
         is_new: false,
     };

@@ -2,6 +2,7 @@
 
 use crate::bake::simplify::{PolygonLevels, Topology};
 use crate::bake::{BakeError, Layout};
+use crate::cave::look::ViewDirection;
 use crate::cli::arguments::levels::Level;
 use crate::cli::arguments::{Exposure, ModelArguments, Normals, SceneName};
 use crate::cli::output::progress::Ticker;
@@ -9,9 +10,10 @@ use crate::cli::prelude::*;
 use crate::scene::Scene;
 use crate::scene::builtin::{grid, paper_scene, prism, spheres};
 use crate::scene::file::{BuiltInMesh, MeshSource};
-use crate::scene::import::{self, ImportError, Model};
+use crate::scene::import::{self, Camera, ImportError, Model};
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::quadruped::quadruped;
+use glam::DVec3;
 use serde::Deserialize;
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::MAGIC;
@@ -24,12 +26,16 @@ const GRID_RADIUS: f32 = 100.0;
 pub struct Source {
     pub scene: Loaded,
     pub shown: Shown,
+    /// Where the viewer looks, if `--camera` says so.
+    pub look: Option<DVec3>,
 }
 
 /// A scene that is ready to be traced.
 pub struct Ready {
     pub baked: BakedScene,
     pub shown: Shown,
+    /// As in [`Source`].
+    pub look: Option<DVec3>,
     /// What was warned of while it was baked.
     pub warnings: Vec<String>,
     /// Whether it was baked just now.
@@ -108,6 +114,12 @@ impl Source {
                  say how large they are"
             ));
         }
+        if arguments.camera.is_some() && !is_a_model {
+            return Err(misuse!(
+                "--camera is for a model that is the scene, such as --scene model.glb"
+            ));
+        }
+        let mut look = None;
         let built_in = |why, scene| {
             without_model(why)?;
             Ok::<_, Failure>((Loaded::Described(scene), None))
@@ -140,10 +152,11 @@ impl Source {
             SceneName::File(path) if is_model(path) => {
                 without_model("--scene shows a model by itself")?;
                 let model = load_model(path, &mut not_used)?;
-                (
-                    Loaded::Described(Scene::of_model(model, arguments.scale)),
-                    None,
-                )
+                let camera = arguments.camera.as_deref();
+                let camera = camera.map(|name| camera_of(&model, name)).transpose()?;
+                look = camera.as_ref().map(Camera::look);
+                let scene = Scene::of_model(model, arguments.scale, camera.as_ref());
+                (Loaded::Described(scene), None)
             }
             SceneName::File(path) => {
                 without_model("a scene file names its own meshes")?;
@@ -175,7 +188,7 @@ impl Source {
             exposure,
             not_used,
         };
-        Ok(Self { scene, shown })
+        Ok(Self { scene, shown, look })
     }
 }
 
@@ -187,7 +200,7 @@ impl Source {
         levels: Option<&PolygonLevels>,
         ticker: &Ticker,
     ) -> Result<Ready, Failure> {
-        let Self { scene, shown } = self;
+        let Self { scene, shown, look } = self;
         let (baked, warnings, is_new) = match scene {
             Loaded::Baked(baked) => (baked, Vec::new(), false),
             Loaded::Described(scene) => {
@@ -198,9 +211,17 @@ impl Source {
         Ok(Ready {
             baked,
             shown,
+            look,
             warnings,
             is_new,
         })
+    }
+}
+
+impl Ready {
+    /// Returns where the viewer looks, if `--camera` says so.
+    pub fn look(&self) -> Option<ViewDirection> {
+        self.look.and_then(ViewDirection::new)
     }
 }
 
@@ -285,6 +306,28 @@ pub fn load_model(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<Model, Imp
     let model = import::load(path)?;
     tell(path, &model, not_used);
     Ok(model)
+}
+
+/// Most cameras that an error names.
+const MOST_NAMES: usize = 20;
+
+fn camera_of(model: &Model, name: &str) -> Result<Camera, Failure> {
+    let all = &model.cameras;
+    let found = all.iter().find(|camera| camera.name == name);
+    found.cloned().ok_or_else(|| {
+        let names = all.iter().take(MOST_NAMES);
+        let names: Vec<String> = names.map(|camera| format!("\"{}\"", camera.name)).collect();
+        let further = all.len() - names.len();
+        match (names.join(", "), further) {
+            (names, _) if names.is_empty() => {
+                misuse!("the model has no cameras: leave --camera \"{name}\" out")
+            }
+            (names, 0) => misuse!("the model has no camera \"{name}\": give one of {names}"),
+            (names, _) => misuse!(
+                "the model has no camera \"{name}\": give one of {names} or of its {further} others"
+            ),
+        }
+    })
 }
 
 fn tell(path: &Path, model: &Model, not_used: &mut Vec<NotUsed>) {

@@ -51,13 +51,19 @@ fn damaged_files_are_no_crash() {
     survives_mutation(ply::parse, PLY);
     survives_mutation(ply::parse, &binary_ply());
     let json = gltf::tests::triangle_json(r#","rotation":[0,0,0,1]"#, "");
-    survives_mutation(gltf::parse, &gltf::tests::glb(&json));
+    survives_mutation(
+        gltf::parse,
+        &gltf::tests::glb(&json, &gltf::tests::triangle_bytes()),
+    );
 }
 
 #[test]
 fn the_extension_tells_the_format_in_any_case() {
     let folder = tempfile::tempdir().unwrap();
-    let glb = gltf::tests::glb(&gltf::tests::triangle_json("", ""));
+    let glb = gltf::tests::glb(
+        &gltf::tests::triangle_json("", ""),
+        &gltf::tests::triangle_bytes(),
+    );
     for (name, bytes) in [("a.OBJ", OBJ), ("a.Ply", PLY), ("a.GLB", &glb)] {
         let path = folder.path().join(name);
         std::fs::write(&path, bytes).unwrap();
