@@ -193,7 +193,11 @@ fn broken_meshes_are_named() {
         folder,
         &commands,
         &[
-            ("text.txt", b"hello", ".obj, .ply, .stl, .gltf or .glb"),
+            (
+                "text.txt",
+                b"hello",
+                ".obj, .ply, .stl, .vtp, .gltf or .glb",
+            ),
             ("words.obj", b"this is not a mesh", "is this an OBJ file"),
             ("words.ply", b"this is not a mesh", "words.ply"),
             ("words.glb", b"this is not a mesh", "words.glb"),

@@ -107,7 +107,7 @@ impl WallsName {
 
 #[derive(Debug, Clone, Args)]
 pub struct ModelArguments {
-    /// Mesh of scenes A to D, in their material: an OBJ, PLY, STL or glTF file
+    /// Mesh of scenes A to D, in their material: an OBJ, PLY, STL, VTP or glTF file
     /// [default: a built-in quadruped]
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,

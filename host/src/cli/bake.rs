@@ -119,7 +119,7 @@ fn load(arguments: &Arguments) -> Result<(Scene, Shown), Failure> {
             }
         }
         all if meshes.len() < all.len() => Err(misuse!(
-            "several inputs must all be models (.obj, .ply, .stl, .gltf or .glb): bake one scene at a time"
+            "several inputs must all be models (.obj, .ply, .stl, .vtp, .gltf or .glb): bake one scene at a time"
         )),
         _ if model.is_given() => Err(misuse!(
             "--mesh, --normals, --scale and --exposure are for one scene: several models stand \

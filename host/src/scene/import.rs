@@ -1,9 +1,11 @@
-//! Models from files: Wavefront OBJ, PLY, STL and glTF 2.0.
+//! Models from files: Wavefront OBJ, PLY, STL, VTK's XML (`.vtp`) and glTF 2.0.
 
 use crate::files::{Fault, UNREAD};
 use crate::scene::Light;
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::texture::Image;
+use base64::engine::DecodePaddingMode;
+use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 use glam::{DVec3, Vec3};
 use miette::Diagnostic;
 use palette::Srgb;
@@ -19,11 +21,13 @@ use std::sync::Arc;
 use thiserror::Error;
 
 mod gltf;
+mod number;
 mod obj;
 mod ply;
 mod polygon;
 mod stl;
 mod unused;
+mod vtp;
 
 pub use unused::Unused;
 
@@ -60,12 +64,41 @@ pub struct Model {
     pub mesh: TriangleMesh,
     /// Its lights, in the same units.
     pub lights: Vec<Light>,
+    /// The quantity that its vertices' colours show, if they show one.
+    pub scalar: Option<Scalar>,
     /// What it has besides, and no picture shows.
     pub unused: Unused,
 }
 
+/// A quantity that colours show, from dark violet to yellow.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scalar {
+    /// The name that its file gives it.
+    pub name: String,
+    /// Its least finite number, in the file's unit.
+    pub least: f32,
+    /// Its greatest finite number.
+    pub greatest: f32,
+}
+
+impl fmt::Display for Scalar {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (name, least, greatest) = (&self.name, self.least, self.greatest);
+        write!(f, "{name} from {least} (violet) to {greatest} (yellow)")
+    }
+}
+
 /// Extensions of the files that [`load`] reads, in lower case.
-pub const EXTENSIONS: [&str; 5] = ["obj", "ply", "gltf", "glb", "stl"];
+pub const EXTENSIONS: [&str; 6] = ["obj", "ply", "gltf", "glb", "stl", "vtp"];
+
+/// What to do about a file that is not a model.
+pub(crate) const EXPORT: &str = "export as .obj, .ply, .stl, .vtp, .gltf or .glb";
+
+/// Base64 with or without its padding.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &base64::alphabet::STANDARD,
+    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
+);
 
 /// Reads a model. The extension, in upper or lower case, decides the format.
 ///
@@ -90,6 +123,9 @@ pub const EXTENSIONS: [&str; 5] = ["obj", "ply", "gltf", "glb", "stl"];
 ///   colours as sRGB codes them from `red`, `green`, `blue` or `r`, `g`, `b`;
 ///   faces from `vertex_indices` or `vertex_index`, or `tristrips`.
 /// - `.stl`: ASCII and binary, flat.
+/// - `.vtp`: polygons and strips of all pieces, in text, base64 or raw bytes, also compressed by
+///   zlib. Colours show the active scalar of the points, else of the cells, else the first, in
+///   viridis over its finite range; three or four numbers of `UInt8` are colours as sRGB codes them.
 /// - `.gltf` and `.glb`: every triangle primitive in the default scene (or the
 ///   first), in world space, skins and morph targets at rest. The base colour is the diffuse
 ///   reflectance, and with metalness and roughness that of [metal](crate::scene::material::Metal);
@@ -109,11 +145,11 @@ pub fn load(path: &Path) -> Result<Model, ImportError> {
         Some("obj") => obj::parse,
         Some("ply") => ply::parse,
         Some("stl") => stl::parse,
+        Some("vtp") => vtp::parse,
         Some("gltf" | "glb") => gltf::parse,
         _ => {
             let problem = "the file name's extension names no format of meshes";
-            let advice = "export as .obj, .ply, .stl, .gltf or .glb";
-            return Err(fault(path, problem, advice));
+            return Err(fault(path, problem, EXPORT));
         }
     };
     let bytes = read(path)?;
@@ -203,6 +239,7 @@ fn finished(path: &Path, mut mesh: TriangleMesh, mut unused: Unused) -> Result<M
     Ok(Model {
         mesh,
         lights: Vec::new(),
+        scalar: None,
         unused,
     })
 }

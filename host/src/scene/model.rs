@@ -115,6 +115,7 @@ mod tests {
         let model = Model {
             mesh,
             lights: vec![lamp],
+            scalar: None,
             unused: Unused::default(),
         };
         let corners = |scene: &Scene| {

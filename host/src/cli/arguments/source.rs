@@ -206,7 +206,7 @@ fn warn_of_levels(scene: &Scene, levels: &PolygonLevels) {
     }
 }
 
-/// Reads a model, and warns of what of its file is not shown.
+/// Reads a model, and tells what its colours show and what of its file is not shown.
 pub fn load_model(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<Model, ImportError> {
     let model = import::load(path)?;
     tell(path, &model, not_used);
@@ -214,8 +214,11 @@ pub fn load_model(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<Model, Imp
 }
 
 fn tell(path: &Path, model: &Model, not_used: &mut Vec<NotUsed>) {
+    let file = path.display().to_string();
+    if let Some(scalar) = &model.scalar {
+        say(&format!("{file}: colours show {scalar}"));
+    }
     if !model.unused.is_empty() {
-        let file = path.display().to_string();
         warn(&format!("{file}: not used: {}", model.unused));
         let what = model.unused.names();
         not_used.push(NotUsed { file, what });

@@ -1,9 +1,8 @@
 //! PLY, ASCII and binary.
 
-use super::polygon::{Polygons, twins};
-use super::{
-    ImportError, Model, Place, Unused, claim, decoded, fault, finished, no_vertex, syntax,
-};
+use super::number::Number;
+use super::polygon::Faces;
+use super::{ImportError, Model, Place, Unused, claim, decoded, fault, finished, syntax};
 use crate::scene::mesh::TriangleMesh;
 use std::path::Path;
 
@@ -12,63 +11,6 @@ const COORDINATES: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "text
 
 /// Names of the list of a face's corners.
 const CORNER_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
-
-/// A type of numbers.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Number {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
-impl Number {
-    fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "char" | "int8" => Self::I8,
-            "uchar" | "uint8" => Self::U8,
-            "short" | "int16" => Self::I16,
-            "ushort" | "uint16" => Self::U16,
-            "int" | "int32" => Self::I32,
-            "uint" | "uint32" => Self::U32,
-            "float" | "float32" => Self::F32,
-            "double" | "float64" => Self::F64,
-            _ => return None,
-        })
-    }
-
-    const fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
-
-    const fn is_whole(self) -> bool {
-        !matches!(self, Self::F32 | Self::F64)
-    }
-
-    /// Returns the number in as many little-endian bytes as it takes.
-    fn decoded(self, bytes: [u8; 8]) -> f64 {
-        let [a, b, c, d, ..] = bytes;
-        match self {
-            Self::I8 => f64::from(a as i8),
-            Self::U8 => f64::from(a),
-            Self::I16 => f64::from(i16::from_le_bytes([a, b])),
-            Self::U16 => f64::from(u16::from_le_bytes([a, b])),
-            Self::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
-            Self::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
-            Self::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
-            Self::F64 => f64::from_le_bytes(bytes),
-        }
-    }
-}
 
 struct Property {
     name: String,
@@ -322,8 +264,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
     let mut reader = Reader {
         path,
         mesh: TriangleMesh::default(),
-        corners: Vec::new(),
-        ends: Vec::new(),
+        faces: Faces::default(),
         unused: Unused::default(),
     };
     let vertex = header.elements.iter().find(|one| one.name == "vertex");
@@ -359,10 +300,16 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
         match element.name.as_str() {
             "vertex" => reader.vertices(&mut numbers, element)?,
             "face" => {
-                numbers.list(element, corner_list(element), |face| reader.face(face))?;
+                numbers.list(element, corner_list(element), |face| {
+                    reader.faces.push(face);
+                })?;
             }
             "tristrips" => {
-                numbers.list(element, corner_list(element), |strip| reader.strips(strip))?;
+                numbers.list(element, corner_list(element), |entries| {
+                    // -1 is between strips.
+                    let strips = entries.split(|entry| *entry == -1);
+                    strips.for_each(|strip| reader.faces.push_strip(strip));
+                })?;
             }
             other => {
                 numbers.list(element, None, |_| {})?;
@@ -387,10 +334,7 @@ fn corner_list(element: &Element) -> Option<usize> {
 struct Reader<'p> {
     path: &'p Path,
     mesh: TriangleMesh,
-    /// Corners of all faces.
-    corners: Vec<i64>,
-    /// Where each face's end.
-    ends: Vec<usize>,
+    faces: Faces,
     unused: Unused,
 }
 
@@ -450,87 +394,14 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn face(&mut self, corners: &[i64]) {
-        self.corners.extend_from_slice(corners);
-        self.ends.push(self.corners.len());
-    }
-
-    /// Takes strips of triangles, with −1 between them.
-    fn strips(&mut self, entries: &[i64]) {
-        for strip in entries.split(|entry| *entry == -1) {
-            for (three, number) in strip.windows(3).zip(0..) {
-                let [a, b, c] = [three[0], three[1], three[2]];
-                let turned = if number % 2 == 0 {
-                    [a, b, c]
-                } else {
-                    [b, a, c]
-                };
-                self.face(&turned);
-            }
-        }
-    }
-
     fn finish(mut self) -> Result<Model, ImportError> {
-        let vertices = self.mesh.positions.len();
-        let mut corners: Vec<u32> = Vec::with_capacity(self.corners.len());
-        let mut ends = Vec::with_capacity(self.ends.len());
-        let mut first = 0;
-        for (number, &end) in self.ends.iter().enumerate() {
-            let start = corners.len();
-            for &index in &self.corners[first..end] {
-                match u32::try_from(index) {
-                    Ok(corner) if (corner as usize) < vertices => corners.push(corner),
-                    _ => {
-                        let face = format!("face {number} (counted from 0)");
-                        let range = [0, vertices as i64 - 1];
-                        return Err(no_vertex(self.path, &face, index, range));
-                    }
-                }
-            }
-            first = end;
-            without_repeats(&mut corners, start);
-            if corners.len() - start < 3 {
-                corners.truncate(start);
-                self.unused.add("face{s} without area", 1);
-            } else {
-                ends.push(corners.len());
-            }
+        let (path, mesh) = (self.path, &mut self.mesh);
+        self.faces.cut(path, mesh, &mut self.unused, |_| {})?;
+        if !mesh.colours.is_empty() {
+            mesh.paint_by_vertices();
         }
-        let twins = if self.mesh.normals.is_empty() {
-            twins(&corners, &ends, |corner| corner)
-        } else {
-            vec![false; ends.len()]
-        };
-        let mut polygons = Polygons::default();
-        let mut first = 0;
-        for (end, is_twin) in ends.into_iter().zip(twins) {
-            if !is_twin {
-                let place = |corner: u32| self.mesh.positions[corner as usize];
-                let triangles = &mut self.mesh.triangles;
-                polygons.cut(&corners[first..end], place, |three| triangles.push(three));
-            }
-            first = end;
-        }
-        if !self.mesh.colours.is_empty() {
-            self.mesh.paint_by_vertices();
-        }
-        finished(self.path, self.mesh, self.unused)
+        finished(path, self.mesh, self.unused)
     }
-}
-
-/// Leaves one of equal corners beside each other, in a face that begins at `start`.
-fn without_repeats(corners: &mut Vec<u32>, start: usize) {
-    let mut kept = start;
-    for at in start..corners.len() {
-        if kept == start || corners[kept - 1] != corners[at] {
-            corners[kept] = corners[at];
-            kept += 1;
-        }
-    }
-    if kept > start + 1 && corners[kept - 1] == corners[start] {
-        kept -= 1;
-    }
-    corners.truncate(kept);
 }
 
 #[cfg(test)]
