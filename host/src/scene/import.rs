@@ -121,7 +121,8 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 /// - `.ply`: ASCII and binary, either endianness; `x`, `y`, `z`, optionally
 ///   `nx`, `ny`, `nz`, and `s`, `t` or `u`, `v` or `texture_u`, `texture_v`;
 ///   colours as sRGB codes them from `red`, `green`, `blue` or `r`, `g`, `b`;
-///   faces from `vertex_indices` or `vertex_index`, or `tristrips`.
+///   faces from `vertex_indices` or `vertex_index`, or `tristrips`; textures of `comment
+///   TextureFile`, by `texnumber`, where vertices or the faces' `texcoord` say.
 /// - `.stl`: ASCII and binary, flat.
 /// - `.vtp`: polygons and strips of all pieces, in text, base64 or raw bytes, also compressed by
 ///   zlib. Colours show the active scalar of the points, else of the cells, else the first, in
@@ -292,6 +293,14 @@ impl<K: Hash + Eq> Textures<K> {
             }
         };
         image.clone()
+    }
+}
+
+impl Textures<String> {
+    /// Returns the image that a file names: where its name says, else beside that file.
+    fn beside(&mut self, file: &Path, name: &str, unused: &mut Unused) -> Option<Arc<Image>> {
+        let read = || Ok(read_one_of(&beside(file, name))?.into());
+        self.get(name.to_owned(), name, unused, read)
     }
 }
 

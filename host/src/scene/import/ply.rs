@@ -1,9 +1,11 @@
 //! PLY, ASCII and binary.
 
 use super::number::Number;
-use super::polygon::Faces;
-use super::{ImportError, Model, Place, Unused, claim, decoded, fault, finished, syntax};
+use super::polygon::{Faces, split};
+use super::{ImportError, Model, Place, Textures, Unused, claim, decoded, fault, finished, syntax};
+use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
+use crate::scene::texture::{Pattern, Texture};
 use std::path::Path;
 
 /// Names of texture coordinates: across, and up.
@@ -56,6 +58,8 @@ struct Header {
     elements: Vec<Element>,
     /// Bytes before the numbers.
     length: usize,
+    /// Names of files with textures.
+    textures: Vec<String>,
 }
 
 impl Header {
@@ -64,6 +68,7 @@ impl Header {
             encoding: Encoding::Ascii,
             elements: Vec::new(),
             length: 0,
+            textures: Vec::new(),
         };
         let mut is_named = false;
         for line in 1.. {
@@ -86,6 +91,11 @@ impl Header {
                 (1, _) => "not a PLY file: it does not begin with 'ply'",
                 (_, ["end_header"]) if is_named => return Ok(header),
                 (_, ["end_header"]) => "the header names no format",
+                (_, ["comment", "TextureFile", ..]) => {
+                    let name = text.split_once("TextureFile").map(|(_, name)| name.trim());
+                    header.textures.extend(name.map(str::to_owned));
+                    continue;
+                }
                 (_, [] | ["comment" | "obj_info", ..]) => continue,
                 (_, ["format", name, "1.0"]) => {
                     is_named = true;
@@ -229,30 +239,27 @@ impl<'b> Numbers<'b> {
         Ok(length as u64)
     }
 
-    /// Skips an element but for one list, whose entries `each` gets, once for each element.
-    fn list(
+    /// Skips an element but for some properties, whose entries `each` gets, once for each element.
+    fn entries<const N: usize>(
         &mut self,
         element: &Element,
-        wanted: Option<usize>,
-        mut each: impl FnMut(&[i64]),
+        wanted: [Option<usize>; N],
+        mut each: impl FnMut([&[f64]; N]),
     ) -> Result<(), ImportError> {
-        let mut entries = Vec::new();
+        let mut entries = [const { Vec::new() }; N];
         for _ in 0..element.count {
-            entries.clear();
+            entries.iter_mut().for_each(Vec::clear);
             for (place, property) in element.properties.iter().enumerate() {
-                let Some(length) = property.length else {
-                    self.skip(property.number)?;
-                    continue;
-                };
-                for _ in 0..self.length(length)? {
-                    if wanted == Some(place) {
-                        entries.push(self.next(property.number)? as i64);
-                    } else {
-                        self.skip(property.number)?;
+                let slot = wanted.iter().position(|wanted| *wanted == Some(place));
+                let length = property.length.map(|length| self.length(length));
+                for _ in 0..length.transpose()?.unwrap_or(1) {
+                    match slot {
+                        Some(slot) => entries[slot].push(self.next(property.number)?),
+                        None => self.skip(property.number)?,
                     }
                 }
             }
-            each(&entries);
+            each(entries.each_ref().map(Vec::as_slice));
         }
         Ok(())
     }
@@ -265,6 +272,8 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
         path,
         mesh: TriangleMesh::default(),
         faces: Faces::default(),
+        places: Vec::new(),
+        numbers: Vec::new(),
         unused: Unused::default(),
     };
     let vertex = header.elements.iter().find(|one| one.name == "vertex");
@@ -300,26 +309,27 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
         match element.name.as_str() {
             "vertex" => reader.vertices(&mut numbers, element)?,
             "face" => {
-                numbers.list(element, corner_list(element), |face| {
-                    reader.faces.push(face);
-                })?;
+                let places = element.find("texcoord");
+                let wanted = [corner_list(element), places, element.find("texnumber")];
+                numbers.entries(element, wanted, |face| reader.face(face))?;
             }
             "tristrips" => {
-                numbers.list(element, corner_list(element), |entries| {
+                numbers.entries(element, [corner_list(element)], |[entries]| {
+                    let entries: Vec<i64> = entries.iter().map(|entry| *entry as i64).collect();
                     // -1 is between strips.
                     let strips = entries.split(|entry| *entry == -1);
                     strips.for_each(|strip| reader.faces.push_strip(strip));
                 })?;
             }
             other => {
-                numbers.list(element, None, |_| {})?;
+                numbers.entries(element, [], |_| {})?;
                 reader
                     .unused
                     .add(format!("{other} element{{s}}"), element.count);
             }
         }
     }
-    reader.finish()
+    reader.finish(&header.textures)
 }
 
 fn corner_list(element: &Element) -> Option<usize> {
@@ -335,6 +345,10 @@ struct Reader<'p> {
     path: &'p Path,
     mesh: TriangleMesh,
     faces: Faces,
+    /// Places on a texture of the faces' corners, as far as they have some of their own.
+    places: Vec<[f32; 2]>,
+    /// Numbers of the faces' textures, as far as they are said.
+    numbers: Vec<u32>,
     unused: Unused,
 }
 
@@ -394,13 +408,65 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<Model, ImportError> {
+    fn face(&mut self, [corners, places, number]: [&[f64]; 3]) {
+        if !places.is_empty() {
+            let places = places.as_chunks::<2>().0.iter();
+            self.places.resize(self.faces.corners(), [0.0; 2]);
+            let own = places.map(|place| place.map(|x| x as f32));
+            self.places.extend(own.take(corners.len()));
+        }
+        if let Some(&number) = number.first() {
+            self.numbers.resize(self.faces.len(), 0);
+            // -1 is no texture.
+            let number = if number < 0.0 {
+                u32::MAX
+            } else {
+                number as u32
+            };
+            self.numbers.push(number);
+        }
+        self.faces.push(corners.iter().map(|corner| *corner as i64));
+    }
+
+    fn finish(mut self, names: &[String]) -> Result<Model, ImportError> {
         let (path, mesh) = (self.path, &mut self.mesh);
-        self.faces.cut(path, mesh, &mut self.unused, |_| {})?;
-        if !mesh.colours.is_empty() {
+        let mut corners = Vec::new();
+        self.faces
+            .cut(path, mesh, &mut self.unused, |three| corners.push(three))?;
+        if !self.places.is_empty() {
+            let place = |corner: u32| self.places.get(corner as usize).copied();
+            let places = |triangle: usize| corners[triangle].map(|c| place(c).unwrap_or_default());
+            mesh.coordinates = split(mesh, places);
+        }
+        if mesh.coordinates.is_empty() {
+            let kind = "texture{s} of faces without texture coordinates";
+            self.unused.add(kind, names.len() as u64);
+        } else if !names.is_empty() {
+            let mut textures = Textures::new();
+            let plain = Material {
+                vertex_colours: !mesh.colours.is_empty(),
+                ..Material::default()
+            };
+            let painted = names.iter().map(|name| {
+                let image = textures.beside(path, name, &mut self.unused);
+                Material {
+                    name: name.clone(),
+                    diffuse: [1.0; 3],
+                    texture: image.map(|image| Texture::new(Pattern::Image(image), [1.0; 2])),
+                    ..plain.clone()
+                }
+            });
+            mesh.materials = painted.chain([plain.clone()]).collect();
+            let number = |&[corner, ..]: &[u32; 3]| {
+                let number = self.numbers.get(self.faces.face_of(corner));
+                number.map_or(0, |number| (names.len() as u32).min(*number))
+            };
+            mesh.triangle_materials = corners.iter().map(number).collect();
+        }
+        if mesh.materials.is_empty() && !mesh.colours.is_empty() {
             mesh.paint_by_vertices();
         }
-        finished(path, self.mesh, self.unused)
+        finished(self.path, self.mesh, self.unused)
     }
 }
 

@@ -18,8 +18,8 @@ pub(super) struct Faces {
 }
 
 impl Faces {
-    pub(super) fn push(&mut self, corners: &[i64]) {
-        self.corners.extend_from_slice(corners);
+    pub(super) fn push(&mut self, corners: impl IntoIterator<Item = i64>) {
+        self.corners.extend(corners);
         self.ends.push(self.corners.len());
     }
 
@@ -32,13 +32,18 @@ impl Faces {
             } else {
                 [b, a, c]
             };
-            self.push(&turned);
+            self.push(turned);
         }
     }
 
     /// Returns the number of faces.
     pub(super) const fn len(&self) -> usize {
         self.ends.len()
+    }
+
+    /// Returns the number of all faces' corners.
+    pub(super) const fn corners(&self) -> usize {
+        self.corners.len()
     }
 
     /// Returns the face of a corner.

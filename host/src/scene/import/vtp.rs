@@ -193,7 +193,7 @@ impl Reader<'_> {
                 let before = self.faces.len();
                 match part {
                     "Strips" => self.faces.push_strip(face),
-                    _ => self.faces.push(face),
+                    _ => self.faces.push(face.iter().copied()),
                 }
                 let own = numbers.get(each * cell..each * (cell + 1));
                 if let Some(own) = own.filter(|own| !own.is_empty()) {
