@@ -136,7 +136,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 ///   normals are flat.
 ///
 /// # Errors
-/// If the file cannot be read, is not of the format that its extension
+/// If the file cannot be read or is larger than [`MOST`](crate::files::MOST), is not of the format that its extension
 /// promises, or holds no mesh that passes [`TriangleMesh::validate`].
 pub fn load(path: &Path) -> Result<Model, ImportError> {
     let extension = path
@@ -172,7 +172,11 @@ fn fault<'p>(place: impl Into<Place<'p>>, problem: impl fmt::Display, advice: &s
 }
 
 fn unread(path: &Path, error: &std::io::Error) -> ImportError {
-    fault(path, error, UNREAD)
+    let advice = match error.kind() {
+        ErrorKind::FileTooLarge => "simplify the mesh, or export it in parts",
+        _ => UNREAD,
+    };
+    fault(path, error, advice)
 }
 
 /// Returns the error of a length or count beyond the end of the file.

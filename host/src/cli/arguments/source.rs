@@ -4,6 +4,7 @@ use crate::bake::simplify::{PolygonLevels, Topology};
 use crate::bake::{BakeError, Layout};
 use crate::cli::arguments::{Exposure, ModelArguments, Normals, SceneName};
 use crate::cli::prelude::*;
+use crate::files::{MOST, MOST_OF_TEXT, begins_with, read_within};
 use crate::scene::Scene;
 use crate::scene::builtin::{grid, paper_scene, prism, spheres};
 use crate::scene::file::{BuiltInMesh, MeshSource};
@@ -255,7 +256,12 @@ fn baked(path: &Path, bytes: &[u8]) -> Result<BakedScene, Failure> {
 
 fn load_scene(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<Loaded, Failure> {
     let shown = path.display();
-    let bytes = crate::files::read(path).map_err(|reason| {
+    let most = if begins_with(path, &MAGIC) {
+        MOST
+    } else {
+        MOST_OF_TEXT
+    };
+    let bytes = read_within(path, most).map_err(|reason| {
         let message = format!("cannot read the scene in {shown}: {reason}");
         let help = "give A, B, C, D, grid, prism or spheres, the path of a model or of a TOML \
                     description, or of a scene that `shisen bake` wrote";

@@ -50,8 +50,9 @@ impl Element {
                     open.push(element);
                 }
                 Event::Text(text) => {
-                    if let Some(last) = open.last_mut() {
-                        last.text += &text;
+                    let array = open.last_mut().filter(|last| last.kind == "DataArray");
+                    if let Some(array) = array {
+                        array.text += &text;
                     }
                 }
                 _ => {}
