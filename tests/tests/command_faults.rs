@@ -318,7 +318,7 @@ fn damaged_blobs_are_named() {
         folder,
         1,
         "
-        inspect one.obj => one.obj & not a baked scene
+        inspect not.obj => not.obj
         inspect no.shisen => no.shisen
         bake whole.shisen -o new => whole.shisen is baked already",
     );

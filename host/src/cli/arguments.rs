@@ -105,7 +105,7 @@ impl WallsName {
     }
 }
 
-#[derive(Debug, Clone, Args)]
+#[derive(Debug, Clone, Default, Args)]
 pub struct ModelArguments {
     /// Mesh of scenes A to D, in their material: an OBJ, PLY, STL, VTP or glTF file
     /// [default: a built-in quadruped]

@@ -462,6 +462,9 @@ impl Reader<'_> {
                 number.map_or(0, |number| (names.len() as u32).min(*number))
             };
             mesh.triangle_materials = corners.iter().map(number).collect();
+            if !mesh.triangle_materials.contains(&(names.len() as u32)) {
+                mesh.materials.pop();
+            }
         }
         if mesh.materials.is_empty() && !mesh.colours.is_empty() {
             mesh.paint_by_vertices();
