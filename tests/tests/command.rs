@@ -54,6 +54,9 @@ fn baked_scenes_give_the_frames_of_their_sources() {
         [[object]]\nsphere = { radius = 0.5 }\nposition = [2, 0, 0]\n\
         [[light]]\ntype = \"point\"\nposition = [0, 1, 0]\n";
     fs::write(folder.join("scene.toml"), description).unwrap();
+    let inspected = report(folder, "inspect scene.toml");
+    says(&inspected, json!({ "objects": 2, "lights": 1 }));
+    says(&inspected["meshes"][0], json!({ "triangles": 2 }));
     for (source, objects) in [("A --mesh two.obj", 8), ("scene.toml", 2)] {
         let expected = cave(folder, &format!("--scene {source}"));
         for layout in ["fast", "compact"] {

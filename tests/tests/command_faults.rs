@@ -194,7 +194,11 @@ fn broken_meshes_are_named() {
         folder,
         &commands,
         &[
-            ("text.txt", b"hello", ".obj, .ply, .stl, .gltf or .glb"),
+            (
+                "text.txt",
+                b"hello",
+                ".obj, .ply, .stl, .vtp, .gltf or .glb",
+            ),
             ("words.obj", b"this is not a mesh", "is this an OBJ file"),
             ("words.ply", b"this is not a mesh", "words.ply"),
             ("words.glb", b"this is not a mesh", "words.glb"),
@@ -308,7 +312,7 @@ fn damaged_blobs_are_named() {
         folder,
         1,
         "
-        inspect one.obj => one.obj & not a baked scene
+        inspect not.obj => not.obj
         inspect no.shisen => no.shisen
         bake whole.shisen -o new => whole.shisen is baked already",
     );

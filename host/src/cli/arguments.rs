@@ -106,9 +106,9 @@ impl WallsName {
     }
 }
 
-#[derive(Debug, Clone, Args)]
+#[derive(Debug, Clone, Default, Args)]
 pub struct ModelArguments {
-    /// Mesh of scenes A to D, in their material: an OBJ, PLY, STL or glTF file
+    /// Mesh of scenes A to D, in their material: an OBJ, PLY, STL, VTP or glTF file
     /// [default: a built-in quadruped]
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,

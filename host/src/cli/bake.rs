@@ -2,7 +2,7 @@
 
 use crate::bake::Layout;
 use crate::cli::arguments::levels::Level;
-use crate::cli::arguments::source::{Loaded, Shown, Source, bake, is_model, load_mesh};
+use crate::cli::arguments::source::{Loaded, Shown, Source, Told, bake, is_model, load_mesh};
 use crate::cli::arguments::{LevelArguments, ModelArguments, SceneName};
 use crate::cli::output::progress::Ticker;
 use crate::cli::prelude::*;
@@ -123,23 +123,23 @@ fn load(arguments: &Arguments) -> Result<(Scene, Shown), Failure> {
             }
         }
         all if meshes.len() < all.len() => Err(misuse!(
-            "several inputs must all be models (.obj, .ply, .stl, .gltf or .glb): bake one scene at a time"
+            "several inputs must all be models (.obj, .ply, .stl, .vtp, .gltf or .glb): bake one scene at a time"
         )),
         _ if model.is_given() => Err(misuse!(
             "--mesh, --normals, --scale, --camera and --exposure are for one scene: several models \
              stand where their files place them"
         )),
         all => {
-            let mut not_used = Vec::new();
+            let mut told = Told::default();
             let meshes = meshes.into_iter();
-            let meshes = meshes.map(|path| load_mesh(path, &mut not_used));
+            let meshes = meshes.map(|path| load_mesh(path, &mut told));
             let scene = Scene::of_meshes(meshes.collect::<Result<_, _>>()?);
             let names: Vec<String> = all.iter().map(ToString::to_string).collect();
             let shown = Shown {
                 scene: names.join(", "),
                 mesh: None,
                 exposure: Some(0.0),
-                not_used,
+                told,
             };
             Ok((scene, shown))
         }

@@ -130,6 +130,7 @@ mod tests {
             mesh,
             lights: vec![lamp],
             cameras: Vec::new(),
+            scalar: None,
             unused: Unused::default(),
         };
         let corners = |scene: &Scene| {

@@ -59,7 +59,7 @@ impl CacheArguments {
         };
         let path = folder.join(format!("{:016x}.{EXTENSION}", key(request)));
         if let Some((ready, warnings)) = read(&path) {
-            ready.shown.tell();
+            ready.shown.told.repeat();
             for warning in &warnings {
                 warn(warning);
             }

@@ -7,6 +7,7 @@ use crate::cli::arguments::levels::Level;
 use crate::cli::arguments::{Exposure, ModelArguments, Normals, SceneName};
 use crate::cli::output::progress::Ticker;
 use crate::cli::prelude::*;
+use crate::files::{MOST, MOST_OF_TEXT, begins_with, read_within};
 use crate::scene::Scene;
 use crate::scene::builtin::{grid, paper_scene, prism, spheres};
 use crate::scene::file::{BuiltInMesh, MeshSource};
@@ -51,8 +52,17 @@ pub struct Shown {
     pub mesh: Option<String>,
     /// Stops by which all light is brighter than described; null for a baked scene.
     pub exposure: Option<f64>,
+    #[serde(flatten)]
+    pub told: Told,
+}
+
+/// What is told of the files of meshes.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Told {
     /// What meshes' files have that is not shown.
     pub not_used: Vec<NotUsed>,
+    /// Files whose colours show a quantity, with its name and range.
+    pub scalars: Vec<String>,
 }
 
 /// What a file has that is not shown.
@@ -64,10 +74,15 @@ pub struct NotUsed {
     pub what: Vec<String>,
 }
 
-impl Shown {
-    /// Warns of what is not shown, once a file.
-    pub fn tell(&self) {
-        self.not_used.iter().for_each(NotUsed::tell);
+impl Told {
+    /// Says it again.
+    pub fn repeat(&self) {
+        for scalar in &self.scalars {
+            say(scalar);
+        }
+        for file in &self.not_used {
+            file.tell();
+        }
     }
 }
 
@@ -124,7 +139,7 @@ impl Source {
             without_model(why)?;
             Ok::<_, Failure>((Loaded::Described(scene), None))
         };
-        let mut not_used = Vec::new();
+        let mut told = Told::default();
         let (scene, mesh) = match name {
             SceneName::Paper(which) => {
                 let (mesh, mesh_name) = match &arguments.mesh {
@@ -133,7 +148,7 @@ impl Source {
                         let own = model.mesh.materials.len() as u64;
                         let kind = "material{s} of its own (--scene FILE shows it in them)";
                         model.unused.add(kind, own);
-                        tell(path, &model, &mut not_used);
+                        tell(path, &model, &mut told);
                         (model.mesh, path.display().to_string())
                     }
                     None => (quadruped(), BUILT_IN_MESH.to_owned()),
@@ -151,7 +166,7 @@ impl Source {
             SceneName::Spheres => built_in("the spheres have no mesh", spheres())?,
             SceneName::File(path) if is_model(path) => {
                 without_model("--scene shows a model by itself")?;
-                let model = load_model(path, &mut not_used)?;
+                let model = load_model(path, &mut told)?;
                 let camera = arguments.camera.as_deref();
                 let camera = camera.map(|name| camera_of(&model, name)).transpose()?;
                 look = camera.as_ref().map(Camera::look);
@@ -160,7 +175,7 @@ impl Source {
             }
             SceneName::File(path) => {
                 without_model("a scene file names its own meshes")?;
-                (load_scene(path, &mut not_used)?, None)
+                (load_scene(path, &mut told)?, None)
             }
         };
         let (scene, exposure) = match scene {
@@ -186,7 +201,7 @@ impl Source {
             scene: name.to_string(),
             mesh,
             exposure,
-            not_used,
+            told,
         };
         Ok(Self { scene, shown, look })
     }
@@ -301,10 +316,10 @@ fn of_levels(scene: &Scene, levels: &PolygonLevels, baked: &BakedScene) -> Vec<S
     warnings
 }
 
-/// Reads a model, and warns of what of its file is not shown.
-pub fn load_model(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<Model, ImportError> {
+/// Reads a model, and tells what its colours show and what of its file is not shown.
+pub fn load_model(path: &Path, told: &mut Told) -> Result<Model, ImportError> {
     let model = import::load(path)?;
-    tell(path, &model, not_used);
+    tell(path, &model, told);
     Ok(model)
 }
 
@@ -330,19 +345,24 @@ fn camera_of(model: &Model, name: &str) -> Result<Camera, Failure> {
     })
 }
 
-fn tell(path: &Path, model: &Model, not_used: &mut Vec<NotUsed>) {
+fn tell(path: &Path, model: &Model, told: &mut Told) {
+    let file = path.display().to_string();
+    if let Some(scalar) = &model.scalar {
+        let scalar = format!("{file}: colours show {scalar}");
+        say(&scalar);
+        told.scalars.push(scalar);
+    }
     if !model.unused.is_empty() {
-        let file = path.display().to_string();
         let what = model.unused.names();
         let new = NotUsed { file, what };
         new.tell();
-        not_used.push(new);
+        told.not_used.push(new);
     }
 }
 
 /// Reads the mesh of a model.
-pub fn load_mesh(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<TriangleMesh, ImportError> {
-    Ok(load_model(path, not_used)?.mesh)
+pub fn load_mesh(path: &Path, told: &mut Told) -> Result<TriangleMesh, ImportError> {
+    Ok(load_model(path, told)?.mesh)
 }
 
 pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
@@ -368,9 +388,14 @@ fn baked(path: &Path, bytes: &[u8]) -> Result<BakedScene, Failure> {
     })
 }
 
-fn load_scene(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<Loaded, Failure> {
+fn load_scene(path: &Path, told: &mut Told) -> Result<Loaded, Failure> {
     let shown = path.display();
-    let bytes = crate::files::read(path).map_err(|reason| {
+    let most = if begins_with(path, &MAGIC) {
+        MOST
+    } else {
+        MOST_OF_TEXT
+    };
+    let bytes = read_within(path, most).map_err(|reason| {
         let message = format!("cannot read the scene in {shown}: {reason}");
         let help = "give A, B, C, D, grid, prism or spheres, the path of a model or of a TOML \
                     description, or of a scene that `shisen bake` wrote";
@@ -391,7 +416,7 @@ fn load_scene(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<Loaded, Failur
     let folder = path.parent().unwrap_or(Path::new(""));
     let load = |source: &MeshSource| -> Result<TriangleMesh, ImportError> {
         match source {
-            MeshSource::File(path) => load_mesh(path, not_used),
+            MeshSource::File(path) => load_mesh(path, told),
             MeshSource::BuiltIn(BuiltInMesh::Quadruped) => Ok(quadruped()),
             MeshSource::BuiltIn(BuiltInMesh::Square) => Ok(TriangleMesh::square()),
         }

@@ -50,6 +50,7 @@ fn damaged_files_are_no_crash() {
     survives_mutation(obj::parse, OBJ);
     survives_mutation(ply::parse, PLY);
     survives_mutation(ply::parse, &binary_ply());
+    survives_mutation(vtp::parse, &vtp::tests::files()[6]);
     let json = gltf::tests::triangle_json(r#","rotation":[0,0,0,1]"#, "");
     survives_mutation(
         gltf::parse,
@@ -76,7 +77,7 @@ fn the_extension_tells_the_format_in_any_case() {
                 .help()
                 .unwrap()
                 .to_string()
-                .contains(".obj, .ply, .stl, .gltf or .glb")
+                .contains(".obj, .ply, .stl, .vtp, .gltf or .glb")
         );
     }
 }

@@ -1,11 +1,9 @@
 //! The numbers of a glTF file: buffers, their views, and accessors.
 
 use super::compression::Compression;
-use crate::scene::import::{ImportError, claim, fault, read, syntax, unusable};
+use crate::scene::import::{BASE64, ImportError, claim, fault, read, syntax, unusable};
 use crate::scene::mesh::{MeshError, TriangleMesh};
 use base64::Engine as _;
-use base64::engine::DecodePaddingMode;
-use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::{Accessor, Document, buffer};
 use std::cell::Cell;
@@ -13,12 +11,6 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::Path;
 use std::rc::Rc;
-
-/// Base64 with or without its padding.
-const BASE64: GeneralPurpose = GeneralPurpose::new(
-    &base64::alphabet::STANDARD,
-    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
-);
 
 /// The bytes of all buffers.
 pub(super) struct Buffers<'p> {
