@@ -10,6 +10,9 @@ use failure::{Failure, no_output};
 use serde::Serialize;
 use std::fmt;
 use std::io::{self, IsTerminal as _, StdoutLock, Write};
+use std::sync::mpsc::{Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 /// Writes to standard output and flushes it. Returns whether somebody still reads there.
 pub fn write(
@@ -55,6 +58,48 @@ pub fn say(text: &str) {
 /// Warns of something unexpected that does not end the command.
 pub fn warn(text: &str) {
     say(&format!("Warning: {text}"));
+}
+
+/// Warns on a thread of its own: the caller never waits for a reader of standard error.
+pub struct Warner {
+    warnings: Option<Sender<String>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Warner {
+    /// Longest wait for a reader at the end.
+    const PATIENCE: Duration = Duration::from_secs(1);
+
+    pub fn start() -> Self {
+        let (warnings, due) = channel::<String>();
+        let builder = std::thread::Builder::new().name("warnings".to_owned());
+        let thread = builder.spawn(move || due.iter().for_each(|text| warn(&text)));
+        Self {
+            warnings: Some(warnings),
+            thread: thread.ok(),
+        }
+    }
+
+    pub fn warn(&self, text: String) {
+        if let Some(warnings) = &self.warnings {
+            // Without a thread nobody hears it, and the work goes on.
+            let _ = warnings.send(text);
+        }
+    }
+}
+
+impl Drop for Warner {
+    fn drop(&mut self) {
+        drop(self.warnings.take());
+        let last = Instant::now() + Self::PATIENCE;
+        let is_busy = || {
+            let thread = self.thread.as_ref();
+            thread.is_some_and(|thread| !thread.is_finished())
+        };
+        while is_busy() && Instant::now() < last {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
 }
 
 /// Returns a count and its noun, with an s unless the count is 1: 1 eye, 2 eyes.

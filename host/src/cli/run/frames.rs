@@ -5,6 +5,7 @@ use super::shortfall::Shortfall;
 use super::watch::{Command, Watch, Watched};
 use super::{Arguments, View};
 use crate::cli::arguments::filling::Fill;
+use crate::cli::output::Warner;
 use crate::cli::play::{Change, Prepared};
 use crate::cli::prelude::*;
 use crate::cli::tracker::Interrupt;
@@ -36,6 +37,7 @@ pub(super) struct Frames<'s> {
     pub(super) change: Option<Change>,
     failure: Option<Failure>,
     shortfall: Shortfall,
+    warner: Warner,
 }
 
 impl<'s> Frames<'s> {
@@ -81,6 +83,7 @@ impl<'s> Frames<'s> {
             change: None,
             failure: None,
             shortfall: Shortfall::default(),
+            warner: Warner::start(),
         })
     }
 
@@ -102,7 +105,7 @@ impl<'s> Frames<'s> {
     /// Returns the mean part of the visual field that frames show, and advice if that is little.
     pub(super) fn shown_of_field(&self) -> (Option<f64>, Option<String>) {
         if let Some(warning) = self.shortfall.end() {
-            warn(&warning);
+            self.warner.warn(warning);
         }
         (self.shortfall.shown(), self.shortfall.advice())
     }
@@ -213,7 +216,7 @@ impl Display for Frames<'_> {
             watch.hear(record);
         }
         if let Some(warning) = self.shortfall.hear(record) {
-            warn(&warning);
+            self.warner.warn(warning);
         }
         let now = Instant::now();
         let seconds = self.arguments.seconds;
