@@ -122,7 +122,8 @@ pub struct ModelArguments {
     /// far up or down as it does; the walls stay as they are
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
-    /// Doublings of all light; auto makes bright surfaces nearly white, shadows aside
+    /// Doublings of all light; auto makes bright surfaces nearly white, shadows aside, but light
+    /// without a model's own never brighter
     /// [default: auto for a model that is the scene, else 0]
     #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true)]
     pub exposure: Option<Exposure>,

@@ -140,6 +140,7 @@ impl Source {
             Ok::<_, Failure>((Loaded::Described(scene), None))
         };
         let mut told = Told::default();
+        let mut is_under_our_sky = false;
         let (scene, mesh) = match name {
             SceneName::Paper(which) => {
                 let (mesh, mesh_name) = match &arguments.mesh {
@@ -167,6 +168,7 @@ impl Source {
             SceneName::File(path) if is_model(path) => {
                 without_model("--scene shows a model by itself")?;
                 let model = load_model(path, &mut told)?;
+                is_under_our_sky = model.lights.is_empty();
                 let camera = arguments.camera.as_deref();
                 let camera = camera.map(|name| camera_of(&model, name)).transpose()?;
                 look = camera.as_ref().map(Camera::look);
@@ -183,6 +185,10 @@ impl Source {
                 let stops = match arguments.exposure {
                     Some(Exposure::Stops(stops)) => stops,
                     None if !is_a_model => 0.0,
+                    // A dark model in daylight is dark: brighter light would bleach the sky.
+                    None | Some(Exposure::Auto) if is_under_our_sky => {
+                        scene.suitable_exposure().min(0.0)
+                    }
                     None | Some(Exposure::Auto) => scene.suitable_exposure(),
                 };
                 if stops != 0.0 {
