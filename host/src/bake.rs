@@ -85,7 +85,8 @@ pub enum BakeError {
     #[error("the scene holds a value that the tracer refuses: {0}")]
     Refused(#[from] SceneError),
     #[error(
-        "the scene would take at least {bytes} bytes baked, and may take 4 GiB: leave parts of it out, or give its meshes fewer triangles"
+        "the scene would take at least {bytes} bytes baked, and may take 4 GiB: leave parts of it \
+         out, or give its meshes fewer triangles"
     )]
     TooLarge { bytes: u64 },
 }
@@ -142,7 +143,7 @@ where
             let (mut instance, slack) = instance(scene, number, object)?;
             if let Shape::Mesh(mesh) = object.shape {
                 // Past the rungs of all meshes before it.
-                let before = meshes[..mesh].iter().map(|m| m.trees.len()).sum::<usize>();
+                let before = meshes[..mesh].iter().map(Prepared::rungs).sum::<usize>();
                 instance.geometry = before as u32;
             }
             placed.push((instance, slack));
@@ -153,7 +154,7 @@ where
         let bounds = |&(Instance { low, high, .. }, _): &(Instance, f64)| Bounds { low, high };
         let boxes: Vec<Bounds> = placed.iter().map(bounds).collect();
         let top = tree::build::<W>(&boxes, 1);
-        let trees = meshes.iter().flat_map(|mesh| &mesh.trees);
+        let trees = meshes.iter().flat_map(|mesh| mesh.trees.values());
         let deepest = trees.map(|tree| tree.stack_entries).max();
         let stack_entries = top.stack_entries + deepest.unwrap_or(0);
         tables.top_nodes = top.nodes.len() as u32;
@@ -176,7 +177,7 @@ where
                 instance.cover_nodes = cover.len() as u32;
             }
         }
-        tables.rungs = meshes.iter().map(|m| m.trees.len()).max().unwrap_or(1) as u32;
+        tables.rungs = meshes.iter().map(Prepared::rungs).max().unwrap_or(1) as u32;
         let mut ladders = Vec::with_capacity(meshes.len());
         for Prepared { ladder, trees, .. } in meshes {
             tables.add_mesh(ladders.len(), &ladder, trees, &mut textures);
@@ -286,7 +287,8 @@ fn shown(scene: &Scene) -> Vec<Cow<'_, TriangleMesh>> {
 /// The parts of a baked mesh that do not depend on where it stands.
 struct Prepared<'m, const W: usize> {
     ladder: Ladder<'m>,
-    trees: Vec<WideTree<W>>,
+    /// Trees of rungs, by their numbers; none for a rung that is like the one before.
+    trees: BTreeMap<usize, WideTree<W>>,
     cover: Cover<W>,
 }
 
@@ -300,12 +302,10 @@ impl<'m, const W: usize> Prepared<'m, W> {
     ) -> Self {
         let (built, trees) = mpsc::channel();
         let (ladder, cover) = rayon::in_place_scope(|scope| {
-            let mut number = 0;
-            let each = |versions: &TriangleMesh, rung: &[u32]| {
+            let each = |number: usize, versions: &TriangleMesh, rung: &[u32]| {
                 let bounds = |&triangle: &u32| Bounds::of_triangle(versions, triangle as usize);
                 let boxes: Vec<Bounds> = rung.iter().map(bounds).collect();
-                let (own, rung, built) = (number, rung.to_vec(), built.clone());
-                number += 1;
+                let (rung, built) = (rung.to_vec(), built.clone());
                 tell();
                 scope.spawn(move |_| {
                     let mut tree = tree::build(&boxes, W);
@@ -313,7 +313,7 @@ impl<'m, const W: usize> Prepared<'m, W> {
                     tree.leaves.rename(&rung);
                     tell();
                     // Received below, once all are built.
-                    drop(built.send((own, tree)));
+                    drop(built.send((number, tree)));
                 });
             };
             let ladder = Ladder::with_each(mesh, levels, each);
@@ -323,13 +323,16 @@ impl<'m, const W: usize> Prepared<'m, W> {
         });
         drop(built);
         let trees: BTreeMap<usize, WideTree<W>> = trees.into_iter().collect();
-        let trees: Vec<_> = trees.into_values().collect();
-        let cover = cover.unwrap_or_else(|| Cover::of(&trees[0], ladder.versions()));
+        let cover = cover.unwrap_or_else(|| Cover::of(&trees[&0], ladder.versions()));
         Self {
             ladder,
             trees,
             cover,
         }
+    }
+
+    fn rungs(&self) -> usize {
+        self.ladder.rungs().len()
     }
 }
 
@@ -358,7 +361,7 @@ impl<const W: usize> Tables<W> {
         &mut self,
         number: usize,
         ladder: &Ladder<'_>,
-        trees: Vec<WideTree<W>>,
+        mut trees: BTreeMap<usize, WideTree<W>>,
         textures: &mut Textures,
     ) {
         let mesh = ladder.versions();
@@ -392,16 +395,14 @@ impl<const W: usize> Tables<W> {
                 .extend(positions.map(|p| p.map(positive_zero)));
         }
         let extent = extent(mesh.positions.iter().copied());
-        let count = trees.len();
-        for (rung, tree) in trees.into_iter().enumerate() {
+        let count = ladder.rungs().len();
+        for (rung, faces) in ladder.rungs().iter().enumerate() {
             let rungs = (count - rung) as u32;
-            let faces = &ladder.rungs()[rung];
-            // What could not be simplified further needs no second tree.
-            if rung > 0 && *faces == ladder.rungs()[rung - 1] {
+            let Some(tree) = trees.remove(&rung) else {
                 let finer = *self.meshes.last().expect("the rung before");
                 self.meshes.push(format::Mesh { rungs, ..finer });
                 continue;
-            }
+            };
             let (first_leaf, leaf_count) = (self.leaf_count, tree.leaves.len() as u32);
             let first_node = self.add_nodes(&tree.nodes, first_leaf);
             self.leaf_count += leaf_count;

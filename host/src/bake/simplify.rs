@@ -123,15 +123,16 @@ impl<'m> Ladder<'m> {
     /// without changing how it hangs together, all coarser rungs are alike. Every rung of a closed
     /// mesh is closed. The same mesh always gives the same ladder.
     pub fn new(mesh: &'m TriangleMesh, levels: &PolygonLevels) -> Self {
-        Self::with_each(mesh, Some(levels), |_, _| ())
+        Self::with_each(mesh, Some(levels), |_, _, _| ())
     }
 
     /// As [`new`](Self::new), or the mesh itself as the only rung; hands on each rung as soon as it
-    /// is made, the finest first: the [`versions`](Self::versions) so far, and its triangles.
+    /// is made, the finest first: its number, the [`versions`](Self::versions) so far, and its
+    /// triangles. It leaves out rungs that are like the one before.
     pub(crate) fn with_each(
         mesh: &'m TriangleMesh,
         levels: Option<&PolygonLevels>,
-        mut each: impl FnMut(&TriangleMesh, &[u32]),
+        mut each: impl FnMut(usize, &TriangleMesh, &[u32]),
     ) -> Self {
         let levels = levels.filter(|levels| levels.apply_to(mesh));
         let versions = levels.map(|levels| (levels, Versions::new(mesh)));
@@ -139,7 +140,7 @@ impl<'m> Ladder<'m> {
         let versions = versions.filter(|(_, versions)| !versions.indices.is_empty());
         let Some((levels, mut versions)) = versions else {
             let single = Self::single(mesh);
-            each(mesh, &single.rungs[0]);
+            each(0, mesh, &single.rungs[0]);
             return single;
         };
         let (min, max) = (*levels.faces.start(), *levels.faces.end());
@@ -149,7 +150,7 @@ impl<'m> Ladder<'m> {
         }
         let full = versions.mesh.triangles.len() as u32;
         let mut rungs = vec![(0..full).collect::<Vec<u32>>()];
-        each(&versions.mesh, &rungs[0]);
+        each(0, &versions.mesh, &rungs[0]);
         let steps = levels.rungs - 1;
         let mut is_stuck = false;
         for rung in 1..=steps {
@@ -159,11 +160,14 @@ impl<'m> Ladder<'m> {
             let pairs = lost
                 .saturating_sub(u64::from(steps))
                 .div_ceil(2 * u64::from(steps));
-            let mut coarser = rungs.last().cloned().unwrap_or_default();
+            let finer = &rungs[rung as usize - 1];
+            let mut coarser = finer.clone();
             if !is_stuck {
                 (coarser, is_stuck) = versions.simplify(full - 2 * pairs as u32);
             }
-            each(&versions.mesh, &coarser);
+            if coarser != *finer {
+                each(rung as usize, &versions.mesh, &coarser);
+            }
             rungs.push(coarser);
         }
         Self {

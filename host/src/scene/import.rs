@@ -142,8 +142,8 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 ///   normals are flat. Buffer views may be compressed with meshopt, not with Draco.
 ///
 /// # Errors
-/// If the file cannot be read or is larger than [`MOST`](crate::files::MOST), is not of the format that its extension
-/// promises, or holds no mesh that passes [`TriangleMesh::validate`].
+/// If the file cannot be read or is larger than [`MOST`](crate::files::MOST), is not of the format
+/// that its extension promises, or holds no mesh that passes [`TriangleMesh::validate`].
 pub fn load(path: &Path) -> Result<Model, ImportError> {
     let extension = path
         .extension()
