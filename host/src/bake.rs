@@ -15,15 +15,14 @@ mod tree;
 
 pub use layout::{AnyScene, BakedScene, Layout};
 
-use crate::bake::simplify::{Ladder, LadderError, PolygonLevels};
+use crate::bake::simplify::{Ladder, PolygonLevels};
 use crate::scene::mesh::{MeshError, TriangleMesh};
 use crate::scene::{Object, Scene, Shape};
-use blob::{AlignedBytes, Tables};
+use blob::{AlignedBytes, Tables, positive_zero};
 use cover::Cover;
 use instance::instance;
 use light::{background, light};
 use material::Textures;
-use obvhs::BvhBuildParams;
 use rayon::prelude::*;
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::{
@@ -33,6 +32,7 @@ use shisen_core::shape::Spheroid;
 use shisen_core::{Runs, Simd};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use thiserror::Error;
 use tree::{Bounds, WideTree};
@@ -44,6 +44,9 @@ pub struct Baked<const W: usize = 8> {
     bytes: AlignedBytes,
 }
 
+/// Hears how many parts of a bake are done, and how many there are.
+pub type Progress<'a> = dyn Fn(usize, usize) + Sync + 'a;
+
 /// Why a scene cannot be baked.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -54,12 +57,6 @@ pub enum BakeError {
         mesh: usize,
         #[source]
         source: MeshError,
-    },
-    #[error("mesh {mesh} (counted from 0) cannot be baked at these polygon levels")]
-    Ladder {
-        mesh: usize,
-        #[source]
-        source: LadderError,
     },
     #[error("the scene has no objects")]
     NoObjects,
@@ -87,7 +84,9 @@ pub enum BakeError {
     Radius { object: usize },
     #[error("the scene holds a value that the tracer refuses: {0}")]
     Refused(#[from] SceneError),
-    #[error("the scene would take {bytes} bytes; a scene may have 4 GiB")]
+    #[error(
+        "the scene would take at least {bytes} bytes baked, and may take 4 GiB: leave parts of it out, or give its meshes fewer triangles"
+    )]
     TooLarge { bytes: u64 },
 }
 
@@ -100,27 +99,38 @@ where
     /// # Errors
     /// A mesh, an object or a number of bytes that the core would refuse.
     pub fn new(scene: &Scene) -> Result<Self, BakeError> {
-        Self::bake(scene, None)
+        Self::bake(scene, None, &|_, _| ())
     }
 
     /// As [`new`](Self::new), with each mesh at several polygon levels.
     ///
     /// # Errors
-    /// Also where a mesh cannot be simplified that far.
+    /// As [`new`](Self::new).
     pub fn with_levels(scene: &Scene, levels: &PolygonLevels) -> Result<Self, BakeError> {
-        Self::bake(scene, Some(levels))
+        Self::bake(scene, Some(levels), &|_, _| ())
     }
 
-    fn bake(scene: &Scene, levels: Option<&PolygonLevels>) -> Result<Self, BakeError> {
+    /// Calls `progress` with the numbers of parts that are done and that there are.
+    fn bake(
+        scene: &Scene,
+        levels: Option<&PolygonLevels>,
+        progress: &Progress<'_>,
+    ) -> Result<Self, BakeError> {
         for (mesh, source) in scene.meshes.iter().enumerate() {
             let checked = source.validate();
             checked.map_err(|source| BakeError::Mesh { mesh, source })?;
         }
+        check_size::<W>(scene)?;
         let shown = shown(scene);
-        let prepared = shown.par_iter().enumerate().map(|(mesh, source)| {
-            Prepared::new(source, levels).map_err(|source| BakeError::Ladder { mesh, source })
-        });
-        let meshes: Vec<Prepared<'_, W>> = prepared.collect::<Result<_, _>>()?;
+        // A level is made, and so is its tree.
+        let parts = |mesh: &TriangleMesh| 2 * levels.map_or(1, |levels| levels.rungs_of(mesh));
+        let total = scene.meshes.iter().map(parts).sum::<u32>() as usize;
+        let done = AtomicUsize::new(0);
+        let tell = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
+        let prepared = shown
+            .par_iter()
+            .map(|source| Prepared::new(source, levels, &tell));
+        let meshes: Vec<Prepared<'_, W>> = prepared.collect();
         let mut tables = Tables::<W>::default();
         let mut textures = Textures::default();
         for source in &scene.materials {
@@ -142,7 +152,7 @@ where
         }
         let bounds = |&(Instance { low, high, .. }, _): &(Instance, f64)| Bounds { low, high };
         let boxes: Vec<Bounds> = placed.iter().map(bounds).collect();
-        let top = tree::build::<W>(&boxes, 1, BvhBuildParams::very_slow_build());
+        let top = tree::build::<W>(&boxes, 1);
         let trees = meshes.iter().flat_map(|mesh| &mesh.trees);
         let deepest = trees.map(|tree| tree.stack_entries).max();
         let stack_entries = top.stack_entries + deepest.unwrap_or(0);
@@ -152,7 +162,7 @@ where
             for child in &mut node.child {
                 if *child & format::LEAF != 0 {
                     let leaf = (*child & format::INDEX) as usize;
-                    *child = format::LEAF | top.leaves[leaf][0];
+                    *child = format::LEAF | top.leaves.get(leaf)[0];
                 }
             }
             tables.nodes.push(node);
@@ -166,10 +176,12 @@ where
                 instance.cover_nodes = cover.len() as u32;
             }
         }
-        for mesh in &meshes {
-            tables.add_mesh(&mesh.ladder, &mesh.trees, &mut textures);
-        }
         tables.rungs = meshes.iter().map(|m| m.trees.len()).max().unwrap_or(1) as u32;
+        let mut ladders = Vec::with_capacity(meshes.len());
+        for Prepared { ladder, trees, .. } in meshes {
+            tables.add_mesh(ladders.len(), &ladder, trees, &mut textures);
+            ladders.push(ladder);
+        }
         tables.lights = scene.lights.iter().map(light).collect();
         tables.extent = extent(boxes.iter().flat_map(|b| [b.low, b.high]));
         tables.instances = placed.into_iter().map(|(instance, _)| instance).collect();
@@ -177,7 +189,7 @@ where
         tables.stack_entries = stack_entries as u32;
         tables.add_default_material();
         let baked = Self {
-            bytes: tables.into_bytes(background(&scene.background))?,
+            bytes: tables.into_bytes(background(&scene.background), &ladders)?,
         };
         // The core checks it once here, so that `scene` cannot fail.
         baked.try_scene()?;
@@ -194,11 +206,16 @@ where
     /// # Errors
     /// What the core finds wrong with them.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, SceneError> {
-        let baked = Self {
-            bytes: AlignedBytes::copy_of(bytes),
-        };
-        baked.try_scene()?;
-        Ok(baked)
+        Self::from_aligned(AlignedBytes::copy_of(bytes)).map_err(|(_, fault)| fault)
+    }
+
+    /// The error has the bytes back.
+    fn from_aligned(bytes: AlignedBytes) -> Result<Self, (AlignedBytes, SceneError)> {
+        let baked = Self { bytes };
+        match baked.try_scene().map(drop) {
+            Ok(()) => Ok(baked),
+            Err(fault) => Err((baked.bytes, fault)),
+        }
     }
 
     fn try_scene(&self) -> Result<shisen_core::scene::Scene<'_, W>, SceneError> {
@@ -224,6 +241,25 @@ pub fn lone_mesh(mesh: TriangleMesh) -> Scene {
             ..Object::new(Shape::Mesh(0))
         }],
         ..Scene::default()
+    }
+}
+
+/// Refuses a scene whose triangles and images alone would take more bytes than a scene may.
+fn check_size<const W: usize>(scene: &Scene) -> Result<(), BakeError> {
+    // A full leaf has `W` triangles.
+    let leaf = if W == 8 {
+        size_of::<LeafBlock<8>>()
+    } else {
+        size_of::<IdLeaf>()
+    };
+    let triangle = (size_of::<format::Triangle>() + leaf / W) as u64;
+    let meshes = scene.meshes.iter().map(|mesh| {
+        mesh.triangles.len() as u64 * triangle + size_of_val(mesh.positions.as_slice()) as u64
+    });
+    let bytes = meshes.sum();
+    match u32::try_from(bytes) {
+        Ok(_) => Ok(()),
+        Err(_) => Err(BakeError::TooLarge { bytes }),
     }
 }
 
@@ -257,7 +293,11 @@ struct Prepared<'m, const W: usize> {
 impl<'m, const W: usize> Prepared<'m, W> {
     /// Trees of finer rungs are built while coarser rungs are still to be made, one after another,
     /// and while the cover is.
-    fn new(mesh: &'m TriangleMesh, levels: Option<&PolygonLevels>) -> Result<Self, LadderError> {
+    fn new(
+        mesh: &'m TriangleMesh,
+        levels: Option<&PolygonLevels>,
+        tell: &(dyn Fn() + Sync),
+    ) -> Self {
         let (built, trees) = mpsc::channel();
         let (ladder, cover) = rayon::in_place_scope(|scope| {
             let mut number = 0;
@@ -266,26 +306,30 @@ impl<'m, const W: usize> Prepared<'m, W> {
                 let boxes: Vec<Bounds> = rung.iter().map(bounds).collect();
                 let (own, rung, built) = (number, rung.to_vec(), built.clone());
                 number += 1;
+                tell();
                 scope.spawn(move |_| {
-                    let mut tree = tree::build(&boxes, W, BvhBuildParams::very_slow_build());
-                    for number in tree.leaves.iter_mut().flatten() {
-                        *number = rung[*number as usize];
-                    }
-                    // After an error nobody receives the tree.
+                    let mut tree = tree::build(&boxes, W);
+                    drop(boxes);
+                    tree.leaves.rename(&rung);
+                    tell();
+                    // Received below, once all are built.
                     drop(built.send((own, tree)));
                 });
             };
-            let ladder = Ladder::with_each(mesh, levels, each)?;
-            let cover = Cover::new(ladder.versions());
-            Ok((ladder, cover))
-        })?;
+            let ladder = Ladder::with_each(mesh, levels, each);
+            let has_levels = ladder.rungs().len() > 1;
+            let cover = has_levels.then(|| Cover::new(ladder.versions()));
+            (ladder, cover)
+        });
         drop(built);
-        let trees: BTreeMap<usize, _> = trees.into_iter().collect();
-        Ok(Self {
+        let trees: BTreeMap<usize, WideTree<W>> = trees.into_iter().collect();
+        let trees: Vec<_> = trees.into_values().collect();
+        let cover = cover.unwrap_or_else(|| Cover::of(&trees[0], ladder.versions()));
+        Self {
             ladder,
-            trees: trees.into_values().collect(),
+            trees,
             cover,
-        })
+        }
     }
 }
 
@@ -310,7 +354,13 @@ impl<const W: usize> Tables<W> {
         first
     }
 
-    fn add_mesh(&mut self, ladder: &Ladder<'_>, trees: &[WideTree<W>], textures: &mut Textures) {
+    fn add_mesh(
+        &mut self,
+        number: usize,
+        ladder: &Ladder<'_>,
+        trees: Vec<WideTree<W>>,
+        textures: &mut Textures,
+    ) {
         let mesh = ladder.versions();
         let first_triangle = self.triangles.len() as u32;
         let first_normal = self.normals.len() as u32;
@@ -342,8 +392,9 @@ impl<const W: usize> Tables<W> {
                 .extend(positions.map(|p| p.map(positive_zero)));
         }
         let extent = extent(mesh.positions.iter().copied());
-        for (rung, tree) in trees.iter().enumerate() {
-            let rungs = (trees.len() - rung) as u32;
+        let count = trees.len();
+        for (rung, tree) in trees.into_iter().enumerate() {
+            let rungs = (count - rung) as u32;
             let faces = &ladder.rungs()[rung];
             // What could not be simplified further needs no second tree.
             if rung > 0 && *faces == ladder.rungs()[rung - 1] {
@@ -351,21 +402,16 @@ impl<const W: usize> Tables<W> {
                 self.meshes.push(format::Mesh { rungs, ..finer });
                 continue;
             }
-            let first_leaf = (self.leaves.len() + self.id_leaves.len()) as u32;
+            let (first_leaf, leaf_count) = (self.leaf_count, tree.leaves.len() as u32);
             let first_node = self.add_nodes(&tree.nodes, first_leaf);
-            for leaf in &tree.leaves {
-                if W == 8 {
-                    self.leaves.push(leaf_block(mesh, leaf));
-                } else {
-                    self.id_leaves.push(id_leaf(leaf));
-                }
-            }
+            self.leaf_count += leaf_count;
+            self.leaves.push((number, tree.leaves));
             self.meshes.push(format::Mesh {
                 root: first_node,
                 first_node,
                 node_count: tree.nodes.len() as u32,
                 first_leaf,
-                leaf_count: tree.leaves.len() as u32,
+                leaf_count,
                 first_triangle,
                 triangle_count: mesh.triangles.len() as u32,
                 first_normal,
@@ -380,31 +426,4 @@ impl<const W: usize> Tables<W> {
             });
         }
     }
-}
-
-/// Leaves no −0 behind, so that equal vertices have equal bits.
-fn positive_zero(coordinate: f32) -> f32 {
-    coordinate + 0.0
-}
-
-fn id_leaf(triangles: &[u32]) -> IdLeaf {
-    std::array::from_fn(|lane| triangles.get(lane).copied().unwrap_or(u32::MAX))
-}
-
-fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlock<W> {
-    let mut block = LeafBlock {
-        corners: [[[f32::NAN; W]; 3]; 3],
-        ids: [u32::MAX; W],
-    };
-    for (lane, &triangle) in triangles.iter().enumerate() {
-        block.ids[lane] = triangle;
-        for corner in 0..3 {
-            let vertex = mesh.triangles[triangle as usize][corner] as usize;
-            for axis in 0..3 {
-                let position = mesh.positions[vertex][axis];
-                block.corners[corner][axis][lane] = positive_zero(position);
-            }
-        }
-    }
-    block
 }

@@ -104,7 +104,10 @@ impl Program for Shisen {
             schema::<Either<run::report::Report, live::FrameRecord>>,
         ),
         ("bake", schema::<bake::Report>),
-        ("inspect", schema::<inspect::Report>),
+        (
+            "inspect",
+            schema::<Either<inspect::Report, inspect::Contents>>,
+        ),
         ("explain", schema::<explain::report::Report>),
         ("gaze", schema::<gaze::Line<f64>>),
         ("medium", schema::<medium::Report>),

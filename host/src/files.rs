@@ -4,10 +4,13 @@
 pub mod description;
 
 use miette::Diagnostic;
+use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
 use std::fs::File;
-use std::io::{self, BufWriter, Seek, Write};
-use std::path::Path;
+use std::io::{self, BufWriter, Read as _, Seek, Write};
+use std::path::{Path, PathBuf};
 use thiserror::Error;
+use xxhash_rust::xxh3::xxh3_64;
 
 /// What is wrong with an input, and what to do about it.
 #[derive(Debug, Clone, PartialEq, Eq, Error, Diagnostic)]
@@ -43,19 +46,81 @@ impl Fault {
 /// What to do about a file that cannot be read.
 pub(crate) const UNREAD: &str = "check the file's name and permissions";
 
-/// Reads a whole regular file: a device or a pipe might never end.
+/// A file that was read, or that was looked for.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct ReadFile {
+    path: PathBuf,
+    /// Hash of its bytes; none where it could not be read.
+    hash: Option<u64>,
+}
+
+impl ReadFile {
+    /// Returns whether reading it has the same outcome now.
+    pub(crate) fn is_unchanged(&self) -> bool {
+        self.hash == unrecorded(&self.path, MOST).ok().as_deref().map(xxh3_64)
+    }
+}
+
+thread_local! {
+    /// The files that this thread reads, where somebody asks.
+    static READ: RefCell<Option<Vec<ReadFile>>> = const { RefCell::new(None) };
+}
+
+/// Runs a part of the program; returns what it returns and the files that its thread reads.
+pub(crate) fn recorded<T>(part: impl FnOnce() -> T) -> (T, Vec<ReadFile>) {
+    READ.set(Some(Vec::new()));
+    let result = part();
+    (result, READ.take().unwrap_or_default())
+}
+
+/// Most MiB of a file: a baked scene has no more.
+pub const MOST: u64 = 4096;
+
+/// Most MiB of a text that describes something.
+pub const MOST_OF_TEXT: u64 = 64;
+
+/// Reads a whole regular file of up to [`MOST`] MiB: a device or a pipe might never end.
 ///
 /// # Errors
-/// What the system says; [`io::ErrorKind::InvalidInput`] for anything that is not a regular file.
+/// What the system says; [`io::ErrorKind::InvalidInput`] for anything that is not a regular file,
+/// [`io::ErrorKind::FileTooLarge`] for a larger one, which is not read.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
-    if std::fs::metadata(path).map_err(in_words)?.is_file() {
-        std::fs::read(path).map_err(in_words)
-    } else {
-        Err(io::Error::new(
-            io::ErrorKind::InvalidInput,
-            "not a regular file",
-        ))
+    read_within(path, MOST)
+}
+
+/// As [`read`], for up to `most` MiB.
+pub(crate) fn read_within(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let bytes = unrecorded(path, most);
+    READ.with_borrow_mut(|files| {
+        if let Some(files) = files {
+            let hash = bytes.as_deref().ok().map(xxh3_64);
+            let path = path.to_owned();
+            files.push(ReadFile { path, hash });
+        }
+    });
+    bytes
+}
+
+fn unrecorded(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let metadata = std::fs::metadata(path).map_err(in_words)?;
+    if !metadata.is_file() {
+        let words = "not a regular file";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, words));
     }
+    if metadata.len() > most << 20 {
+        let has = metadata.len().div_ceil(1 << 20);
+        let words = format!("it has {has} MiB, but at most {most} MiB of such a file are read");
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, words));
+    }
+    std::fs::read(path).map_err(in_words)
+}
+
+/// Returns whether a regular file begins with these bytes.
+pub(crate) fn begins_with<const N: usize>(path: &Path, bytes: &[u8; N]) -> bool {
+    let is_file = std::fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
+    let mut first = [0; N];
+    let read = || File::open(path)?.read_exact(&mut first);
+    is_file && { read }().is_ok() && first == *bytes
 }
 
 /// Returns the reason in words of ours where it is a common one.
@@ -69,12 +134,12 @@ fn in_words(reason: io::Error) -> io::Error {
     io::Error::new(reason.kind(), words)
 }
 
-/// As [`read`], for text in UTF-8.
+/// As [`read`], for text in UTF-8 of up to [`MOST_OF_TEXT`] MiB.
 ///
 /// # Errors
 /// As [`read`]; [`io::ErrorKind::InvalidData`] for what is not UTF-8.
 pub fn read_text(path: &Path) -> io::Result<String> {
-    String::from_utf8(read(path)?)
+    String::from_utf8(read_within(path, MOST_OF_TEXT)?)
         .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "not text in UTF-8"))
 }
 
@@ -158,6 +223,21 @@ pub fn explain_folder(reason: &io::Error) -> (String, &'static str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_too_large_is_not_read() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        for (most, is_text) in [(MOST, false), (MOST_OF_TEXT, true)] {
+            file.as_file().set_len((most << 20) + 1).unwrap();
+            let read = if is_text {
+                read_text(file.path()).err()
+            } else {
+                read(file.path()).err()
+            };
+            let words = format!("it has {} MiB, but at most {most} MiB", most + 1);
+            assert!(read.unwrap().to_string().starts_with(&words));
+        }
+    }
 
     #[cfg(unix)]
     #[test]

@@ -129,6 +129,6 @@ fn executable(name: &str, folder: &Path) -> Command {
     let profile = test.ancestors().nth(2).expect("a profile's folder");
     let path = profile.join(name);
     let mut command = Command::new(path.with_extension(std::env::consts::EXE_EXTENSION));
-    command.current_dir(folder);
+    command.current_dir(folder).env("SHISEN_CACHE", "off");
     command
 }

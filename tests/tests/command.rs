@@ -54,6 +54,9 @@ fn baked_scenes_give_the_frames_of_their_sources() {
         [[object]]\nsphere = { radius = 0.5 }\nposition = [2, 0, 0]\n\
         [[light]]\ntype = \"point\"\nposition = [0, 1, 0]\n";
     fs::write(folder.join("scene.toml"), description).unwrap();
+    let inspected = report(folder, "inspect scene.toml");
+    says(&inspected, json!({ "objects": 2, "lights": 1 }));
+    says(&inspected["meshes"][0], json!({ "triangles": 2 }));
     for (source, objects) in [("A --mesh two.obj", 8), ("scene.toml", 2)] {
         let expected = cave(folder, &format!("--scene {source}"));
         for layout in ["fast", "compact"] {
@@ -189,7 +192,7 @@ fn a_model_is_a_scene_and_what_no_picture_shows_of_it_is_told_once() {
         "dome render --scene a.obj --size 16 --out out --quiet --json".to_owned(),
         "explain a.obj --size 16 --repeat 1 --json".to_owned(),
         "bake a.obj --output a.shisen --json".to_owned(),
-        "run --scene a.obj --size 16 --frames 1 --lod foveated --json".to_owned(),
+        "run --scene a.obj --size 16 --frames 1 --json".to_owned(),
     ] {
         let said = run(folder, &command);
         assert_eq!(said.err, warning, "{command}");
@@ -279,4 +282,62 @@ fn the_steps_of_the_papers_table_are_as_few_as_asked_for() {
         let steps = number(cell, "steps_ratio");
         assert!(steps > 0.0 && steps <= asked, "{cell}");
     }
+}
+
+#[test]
+fn a_second_start_takes_what_the_first_kept() {
+    let folder = folder();
+    let folder = folder.path();
+    fs::write(
+        folder.join("a.mtl"),
+        "newmtl red\nKd 1 0 0\nmap_bump b.png\n",
+    )
+    .unwrap();
+    let square = "mtllib a.mtl\nusemtl red\nv 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\nf 1 2 3 4\n";
+    fs::write(folder.join("a.obj"), square).unwrap();
+    let start = |words: &str| {
+        let small = "cave --scene a.obj --size 16 --view-size 8x6 --eyes 1 --json";
+        let said = run(folder, &format!("{small} {words}"));
+        let report = &said.objects()[0];
+        (
+            report["frame_hash"].clone(),
+            report["not_used"].clone(),
+            said.err,
+        )
+    };
+    let entries = || {
+        let entries = fs::read_dir(folder.join("kept")).unwrap();
+        let mut entries: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+        entries.sort();
+        entries
+    };
+    let first = start("--cache kept");
+    assert!(
+        first.2.contains("Warning: a.obj: not used: 1 "),
+        "{}",
+        first.2
+    );
+    let [entry] = &entries()[..] else {
+        panic!("{:?}", entries())
+    };
+    let written = fs::metadata(entry).unwrap();
+    // The same picture, report and warning, of what is kept alone.
+    assert_eq!(start("--cache kept"), first);
+    let kept = fs::read(entry).unwrap();
+    let mut marked = kept.clone();
+    *marked.last_mut().unwrap() ^= 1;
+    fs::write(entry, &marked).unwrap();
+    // Damage is found by the scene's sum, and mended.
+    assert_eq!(start("--cache kept"), first);
+    assert_eq!(fs::read(entry).unwrap(), kept);
+    assert_eq!(written.len(), kept.len() as u64);
+    // What changes is read again, also beside the model; what is asked for has its own entry.
+    fs::write(folder.join("a.mtl"), "newmtl red\nKd 0 0 1\n").unwrap();
+    let second = start("--cache kept");
+    assert!(second.0 != first.0 && second.2.is_empty(), "{second:?}");
+    assert_eq!(entries().len(), 1);
+    assert_ne!(start("--cache kept --scale 0.1").0, second.0);
+    assert_eq!(entries().len(), 2);
+    start("--cache off --scale 0.2 --exposure 0");
+    assert_eq!(entries().len(), 2);
 }

@@ -1,13 +1,20 @@
 //! The tables of a scene, and the bytes that they become.
 
 use super::BakeError;
+use super::simplify::Ladder;
+use super::tree::Leaves;
+use crate::scene::mesh::TriangleMesh;
+use crate::scene::texture::Image;
 use shisen_core::scene::format::{
     ALIGNMENT, Background, Header, IdLeaf, Instance, LeafBlock, Light, MAGIC, Material, Mesh, Node,
     Table, Texel, Texture, Triangle, VERSION, seal,
 };
 use shisen_core::scene::{EffectSet, Records};
 use shisen_core::spectrum::Medium;
-use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
+use std::io::{self, Read};
+use std::mem::take;
+use std::sync::Arc;
+use zerocopy::{FromBytes, FromZeros as _, Immutable, IntoBytes, KnownLayout};
 
 /// Bytes at an address that scenes can be used at.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,13 +28,26 @@ pub(super) struct AlignedBytes {
 struct Block([u8; ALIGNMENT]);
 
 impl AlignedBytes {
+    fn zeroed(length: usize) -> Self {
+        // Its pages are taken only as they are written.
+        let blocks = Block::new_vec_zeroed(length.div_ceil(ALIGNMENT)).expect("enough memory");
+        Self { blocks, length }
+    }
+
     pub(super) fn copy_of(bytes: &[u8]) -> Self {
-        let mut blocks = vec![Block([0; ALIGNMENT]); bytes.len().div_ceil(ALIGNMENT)];
-        blocks.as_mut_bytes()[..bytes.len()].copy_from_slice(bytes);
-        Self {
-            blocks,
-            length: bytes.len(),
-        }
+        let mut copy = Self::zeroed(bytes.len());
+        copy.as_mut_bytes().copy_from_slice(bytes);
+        copy
+    }
+
+    fn as_mut_bytes(&mut self) -> &mut [u8] {
+        &mut self.blocks.as_mut_bytes()[..self.length]
+    }
+
+    pub(super) fn read(from: &mut impl Read, length: usize) -> io::Result<Self> {
+        let mut bytes = Self::zeroed(length);
+        from.read_exact(bytes.as_mut_bytes())?;
+        Ok(bytes)
     }
 
     pub(super) fn as_bytes(&self) -> &[u8] {
@@ -41,18 +61,21 @@ pub(super) struct Tables<const W: usize> {
     pub(super) extent: f32,
     pub(super) stack_entries: u32,
     pub(super) nodes: Vec<Node<W>>,
-    pub(super) leaves: Vec<LeafBlock<W>>,
+    /// Leaves of trees, with the numbers of their meshes.
+    pub(super) leaves: Vec<(usize, Leaves)>,
+    pub(super) leaf_count: u32,
     pub(super) meshes: Vec<Mesh>,
     pub(super) instances: Vec<Instance>,
     pub(super) materials: Vec<Material>,
     pub(super) lights: Vec<Light>,
     pub(super) triangles: Vec<Triangle>,
     pub(super) normals: Vec<[f32; 3]>,
-    pub(super) id_leaves: Vec<IdLeaf>,
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) coordinates: Vec<[f32; 2]>,
     pub(super) textures: Vec<Texture>,
-    pub(super) texels: Vec<Texel>,
+    /// Each image once, and the number of all their texels.
+    pub(super) images: Vec<Arc<Image>>,
+    pub(super) texels: u32,
     pub(super) media: Vec<Medium>,
     pub(super) colours: Vec<[f32; 3]>,
     pub(super) rungs: u32,
@@ -60,25 +83,25 @@ pub(super) struct Tables<const W: usize> {
 }
 
 impl<const W: usize> Tables<W> {
-    pub(super) fn into_bytes(self, background: Background) -> Result<AlignedBytes, BakeError> {
-        let mut bytes = vec![0; size_of::<Header>()];
-        // Nodes and leaves are generic in width: their fields are arrays of
-        // words, written one by one.
-        let nodes = append(&mut bytes, self.nodes.len(), |bytes| {
-            for node in &self.nodes {
-                bytes.extend_from_slice(node.planes.as_bytes());
-                bytes.extend_from_slice(node.child.as_bytes());
-                bytes.extend_from_slice(node.order.as_bytes());
-            }
-        });
-        let leaves = append(&mut bytes, self.leaves.len(), |bytes| {
-            for leaf in &self.leaves {
-                bytes.extend_from_slice(leaf.corners.as_bytes());
-                bytes.extend_from_slice(leaf.ids.as_bytes());
-            }
+    /// Writes the tables, and forgets each when it is written.
+    pub(super) fn into_bytes(
+        mut self,
+        background: Background,
+        ladders: &[Ladder<'_>],
+    ) -> Result<AlignedBytes, BakeError> {
+        let mut end = size_of::<Header>() as u64;
+        // A scene has one of two kinds of leaves.
+        let count = self.leaf_count as usize;
+        let (blocks, id_leaves) = if W == 8 { (count, 0) } else { (0, count) };
+        let effects = EffectSet::of_records(&Records {
+            instances: &self.instances,
+            meshes: &self.meshes,
+            triangles: &self.triangles,
+            materials: &self.materials,
+            lights: &self.lights,
         });
         // The fields are in the order of the tables.
-        let mut header = Header {
+        let header = Header {
             magic: MAGIC,
             checksum: 0,
             version: VERSION,
@@ -88,57 +111,133 @@ impl<const W: usize> Tables<W> {
             extent: self.extent,
             stack_entries: self.stack_entries,
             top_nodes: self.top_nodes,
-            nodes,
-            leaves,
-            meshes: append_records(&mut bytes, &self.meshes),
-            instances: append_records(&mut bytes, &self.instances),
-            materials: append_records(&mut bytes, &self.materials),
-            lights: append_records(&mut bytes, &self.lights),
-            triangles: append_records(&mut bytes, &self.triangles),
-            normals: append_records(&mut bytes, &self.normals),
+            nodes: place(&mut end, &self.nodes),
+            leaves: place_as_many::<LeafBlock<W>>(&mut end, blocks),
+            meshes: place(&mut end, &self.meshes),
+            instances: place(&mut end, &self.instances),
+            materials: place(&mut end, &self.materials),
+            lights: place(&mut end, &self.lights),
+            triangles: place(&mut end, &self.triangles),
+            normals: place(&mut end, &self.normals),
             background,
             ambient: self.ambient,
-            id_leaves: append_records(&mut bytes, &self.id_leaves),
-            positions: append_records(&mut bytes, &self.positions),
+            id_leaves: place_as_many::<IdLeaf>(&mut end, id_leaves),
+            positions: place(&mut end, &self.positions),
             rungs: self.rungs,
-            effects: EffectSet::of_records(&Records {
-                instances: &self.instances,
-                meshes: &self.meshes,
-                triangles: &self.triangles,
-                materials: &self.materials,
-                lights: &self.lights,
-            })
-            .bits(),
+            effects: effects.bits(),
             reserved: 0,
-            coordinates: append_records(&mut bytes, &self.coordinates),
-            textures: append_records(&mut bytes, &self.textures),
-            texels: append_records(&mut bytes, &self.texels),
-            media: append_records(&mut bytes, &self.media),
-            colours: append_records(&mut bytes, &self.colours),
+            coordinates: place(&mut end, &self.coordinates),
+            textures: place(&mut end, &self.textures),
+            texels: place_as_many::<Texel>(&mut end, self.texels as usize),
+            media: place(&mut end, &self.media),
+            colours: place(&mut end, &self.colours),
             reserved2: [0; 6],
         };
-        header.byte_len = u32::try_from(bytes.len()).map_err(|_| BakeError::TooLarge {
-            bytes: bytes.len() as u64,
-        })?;
+        let byte_len = u32::try_from(end).map_err(|_| BakeError::TooLarge { bytes: end })?;
+        let header = Header { byte_len, ..header };
+        let mut aligned = AlignedBytes::zeroed(end as usize);
+        let bytes = aligned.as_mut_bytes();
         bytes[..size_of::<Header>()].copy_from_slice(header.as_bytes());
-        seal(&mut bytes);
-        Ok(AlignedBytes::copy_of(&bytes))
+        // Nodes and leaves are generic in width: their fields are arrays of
+        // words, written one by one.
+        let mut at = header.nodes.offset as usize;
+        for node in take(&mut self.nodes) {
+            for field in [
+                node.planes.as_bytes(),
+                node.child.as_bytes(),
+                node.order.as_bytes(),
+            ] {
+                put(bytes, &mut at, field);
+            }
+        }
+        let mut at = if W == 8 {
+            header.leaves
+        } else {
+            header.id_leaves
+        }
+        .offset as usize;
+        for (mesh, leaves) in take(&mut self.leaves) {
+            for leaf in leaves.iter() {
+                if W == 8 {
+                    let leaf = leaf_block::<W>(ladders[mesh].versions(), leaf);
+                    put(bytes, &mut at, leaf.corners.as_bytes());
+                    put(bytes, &mut at, leaf.ids.as_bytes());
+                } else {
+                    put(bytes, &mut at, id_leaf(leaf).as_bytes());
+                }
+            }
+        }
+        write(bytes, header.meshes, self.meshes);
+        write(bytes, header.instances, self.instances);
+        write(bytes, header.materials, self.materials);
+        write(bytes, header.lights, self.lights);
+        write(bytes, header.triangles, self.triangles);
+        write(bytes, header.normals, self.normals);
+        write(bytes, header.positions, self.positions);
+        write(bytes, header.coordinates, self.coordinates);
+        write(bytes, header.textures, self.textures);
+        let mut at = header.texels.offset as usize;
+        for image in &self.images {
+            put(bytes, &mut at, image.texels().as_bytes());
+        }
+        write(bytes, header.media, self.media);
+        write(bytes, header.colours, self.colours);
+        seal(bytes);
+        Ok(aligned)
     }
 }
 
-fn append(bytes: &mut Vec<u8>, count: usize, write: impl FnOnce(&mut Vec<u8>)) -> Table {
-    bytes.resize(bytes.len().next_multiple_of(ALIGNMENT), 0);
-    let offset = bytes.len();
-    write(bytes);
-    // Saturated values cannot reach a header: the length is checked first.
+/// Returns where a table goes, and moves the end behind it.
+fn place<T>(end: &mut u64, records: &[T]) -> Table {
+    place_as_many::<T>(end, records.len())
+}
+
+fn place_as_many<T>(end: &mut u64, count: usize) -> Table {
+    let offset = end.next_multiple_of(ALIGNMENT as u64);
+    *end = offset + (count * size_of::<T>()) as u64;
+    // Saturated values cannot reach a file: the length is checked first.
     Table {
         offset: u32::try_from(offset).unwrap_or(u32::MAX),
         count: u32::try_from(count).unwrap_or(u32::MAX),
     }
 }
 
-fn append_records<T: IntoBytes + Immutable>(bytes: &mut Vec<u8>, records: &[T]) -> Table {
-    append(bytes, records.len(), |bytes| {
-        bytes.extend_from_slice(records.as_bytes());
-    })
+fn put(bytes: &mut [u8], at: &mut usize, field: &[u8]) {
+    bytes[*at..][..field.len()].copy_from_slice(field);
+    *at += field.len();
+}
+
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "its memory is free afterwards"
+)]
+fn write<T: IntoBytes + Immutable>(bytes: &mut [u8], table: Table, records: Vec<T>) {
+    put(bytes, &mut (table.offset as usize), records.as_bytes());
+}
+
+/// Leaves no −0 behind, so that equal vertices have equal bits.
+pub(super) fn positive_zero(coordinate: f32) -> f32 {
+    coordinate + 0.0
+}
+
+fn id_leaf(triangles: &[u32]) -> IdLeaf {
+    std::array::from_fn(|lane| triangles.get(lane).copied().unwrap_or(u32::MAX))
+}
+
+fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlock<W> {
+    let mut block = LeafBlock {
+        corners: [[[f32::NAN; W]; 3]; 3],
+        ids: [u32::MAX; W],
+    };
+    for (lane, &triangle) in triangles.iter().enumerate() {
+        block.ids[lane] = triangle;
+        for corner in 0..3 {
+            let vertex = mesh.triangles[triangle as usize][corner] as usize;
+            for axis in 0..3 {
+                let position = mesh.positions[vertex][axis];
+                block.corners[corner][axis][lane] = positive_zero(position);
+            }
+        }
+    }
+    block
 }

@@ -1,6 +1,6 @@
 //! Boxes in the room around all parts of an instance that rays can meet.
 
-use super::tree::{self, Bounds};
+use super::tree::{self, Bounds, WideTree};
 use crate::scene::mesh::TriangleMesh;
 use glam::{DAffine3, DVec3};
 use obvhs::BvhBuildParams;
@@ -16,10 +16,18 @@ pub(super) struct Cover<const W: usize> {
 }
 
 impl<const W: usize> Cover<W> {
+    /// Makes the cover of a mesh that has no tree over all of its triangles.
     pub(super) fn new(mesh: &TriangleMesh) -> Self {
         let triangles = 0..mesh.triangles.len();
         let boxes: Vec<Bounds> = triangles.map(|t| Bounds::of_triangle(mesh, t)).collect();
-        let tree = tree::build::<W>(&boxes, 1, BvhBuildParams::fast_build());
+        Self::of(
+            &tree::build_with(&boxes, 1, BvhBuildParams::fast_build()),
+            mesh,
+        )
+    }
+
+    /// Returns the top of a tree over all triangles of a mesh.
+    pub(super) fn of(tree: &WideTree<W>, mesh: &TriangleMesh) -> Self {
         let mut cover = Self {
             nodes: vec![tree.nodes[0]],
             leaves: Vec::new(),

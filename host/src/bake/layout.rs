@@ -1,11 +1,15 @@
 //! Baked scenes whose layout is known only when the program runs.
 
-use super::{BakeError, Baked};
+use super::blob::AlignedBytes;
+use super::{BakeError, Baked, Progress};
 use crate::bake::simplify::PolygonLevels;
 use crate::scene::Scene;
 use shisen_core::Simd;
+use shisen_core::scene::format::Header;
 use shisen_core::scene::{self as core, EffectSet, Records, SceneError};
 use shisen_core::spectrum::Medium;
+use std::io::{self, Read};
+use zerocopy::FromBytes as _;
 
 /// Evaluates an expression with the core's [`Scene`](shisen_core::scene::Scene) in an
 /// [`AnyScene`](crate::bake::AnyScene). The expression is compiled for both layouts, so it can
@@ -106,9 +110,22 @@ impl BakedScene {
         levels: Option<&PolygonLevels>,
         layout: Layout,
     ) -> Result<Self, BakeError> {
+        Self::with_progress(scene, levels, layout, &|_, _| ())
+    }
+
+    /// As [`new`](Self::new); `progress` hears how far it is.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_progress(
+        scene: &Scene,
+        levels: Option<&PolygonLevels>,
+        layout: Layout,
+        progress: &Progress<'_>,
+    ) -> Result<Self, BakeError> {
         match layout {
-            Layout::Fast => Baked::bake(scene, levels).map(Self::Fast),
-            Layout::Compact => Baked::bake(scene, levels).map(Self::Compact),
+            Layout::Fast => Baked::bake(scene, levels, progress).map(Self::Fast),
+            Layout::Compact => Baked::bake(scene, levels, progress).map(Self::Compact),
         }
     }
 
@@ -121,6 +138,21 @@ impl BakedScene {
             Err(SceneError::Width { found: 4, .. }) => Baked::from_bytes(bytes).map(Self::Compact),
             fast => fast.map(Self::Fast),
         }
+    }
+
+    /// Reads as many bytes of a scene file into place.
+    ///
+    /// # Errors
+    /// What the system says, and what the core finds wrong with them.
+    pub(crate) fn read(from: &mut impl Read, length: usize) -> io::Result<Self> {
+        let bytes = AlignedBytes::read(from, length)?;
+        match Baked::from_aligned(bytes) {
+            Err((bytes, SceneError::Width { found: 4, .. })) => {
+                Baked::from_aligned(bytes).map(Self::Compact)
+            }
+            fast => fast.map(Self::Fast),
+        }
+        .map_err(|(_, fault)| io::Error::other(fault))
     }
 
     /// Returns the scene, to be traced.
@@ -149,7 +181,10 @@ impl BakedScene {
 
     /// Returns the effects that it asks for.
     pub fn effects(&self) -> EffectSet {
-        with_scene!(self.scene(), |scene| scene.effects())
+        // The whole is checked already, and may be large.
+        let header = Header::read_from_prefix(self.as_bytes());
+        let bits = header.map_or(0, |(header, _)| header.effects);
+        EffectSet::from_bits_truncate(bits)
     }
 
     /// Returns the records of the scene that ask for its effects.

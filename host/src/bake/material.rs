@@ -156,8 +156,10 @@ impl Textures {
         if let Some(&(_, first)) = known {
             return first;
         }
-        let first = tables.texels.len() as u32;
-        tables.texels.extend_from_slice(image.texels());
+        let first = tables.texels;
+        // The images of a scene are limited to fewer bytes than a scene.
+        tables.texels += image.texels().len() as u32;
+        tables.images.push(Arc::clone(image));
         self.images.push((Arc::clone(image), first));
         first
     }

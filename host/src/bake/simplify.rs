@@ -65,6 +65,17 @@ impl PolygonLevels {
         mesh.triangles.len() > *self.faces.start() as usize
     }
 
+    /// Returns how many levels a mesh gets.
+    pub(super) fn rungs_of(&self, mesh: &TriangleMesh) -> u32 {
+        if self.apply_to(mesh) { self.rungs } else { 1 }
+    }
+
+    /// Returns the faces that a mesh of `count` should have at its finest level, and at its
+    /// coarsest.
+    pub(crate) fn asked_of(&self, count: usize) -> [usize; 2] {
+        [*self.faces.end(), *self.faces.start()].map(|faces| count.min(faces as usize))
+    }
+
     /// Returns the largest |faces seen − equation 10| of any pixel, as a share of MAX − MIN: of
     /// rays that see the rung nearest to their level v, which is round((1 − v)·(rungs − 1)), and of
     /// pixels that share a rung with their block, [`FACE_TOLERANCE`] at most from their own.
@@ -92,20 +103,6 @@ impl PolygonLevels {
     }
 }
 
-/// Why a mesh cannot be simplified to the given levels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[non_exhaustive]
-#[allow(missing_docs, reason = "the messages are the docs")]
-pub enum LadderError {
-    #[error(
-        "it cannot have as few faces as {asked} without changing how it hangs together: \
-         {reached} is the least that it gets to, so ask for no fewer"
-    )]
-    Unreachable { asked: u32, reached: u32 },
-    #[error("it is closed, and simplified to {faces} faces it would have {open_edges} open edges")]
-    Opened { faces: u32, open_edges: usize },
-}
-
 /// One mesh at several levels, the finest first.
 #[derive(Debug, Clone)]
 pub struct Ladder<'m> {
@@ -122,12 +119,10 @@ impl<'m> Ladder<'m> {
         }
     }
 
-    /// Simplifies a valid mesh to evenly spaced numbers of faces. Every rung of a closed mesh is
-    /// closed. The same mesh always gives the same ladder.
-    ///
-    /// # Errors
-    /// Where the mesh cannot be simplified that far: how far it can, for as many rungs.
-    pub fn new(mesh: &'m TriangleMesh, levels: &PolygonLevels) -> Result<Self, LadderError> {
+    /// Simplifies a valid mesh to evenly spaced numbers of faces. From where it cannot have fewer
+    /// without changing how it hangs together, all coarser rungs are alike. Every rung of a closed
+    /// mesh is closed. The same mesh always gives the same ladder.
+    pub fn new(mesh: &'m TriangleMesh, levels: &PolygonLevels) -> Self {
         Self::with_each(mesh, Some(levels), |_, _| ())
     }
 
@@ -137,56 +132,26 @@ impl<'m> Ladder<'m> {
         mesh: &'m TriangleMesh,
         levels: Option<&PolygonLevels>,
         mut each: impl FnMut(&TriangleMesh, &[u32]),
-    ) -> Result<Self, LadderError> {
-        let Some(levels) = levels else {
-            let single = Self::single(mesh);
-            each(mesh, &single.rungs[0]);
-            return Ok(single);
-        };
-        let (asked, mut reached) = match Self::reaching(mesh, levels, &mut each) {
-            Err(LadderError::Unreachable { asked, reached }) => (asked, reached),
-            other => return other,
-        };
-        // Where a mesh is stuck depends on the steps that led there.
-        let mut fewer = levels.clone();
-        loop {
-            fewer.faces = reached..=reached.max(*levels.faces.end());
-            match Self::reaching(mesh, &fewer, &mut |_, _| ()) {
-                Err(LadderError::Unreachable { reached: more, .. }) => reached = more,
-                _ => return Err(LadderError::Unreachable { asked, reached }),
-            }
-        }
-    }
-
-    fn reaching(
-        mesh: &'m TriangleMesh,
-        levels: &PolygonLevels,
-        each: &mut dyn FnMut(&TriangleMesh, &[u32]),
-    ) -> Result<Self, LadderError> {
-        let (min, max) = (*levels.faces.start(), *levels.faces.end());
-        let mut single = || {
-            let single = Self::single(mesh);
-            each(mesh, &single.rungs[0]);
-            Ok(single)
-        };
-        if !levels.apply_to(mesh) {
-            return single();
-        }
-        let mut finest = Cow::Borrowed(mesh);
-        let mut versions = Versions::new(mesh);
+    ) -> Self {
+        let levels = levels.filter(|levels| levels.apply_to(mesh));
+        let versions = levels.map(|levels| (levels, Versions::new(mesh)));
         // Where all faces are lines or points there is nothing to collapse.
-        if versions.indices.is_empty() {
-            return single();
-        }
+        let versions = versions.filter(|(_, versions)| !versions.indices.is_empty());
+        let Some((levels, mut versions)) = versions else {
+            let single = Self::single(mesh);
+            each(mesh, &single.rungs[0]);
+            return single;
+        };
+        let (min, max) = (*levels.faces.start(), *levels.faces.end());
         if mesh.triangles.len() > max as usize {
-            let faces = versions.simplify(max, max)?;
-            finest = Cow::Owned(versions.mesh.part(&faces));
-            versions = Versions::new(&finest);
+            let (faces, _) = versions.simplify(max);
+            versions = Versions::new(&versions.mesh.part(&faces));
         }
-        let full = finest.triangles.len() as u32;
+        let full = versions.mesh.triangles.len() as u32;
         let mut rungs = vec![(0..full).collect::<Vec<u32>>()];
         each(&versions.mesh, &rungs[0]);
         let steps = levels.rungs - 1;
+        let mut is_stuck = false;
         for rung in 1..=steps {
             // A closed mesh loses two faces a collapse. Half of them goes
             // down, so that the last rung never falls below `min`.
@@ -194,15 +159,17 @@ impl<'m> Ladder<'m> {
             let pairs = lost
                 .saturating_sub(u64::from(steps))
                 .div_ceil(2 * u64::from(steps));
-            // It stays where it is stuck, so it does not get to `min` either.
-            let coarser = versions.simplify(full - 2 * pairs as u32, min)?;
+            let mut coarser = rungs.last().cloned().unwrap_or_default();
+            if !is_stuck {
+                (coarser, is_stuck) = versions.simplify(full - 2 * pairs as u32);
+            }
             each(&versions.mesh, &coarser);
             rungs.push(coarser);
         }
-        Ok(Self {
+        Self {
             versions: Cow::Owned(versions.mesh),
             rungs,
-        })
+        }
     }
 
     /// Returns all triangles that occur in a rung, each once, the finest rung's first and in its
@@ -290,8 +257,9 @@ impl Versions {
     }
 
     /// Returns the triangles of the mesh when it has about `target` faces: as many, or one more or
-    /// less, wherever that can be. Errors say that `asked` were asked for.
-    fn simplify(&mut self, target: u32, asked: u32) -> Result<Vec<u32>, LadderError> {
+    /// less; and whether it cannot have so few.
+    fn simplify(&mut self, target: u32) -> (Vec<u32>, bool) {
+        let before = self.indices.clone();
         self.collapse(target);
         if self.indices.len() > 3 * (target as usize + 1) {
             // What many small steps leave can be stuck where one from the start is not.
@@ -302,24 +270,16 @@ impl Versions {
                 self.indices = stuck;
             }
         }
-        let faces = self.indices.as_chunks::<3>().0.to_vec();
-        let reached = faces.len() as u32;
-        if reached > target + 1 {
-            return Err(LadderError::Unreachable { asked, reached });
+        let is_open = |indices: &[u32]| self.weld.open_edges(indices.as_chunks::<3>().0) > 0;
+        let is_opened = self.closed && is_open(&self.indices);
+        if is_opened {
+            self.indices = before;
         }
+        let faces = self.indices.as_chunks::<3>().0.to_vec();
         self.rung += 1;
         let mut triangles: Vec<u32> = faces.iter().map(|&face| self.triangle(face)).collect();
         triangles.sort_unstable();
-        if self.closed {
-            let open_edges = self.weld.open_edges(&faces);
-            if open_edges > 0 {
-                return Err(LadderError::Opened {
-                    faces: reached,
-                    open_edges,
-                });
-            }
-        }
-        Ok(triangles)
+        (triangles, is_opened || faces.len() > target as usize + 1)
     }
 
     fn collapse(&mut self, target: u32) {

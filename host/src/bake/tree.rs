@@ -70,10 +70,45 @@ impl Boundable for Bounds {
 pub(super) struct WideTree<const W: usize> {
     /// Parents before children; the root is the first. Indices are this tree's own, from 0.
     pub(super) nodes: Vec<Node<W>>,
-    /// The primitives of each leaf, ascending.
-    pub(super) leaves: Vec<Vec<u32>>,
+    pub(super) leaves: Leaves,
     /// Stack entries that traversal may need.
     pub(super) stack_entries: usize,
+}
+
+/// The primitives of each leaf, ascending.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Leaves {
+    primitives: Vec<u32>,
+    /// Where each leaf ends.
+    ends: Vec<u32>,
+}
+
+impl Leaves {
+    pub(super) const fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    pub(super) fn get(&self, leaf: usize) -> &[u32] {
+        let start = leaf.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.primitives[start as usize..self.ends[leaf] as usize]
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        (0..self.len()).map(|leaf| self.get(leaf))
+    }
+
+    /// Gives each primitive the number that `of` has for it.
+    pub(super) fn rename(&mut self, of: &[u32]) {
+        for primitive in &mut self.primitives {
+            *primitive = of[*primitive as usize];
+        }
+    }
+
+    fn push(&mut self, mut primitives: Vec<u32>) {
+        primitives.sort_unstable();
+        self.primitives.append(&mut primitives);
+        self.ends.push(self.primitives.len() as u32);
+    }
 }
 
 impl<const W: usize> WideTree<W> {
@@ -82,7 +117,7 @@ impl<const W: usize> WideTree<W> {
         let mut found = Vec::new();
         while let Some(child) = pending.pop() {
             if child & LEAF != 0 {
-                found.extend_from_slice(&self.leaves[(child & INDEX) as usize]);
+                found.extend_from_slice(self.leaves.get((child & INDEX) as usize));
             } else {
                 let node = &self.nodes[child as usize];
                 let used = (0..W).filter(|&lane| !node.is_empty_lane(lane));
@@ -93,8 +128,21 @@ impl<const W: usize> WideTree<W> {
     }
 }
 
+/// Most primitives that get the best tree. Beyond them its building takes longer than its rays save.
+const THOROUGH: usize = 1 << 17;
+
 /// Builds over the boxes of primitives, of which there is at least one.
-pub(super) fn build<const W: usize>(
+pub(super) fn build<const W: usize>(boxes: &[Bounds], leaf_size: usize) -> WideTree<W> {
+    let effort = if boxes.len() <= THOROUGH {
+        BvhBuildParams::very_slow_build()
+    } else {
+        BvhBuildParams::fast_build()
+    };
+    build_with(boxes, leaf_size, effort)
+}
+
+/// Builds the same way, with less effort.
+pub(super) fn build_with<const W: usize>(
     boxes: &[Bounds],
     leaf_size: usize,
     effort: BvhBuildParams,
@@ -107,6 +155,7 @@ pub(super) fn build<const W: usize>(
     let mut build_time = Duration::ZERO;
     let bvh = build_bvh2(boxes, parameters, &mut build_time);
     let binary = Binary::from_bvh2(&bvh, boxes);
+    drop(bvh);
     let tree = collapse(&binary, leaf_size);
     if tree.stack_entries <= STACK_ENTRIES / 2 {
         return tree;
@@ -116,20 +165,24 @@ pub(super) fn build<const W: usize>(
     collapse(&Binary::balanced(&binary.primitives(0), boxes), leaf_size)
 }
 
+/// A tree of nodes with two children. Of two children the second and all below it come first, right
+/// after their parent.
 struct Binary {
     nodes: Vec<BinaryNode>,
 }
 
 struct BinaryNode {
     bounds: Bounds,
-    kind: BinaryKind,
-    primitives: usize,
+    /// Children, or a leaf's primitive twice.
+    below: [u32; 2],
+    /// Primitives below it; 1 for a leaf.
+    primitives: u32,
 }
 
-#[derive(Clone, Copy)]
-enum BinaryKind {
-    Inner([usize; 2]),
-    Leaf(u32),
+impl BinaryNode {
+    fn children(&self) -> Option<[usize; 2]> {
+        (self.primitives > 1).then(|| self.below.map(|child| child as usize))
+    }
 }
 
 impl Binary {
@@ -155,31 +208,32 @@ impl Binary {
 
     /// Grows a tree from its root: `split` makes two children of a part, or a leaf with a primitive.
     fn grow<T>(root: T, boxes: &[Bounds], split: impl Fn(T) -> Result<[T; 2], u32>) -> Self {
-        let mut nodes: Vec<BinaryNode> = Vec::new();
+        let mut nodes: Vec<BinaryNode> = Vec::with_capacity(2 * boxes.len());
         let mut pending = vec![(root, None::<(usize, usize)>)];
         while let Some((part, parent)) = pending.pop() {
             let number = nodes.len();
-            if let Some((parent, side)) = parent
-                && let BinaryKind::Inner(children) = &mut nodes[parent].kind
-            {
-                children[side] = number;
+            if let Some((parent, side)) = parent {
+                nodes[parent].below[side] = number as u32;
             }
-            let (bounds, kind) = match split(part) {
-                Err(primitive) => (boxes[primitive as usize], BinaryKind::Leaf(primitive)),
+            nodes.push(match split(part) {
+                Err(primitive) => BinaryNode {
+                    bounds: boxes[primitive as usize],
+                    below: [primitive; 2],
+                    primitives: 1,
+                },
                 Ok([left, right]) => {
                     pending.push((left, Some((number, 0))));
                     pending.push((right, Some((number, 1))));
-                    (Bounds::EMPTY, BinaryKind::Inner([0; 2]))
+                    BinaryNode {
+                        bounds: Bounds::EMPTY,
+                        below: [0; 2],
+                        primitives: 2,
+                    }
                 }
-            };
-            nodes.push(BinaryNode {
-                bounds,
-                kind,
-                primitives: 1,
             });
         }
         for number in (0..nodes.len()).rev() {
-            if let BinaryKind::Inner([left, right]) = nodes[number].kind {
+            if let Some([left, right]) = nodes[number].children() {
                 nodes[number].bounds = nodes[left].bounds.union(nodes[right].bounds);
                 nodes[number].primitives = nodes[left].primitives + nodes[right].primitives;
             }
@@ -188,12 +242,12 @@ impl Binary {
     }
 
     fn primitives(&self, node: usize) -> Vec<u32> {
-        let mut found = Vec::with_capacity(self.nodes[node].primitives);
+        let mut found = Vec::with_capacity(self.nodes[node].primitives as usize);
         let mut pending = vec![node];
         while let Some(number) = pending.pop() {
-            match self.nodes[number].kind {
-                BinaryKind::Leaf(primitive) => found.push(primitive),
-                BinaryKind::Inner([left, right]) => pending.extend([right, left]),
+            match self.nodes[number].children() {
+                None => found.push(self.nodes[number].below[0]),
+                Some([left, right]) => pending.extend([right, left]),
             }
         }
         found
@@ -203,10 +257,9 @@ impl Binary {
 /// The cheapest ways to stand for a subtree: Ylitie, Karras & Laine 2017, "Efficient Incoherent
 /// Ray Traversal on GPUs Through Compressed Wide BVHs", section 3.
 struct Plan<const W: usize> {
-    /// Cost with at most `i + 1` children of the parent, for each node.
-    cost: Vec<[f64; W]>,
-    /// How many of them go to the left subtree; 0 where one fewer is as good.
-    left: Vec<[usize; W]>,
+    /// Of at most `i + 1` children of the parent, how many go to the left subtree; 0 where one
+    /// fewer is as good. For each node.
+    left: Vec<[u8; W]>,
     leaf: Vec<bool>,
 }
 
@@ -214,27 +267,32 @@ impl<const W: usize> Plan<W> {
     fn new(tree: &Binary, leaf_size: usize) -> Self {
         let count = tree.nodes.len();
         let mut plan = Self {
-            cost: vec![[0.0; W]; count],
             left: vec![[0; W]; count],
             leaf: vec![false; count],
         };
-        for number in (0..count).rev() {
-            let node = &tree.nodes[number];
+        // Costs with at most `i + 1` children of the parent, of the nodes whose parents come next:
+        // a right child's is on top of its sibling's.
+        let mut costs: Vec<[f64; W]> = Vec::new();
+        for (number, node) in tree.nodes.iter().enumerate().rev() {
             // To visit a node or a leaf is one vector operation, however many lanes are in use.
             let area = node.bounds.half_area();
-            let as_leaf = if node.primitives <= leaf_size {
+            let as_leaf = if node.primitives as usize <= leaf_size {
                 area
             } else {
                 f64::INFINITY
             };
-            let BinaryKind::Inner([left, right]) = node.kind else {
-                plan.cost[number] = [as_leaf; W];
+            let mut child = || {
+                let is_inner = node.primitives > 1;
+                is_inner.then(|| costs.pop()).flatten()
+            };
+            let (Some(right), Some(left)) = (child(), child()) else {
+                costs.push([as_leaf; W]);
                 plan.leaf[number] = true;
                 continue;
             };
             let split = |slots: usize| {
                 (1..slots)
-                    .map(|k| (plan.cost[left][k - 1] + plan.cost[right][slots - k - 1], k))
+                    .map(|k| (left[k - 1] + right[slots - k - 1], k as u8))
                     .min_by(|a, b| a.0.total_cmp(&b.0))
                     .unwrap_or((f64::INFINITY, 1))
             };
@@ -253,26 +311,26 @@ impl<const W: usize> Plan<W> {
                 }
             }
             plan.leaf[number] = as_leaf <= as_node;
-            plan.cost[number] = cost;
             plan.left[number] = choice;
+            costs.push(cost);
         }
         plan
     }
 
     fn children(&self, tree: &Binary, number: usize) -> Vec<usize> {
         let mut found = Vec::with_capacity(W);
-        let BinaryKind::Inner([left, right]) = tree.nodes[number].kind else {
+        let Some([left, right]) = tree.nodes[number].children() else {
             return vec![number];
         };
-        let k = self.left[number][W - 1];
+        let k = self.left[number][W - 1] as usize;
         let mut pending = vec![(right, W - k), (left, k)];
         while let Some((node, mut slots)) = pending.pop() {
             while slots > 1 && self.left[node][slots - 1] == 0 {
                 slots -= 1;
             }
-            match tree.nodes[node].kind {
-                BinaryKind::Inner([left, right]) if slots > 1 => {
-                    let k = self.left[node][slots - 1];
+            match tree.nodes[node].children() {
+                Some([left, right]) if slots > 1 => {
+                    let k = self.left[node][slots - 1] as usize;
                     pending.push((right, slots - k));
                     pending.push((left, k));
                 }
@@ -287,7 +345,7 @@ fn collapse<const W: usize>(binary: &Binary, leaf_size: usize) -> WideTree<W> {
     let plan = Plan::<W>::new(binary, leaf_size);
     let mut tree = WideTree {
         nodes: Vec::new(),
-        leaves: Vec::new(),
+        leaves: Leaves::default(),
         stack_entries: 0,
     };
     // Binary node, where its number goes, and stack entries below it.
@@ -307,8 +365,7 @@ fn collapse<const W: usize>(binary: &Binary, leaf_size: usize) -> WideTree<W> {
         for (lane, &child) in children.iter().enumerate() {
             set_bounds(&mut node, lane, binary.nodes[child].bounds);
             if plan.leaf[child] {
-                let mut primitives = binary.primitives(child);
-                primitives.sort_unstable();
+                let primitives = binary.primitives(child);
                 let count = primitives.len() as u32 - 1;
                 node.child[lane] = LEAF | count << COUNT_SHIFT | tree.leaves.len() as u32;
                 tree.leaves.push(primitives);

@@ -63,6 +63,12 @@ impl ViewDirection {
         self.0
     }
 
+    /// Returns forward and up of [`basis`](Self::basis).
+    pub fn directions(self) -> (DVec3, DVec3) {
+        let basis = self.basis();
+        (basis.forward, basis.up)
+    }
+
     /// Returns the axes of a viewer who looks this way and holds the head upright. Straight down,
     /// `up` is −Z; straight up it is +Z; `right` is +X in both.
     pub fn basis(self) -> ViewBasis {

@@ -1,5 +1,6 @@
 //! Values of arguments, and the arguments that commands share.
 
+pub mod cache;
 pub mod dispersion;
 pub mod filling;
 pub mod levels;
@@ -105,9 +106,9 @@ impl WallsName {
     }
 }
 
-#[derive(Debug, Clone, Args)]
+#[derive(Debug, Clone, Default, Args)]
 pub struct ModelArguments {
-    /// Mesh of scenes A to D, in their material: an OBJ, PLY, STL or glTF file
+    /// Mesh of scenes A to D, in their material: an OBJ, PLY, STL, VTP or glTF file
     /// [default: a built-in quadruped]
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
@@ -116,6 +117,11 @@ pub struct ModelArguments {
     #[arg(long, value_name = "METRES",
           value_parser = within(1.0e-6..=1.0e6, "metres from 0.000001 to 1,000,000"))]
     pub scale: Option<f64>,
+    /// Camera of a model that is the scene: the model stands upright so that it is at the room's
+    /// origin and heads to the front, a unit 1 m or --scale. A viewer without a tracker looks as
+    /// far up or down as it does; the walls stay as they are
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
     /// Doublings of all light; auto makes bright surfaces nearly white, shadows aside
     /// [default: auto for a model that is the scene, else 0]
     #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true)]
@@ -128,7 +134,7 @@ pub struct ModelArguments {
 impl ModelArguments {
     pub const fn is_given(&self) -> bool {
         let size = self.scale.is_some() || self.exposure.is_some();
-        size || self.mesh.is_some() || self.normals.is_some()
+        size || self.camera.is_some() || self.mesh.is_some() || self.normals.is_some()
     }
 }
 

@@ -2,8 +2,9 @@
 
 use crate::bake::Layout;
 use crate::cli::arguments::levels::Level;
-use crate::cli::arguments::source::{Loaded, Shown, Source, bake, is_model, load_mesh};
+use crate::cli::arguments::source::{Loaded, Shown, Source, Told, bake, is_model, load_mesh};
 use crate::cli::arguments::{LevelArguments, ModelArguments, SceneName};
+use crate::cli::output::progress::Ticker;
 use crate::cli::prelude::*;
 use crate::files::write_atomically;
 use crate::scene::Scene;
@@ -62,12 +63,15 @@ pub(super) struct Report {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let start = Instant::now();
+    let names: Vec<_> = arguments.input.iter().map(ToString::to_string).collect();
+    let ticker = Ticker::start(format!("reading {}", names.join(", ")), false);
     let (scene, shown) = load(arguments)?;
     let layout = arguments.layout;
     let asked = arguments.levels.given();
     let levels = asked.map(|_| arguments.levels.polygon_levels(layout));
     let levels = levels.transpose()?;
-    let baked = bake(&scene, &shown.scene, layout, levels.as_ref())?;
+    let (baked, _) = bake(&scene, &shown.scene, layout, levels.as_ref(), &ticker)?;
+    drop(ticker);
     let path = &arguments.output;
     write_atomically(path, |file| file.write_all(baked.as_bytes())).map_err(Fault::write(path))?;
     let ((nodes, leaves, _), objects, stack_entries) = with_scene!(baked.scene(), |scene| (
@@ -109,7 +113,7 @@ fn load(arguments: &Arguments) -> Result<(Scene, Shown), Failure> {
     let meshes: Vec<_> = meshes.collect();
     match input.as_slice() {
         [name] => {
-            let Source { scene, shown } = Source::load(name, model)?;
+            let Source { scene, shown, .. } = Source::load(name, model)?;
             match scene {
                 Loaded::Described(scene) => Ok((scene, shown)),
                 Loaded::Baked(_) => {
@@ -119,23 +123,23 @@ fn load(arguments: &Arguments) -> Result<(Scene, Shown), Failure> {
             }
         }
         all if meshes.len() < all.len() => Err(misuse!(
-            "several inputs must all be models (.obj, .ply, .stl, .gltf or .glb): bake one scene at a time"
+            "several inputs must all be models (.obj, .ply, .stl, .vtp, .gltf or .glb): bake one scene at a time"
         )),
         _ if model.is_given() => Err(misuse!(
-            "--mesh, --normals, --scale and --exposure are for one scene: several models stand \
-             where their files place them"
+            "--mesh, --normals, --scale, --camera and --exposure are for one scene: several models \
+             stand where their files place them"
         )),
         all => {
-            let mut not_used = Vec::new();
+            let mut told = Told::default();
             let meshes = meshes.into_iter();
-            let meshes = meshes.map(|path| load_mesh(path, &mut not_used));
+            let meshes = meshes.map(|path| load_mesh(path, &mut told));
             let scene = Scene::of_meshes(meshes.collect::<Result<_, _>>()?);
             let names: Vec<String> = all.iter().map(ToString::to_string).collect();
             let shown = Shown {
                 scene: names.join(", "),
                 mesh: None,
                 exposure: Some(0.0),
-                not_used,
+                told,
             };
             Ok((scene, shown))
         }

@@ -5,10 +5,11 @@ mod pictures;
 pub(super) mod report;
 mod tracked;
 
+use crate::cli::arguments::cache::CacheArguments;
 use crate::cli::arguments::filling::{Fill, FillArguments};
-use crate::cli::arguments::lod::LodArguments;
+use crate::cli::arguments::lod::{LodArguments, to_be_filled};
 use crate::cli::arguments::room::RoomArguments;
-use crate::cli::arguments::source::Source;
+use crate::cli::arguments::source::Ready;
 use crate::cli::arguments::tracing::TracingArguments;
 use crate::cli::arguments::{ModelArguments, SCENES, SceneName, picture_size};
 use crate::cli::output::progress::Progress;
@@ -25,6 +26,7 @@ use tracked::{Follower, TrackerArguments};
 
 /// Renders a frame for the walls of a CAVE
 #[derive(Debug, Args)]
+#[command(mut_arg("lod", to_be_filled))]
 pub(super) struct Arguments {
     /// A, B, C or D of the paper, grid (meridians and parallels on a sphere of 100 m), prism (light
     /// through a slit, seen through a 60° prism), spheres (three balls of quartz), a TOML
@@ -43,6 +45,8 @@ pub(super) struct Arguments {
     fill: FillArguments,
     #[command(flatten)]
     tracing: TracingArguments,
+    #[command(flatten)]
+    cache: CacheArguments,
     /// Also write linear EXR files with alpha
     #[arg(long)]
     exr: bool,
@@ -97,16 +101,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let pose = arguments.room.head();
     let eyes = arguments.room.eyes(pose);
     let (forward, up) = arguments.room.directions(pose);
-    let observers = arguments.lod.observers(eyes.clone(), (forward, up), 0.0)?;
+    (arguments.room).check_camera(arguments.model.camera.as_deref())?;
+    let mut observers = arguments.lod.observers(eyes.clone(), (forward, up), 0.0)?;
     let looked = arguments.fill.looked(arguments.lod.is_on())?;
     arguments.room.check_stereo(arguments.stereo)?;
     // Checked before anything large is loaded or any file is written.
     for (_, position) in eyes.clone() {
         cave.check_eye(position)?;
     }
-    let cameras = arguments.cameras(&observers, (forward, up))?;
-    let source = Source::load(&arguments.scene, &arguments.model)?;
-    let baked = arguments.lod.baked(source.scene, &source.shown.scene)?;
+    let mut cameras = arguments.cameras(&observers, (forward, up))?;
+    let quiet = arguments.quiet;
+    let ready =
+        (arguments.lod).ready(&arguments.scene, &arguments.model, &arguments.cache, quiet)?;
+    if let Some(look) = ready.look() {
+        let directions = look.directions();
+        observers = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
+        cameras = arguments.cameras(&observers, directions)?;
+    }
+    let Ready { baked, shown, .. } = ready;
     let (options, traced) = arguments.tracing.options(&baked)?;
     make_writable(&arguments.out)?;
     let frames = Frames {
@@ -115,18 +127,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         options: &options,
         quiet: arguments.quiet || arguments.json,
     };
-    let mesh = source.shown.mesh.as_ref();
+    let mesh = shown.mesh.as_ref();
     let mesh = mesh.map_or(String::new(), |mesh| format!(", mesh {mesh}"));
-    let title = format!("scene {}{mesh}", source.shown.scene);
+    let title = format!("scene {}{mesh}", shown.scene);
     if let Some(tracker) = &arguments.tracker.tracker {
-        return follow(arguments, tracker, &frames, &title, source.shown.scene);
+        return follow(arguments, tracker, &frames, &title, shown.scene);
     }
     let fill = &arguments.fill;
     let frame = match looked {
         Some(look) => {
-            let basis = look.basis();
-            let directions = (basis.forward, basis.up);
-            let before = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
+            let before = (arguments.lod).observers(eyes.clone(), look.directions(), 0.0)?;
             let previous = frames.render(&before, Filling::Background)?;
             frames.render(&observers, Filling::Previous(&previous))?
         }
@@ -153,7 +163,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         written,
         traced,
         size: arguments.room.size,
-        shown: source.shown,
+        shown,
         lod: full
             .as_ref()
             .map(|full| lod::report(arguments, &frames, &observers, [&frame, full], captured))

@@ -5,9 +5,10 @@ pub(super) mod report;
 use crate::cli::arguments::dispersion::{in_one_frame, range_in_one_frame};
 use crate::cli::arguments::lod::{LodArguments, of_every_pixel};
 use crate::cli::arguments::room::RoomArguments;
-use crate::cli::arguments::source::{Loaded, Source};
+use crate::cli::arguments::source::{Loaded, Ready, Source};
 use crate::cli::arguments::tracing::TracingArguments;
 use crate::cli::arguments::{ModelArguments, SceneName};
+use crate::cli::output::progress::Ticker;
 use crate::cli::prelude::*;
 use crate::live::quantiles::{median, quartiles};
 use crate::render::effects::{Effects, compiled_for};
@@ -56,14 +57,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let pose = arguments.room.head();
     let eyes = arguments.room.eyes(pose);
     let directions = arguments.room.directions(pose);
+    (arguments.room).check_camera(arguments.model.camera.as_deref())?;
     if arguments.lod.is_foveated() {
         return Err(misuse!(
             "explain counts the rays of every pixel, of which --lod foveated leaves some out: take \
              --lod paper, paper-ellipse or off"
         ));
     }
-    let observers = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
-    for (_, place) in eyes {
+    let mut observers = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
+    for (_, place) in eyes.clone() {
         cave.check_eye(place)?;
     }
     let source = Source::load(name, &arguments.model)?;
@@ -71,7 +73,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Loaded::Described(scene) => scene.material_names(),
         Loaded::Baked(_) => Vec::new(),
     };
-    let baked = arguments.lod.baked(source.scene, &source.shown.scene)?;
+    let ticker = Ticker::start(format!("baking {name}"), false);
+    let ready = arguments.lod.baked(source, &ticker)?;
+    drop(ticker);
+    if let Some(look) = ready.look() {
+        observers = (arguments.lod).observers(eyes, look.directions(), 0.0)?;
+    }
+    let Ready { baked, shown, .. } = ready;
     let (options, traced) = arguments.tracing.options(&baked)?;
     if matches!(options.dispersion, Dispersion::Images(..)) {
         return Err(misuse!(
@@ -112,7 +120,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         });
     let left_out = named(asked.difference(carried_out)).map(|effect| met.cause(effect));
     let report = Report {
-        shown: source.shown,
+        shown,
         walls: cave.screens().map(|one| one.name().to_owned()).collect(),
         eyes: observers.len(),
         size: arguments.room.size,

@@ -1,20 +1,25 @@
-//! `shisen inspect`: what is in a baked scene.
+//! `shisen inspect`: what is in a scene.
 
 use crate::cli::arguments::levels::Level;
-use crate::cli::arguments::source;
+use crate::cli::arguments::source::{self, Loaded, NotUsed, Source, Told};
+use crate::cli::arguments::{ModelArguments, SceneName};
 use crate::cli::prelude::*;
+use crate::files::begins_with;
+use crate::scene::material;
+use crate::scene::mesh::TriangleMesh;
+use crate::scene::texture::Pattern;
 use shisen_core::scene::Scene;
 use shisen_core::scene::format::{
-    Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Table, Texel, Texture,
+    Header, IdLeaf, Instance, LeafBlock, Light, MAGIC, Material, Mesh, Node, Table, Texel, Texture,
     Triangle,
 };
 use shisen_core::spectrum::Medium;
 use zerocopy::FromBytes;
 
-/// Shows what is in a baked scene, and checks it
+/// Shows what is in a baked scene, a model or a TOML description, and checks it
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// File that `shisen bake` wrote
+    /// File that `shisen bake` wrote; or a model or a TOML description, which is not baked
     scene: PathBuf,
     /// Print one JSON object
     #[arg(long)]
@@ -60,11 +65,161 @@ struct TableReport {
     bytes: u64,
 }
 
+/// The contents of a model, or of a scene that a TOML file describes.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Contents {
+    /// File of the model or scene.
+    path: String,
+    /// Placed shapes; 1 for a model.
+    objects: usize,
+    /// Lights of its own.
+    lights: usize,
+    /// Names of a model's cameras, for --camera.
+    cameras: Vec<String>,
+    /// Meshes; one for a model.
+    meshes: Vec<MeshContents>,
+    /// Materials that the scene itself describes.
+    materials: Vec<MaterialContents>,
+    /// The quantity that a model's colours show, or null.
+    scalar: Option<ScalarContents>,
+    /// What the files have that is not shown.
+    not_used: Vec<NotUsed>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct MeshContents {
+    /// Triangles.
+    triangles: usize,
+    /// Vertices.
+    vertices: usize,
+    /// Least x, y and z of its vertices, in the file's unit.
+    least: [f32; 3],
+    /// Greatest x, y and z.
+    greatest: [f32; 3],
+    /// Materials of its own.
+    materials: Vec<MaterialContents>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct MaterialContents {
+    /// Name, which may be empty.
+    name: String,
+    /// Width and height of the images on it, in texels.
+    images: Vec<[u32; 2]>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct ScalarContents {
+    /// Name in the file.
+    name: String,
+    /// Least number, which is violet, in the file's unit.
+    least: f32,
+    /// Greatest number, which is yellow.
+    greatest: f32,
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let file = &arguments.scene;
+    let named_as_baked = file.extension().is_some_and(|name| name == "shisen");
+    if !named_as_baked && !begins_with(file, &MAGIC) {
+        return print(&Contents::read(file)?, arguments.json);
+    }
     let baked = source::load_baked(&arguments.scene)?;
     let path = arguments.scene.display().to_string();
     let report = with_scene!(baked.scene(), |scene| Report::new(path, &baked, &scene));
     print(&report, arguments.json)
+}
+
+impl Contents {
+    fn read(file: &Path) -> Result<Self, Failure> {
+        let mut contents = Self {
+            path: file.display().to_string(),
+            objects: 1,
+            lights: 0,
+            cameras: Vec::new(),
+            meshes: Vec::new(),
+            materials: Vec::new(),
+            scalar: None,
+            not_used: Vec::new(),
+        };
+        if source::is_model(file) {
+            let mut told = Told::default();
+            let model = source::load_model(file, &mut told)?;
+            contents.not_used = told.not_used;
+            contents.cameras = model.cameras.into_iter().map(|one| one.name).collect();
+            contents.lights = model.lights.len();
+            contents.meshes.push(MeshContents::of(&model.mesh));
+            contents.scalar = model.scalar.map(|scalar| ScalarContents {
+                name: scalar.name,
+                least: scalar.least,
+                greatest: scalar.greatest,
+            });
+            return Ok(contents);
+        }
+        let name = SceneName::File(file.to_owned());
+        let source = Source::load(&name, &ModelArguments::default())?;
+        if let Loaded::Described(scene) = source.scene {
+            contents.objects = scene.objects.len();
+            contents.lights = scene.lights.len();
+            contents.meshes = scene.meshes.iter().map(MeshContents::of).collect();
+            contents.materials = scene.materials.iter().map(MaterialContents::of).collect();
+        }
+        contents.not_used = source.shown.told.not_used;
+        Ok(contents)
+    }
+}
+
+impl MeshContents {
+    fn of(mesh: &TriangleMesh) -> Self {
+        let (least, greatest) = mesh.bounds();
+        Self {
+            triangles: mesh.triangles.len(),
+            vertices: mesh.positions.len(),
+            least,
+            greatest,
+            materials: mesh.materials.iter().map(MaterialContents::of).collect(),
+        }
+    }
+}
+
+impl MaterialContents {
+    fn of(material: &material::Material) -> Self {
+        let images = material
+            .textures()
+            .filter_map(|texture| match &texture.pattern {
+                Pattern::Image(image) => Some([image.width(), image.height()]),
+                Pattern::Checker(_) => None,
+            });
+        Self {
+            name: material.name.clone(),
+            images: images.collect(),
+        }
+    }
+}
+
+impl fmt::Display for Contents {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [objects, lights] = [(self.objects, "object"), (self.lights, "light")]
+            .map(|(count, noun)| counted(count as u64, noun));
+        write!(f, "{}: {objects}, {lights}", self.path)?;
+        for camera in &self.cameras {
+            write!(f, "\ncamera {camera}")?;
+        }
+        for mesh in &self.meshes {
+            let ([a, b, c], [d, e, g]) = (mesh.least, mesh.greatest);
+            let (triangles, vertices) = (mesh.triangles, mesh.vertices);
+            write!(f, "\nmesh of {triangles} triangles, {vertices} vertices, ")?;
+            write!(f, "from ({a}, {b}, {c}) to ({d}, {e}, {g}) in its unit")?;
+        }
+        let own = self.meshes.iter().flat_map(|mesh| &mesh.materials);
+        for material in own.chain(&self.materials) {
+            write!(f, "\nmaterial '{}'", material.name)?;
+            for [width, height] in &material.images {
+                write!(f, ", image of {width} × {height} texels")?;
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Report {

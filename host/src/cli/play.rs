@@ -4,10 +4,11 @@
 mod allocations;
 mod interference;
 
+use crate::cli::arguments::cache::CacheArguments;
 use crate::cli::arguments::dispersion::{in_one_frame, range_in_one_frame};
 use crate::cli::arguments::lod::LodArguments;
 use crate::cli::arguments::room::RoomArguments;
-use crate::cli::arguments::source::{Shown, Source};
+use crate::cli::arguments::source::{Ready, Shown};
 use crate::cli::arguments::tracing::TracingArguments;
 use crate::cli::arguments::{ModelArguments, SCENES, SceneName};
 use crate::cli::prelude::*;
@@ -21,6 +22,7 @@ use crate::render::{CaptureOptions, Observer, Options, frame_hash};
 use crate::scene::builtin::PaperScene;
 use crate::tracker::Spec;
 use clap::Arg;
+use clap::builder::ArgPredicate;
 pub use interference::Interference;
 use shisen_core::Simd;
 
@@ -40,7 +42,7 @@ const FIXATE: &str = "Point in the room, in metres, that both eyes look at. With
 pub struct LiveArguments {
     /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked scene
     #[arg(long, value_name = SCENES, default_value = "A")]
-    scene: SceneName,
+    pub scene: SceneName,
     #[command(flatten)]
     model: ModelArguments,
     #[command(flatten)]
@@ -52,6 +54,8 @@ pub struct LiveArguments {
     pub lod: LodArguments,
     #[command(flatten)]
     pub tracing: TracingArguments,
+    #[command(flatten)]
+    cache: CacheArguments,
     /// How to capture the surroundings, if at all.
     #[arg(skip)]
     capture: Option<CaptureOptions>,
@@ -59,23 +63,33 @@ pub struct LiveArguments {
 
 /// `--lod` for commands whose frames follow the gaze by default.
 pub fn paper_lod(lod: Arg) -> Arg {
-    lod.default_value("paper").hide_default_value(false).help(
-        "What follows the gaze: detail falls with the distance from the line of sight, and \
-         nothing outside the visual field is traced",
-    )
+    let paper =
+        ["A", "B", "C", "D", "a", "b", "c", "d"].map(|name| ("scene", name.into(), "paper"));
+    let others = ("scene", ArgPredicate::IsPresent, "foveated");
+    lod.default_value("paper")
+        .default_value_ifs(paper.into_iter().chain([others]))
+        .help(
+            "What follows the gaze: detail falls with the distance from the line of sight, and \
+             nothing outside the visual field is traced [default: paper for scenes A to D, else \
+             foveated]",
+        )
 }
 
 #[derive(Debug, Clone, Copy, Args)]
 pub struct TimeArguments {
-    /// Refreshes per second, and without --budget the time of a frame [default: 60]
+    /// Refreshes per second, and without --budget the time of a frame [default: the
+    /// display's, or 60]
     #[arg(long, value_name = "HZ", value_parser = whole::<u64>(1..=1_000))]
     hz: Option<u64>,
     /// What a frame may take: a time such as 33ms, steps such as 2000000steps (which give the same
     /// frames for the same gazes), paper (the seconds of its Table 2), paper-scaled (the part of a
     /// full frame's time that level of detail takes in Table 2) or off [default: a refresh of
-    /// --hz; without it paper-scaled for scenes A to D, and a refresh of 60 Hz for others]
+    /// --hz; without it paper-scaled for scenes A to D]
     #[arg(long, value_name = "BUDGET")]
     budget: Option<FrameBudget>,
+    /// Refreshes per second of the display, if it has one.
+    #[arg(skip)]
+    pub refresh: Option<u32>,
 }
 
 pub struct Prepared {
@@ -114,8 +128,8 @@ impl LiveArguments {
         for (_, place) in self.room.eyes(self.room.head()) {
             cave.check_eye(place)?;
         }
-        let source = Source::load(&self.scene, &self.model)?;
-        let baked = self.lod.baked(source.scene, &source.shown.scene)?;
+        let Ready { baked, shown, .. } =
+            (self.lod).ready(&self.scene, &self.model, &self.cache, false)?;
         let (options, _) = self.tracing.options(&baked)?;
         if matches!(options.dispersion, Dispersion::Images(..)) {
             return Err(misuse!(
@@ -124,11 +138,11 @@ impl LiveArguments {
         }
         Ok(Prepared {
             arguments: self.clone(),
-            shown: source.shown,
+            shown,
             baked,
             cave,
             options,
-            hz: time.hz.unwrap_or(60) as u32,
+            hz: time.hz() as u32,
             budget,
             table,
         })
@@ -156,7 +170,13 @@ impl TimeArguments {
         Self {
             hz: None,
             budget: Some(budget),
+            refresh: None,
         }
+    }
+
+    fn hz(&self) -> u64 {
+        let of_display = self.refresh.map(u64::from);
+        self.hz.or(of_display).unwrap_or(60)
     }
 
     fn frame_budget(
@@ -173,8 +193,8 @@ impl TimeArguments {
             }
             (Some(budget), ..) => Ok(budget),
             (None, None, Some(_)) => Ok(FrameBudget::PaperScaled),
-            (None, hz, _) => {
-                let refresh = Duration::from_secs_f64(1.0 / hz.unwrap_or(60) as f64);
+            (None, ..) => {
+                let refresh = Duration::from_secs_f64(1.0 / self.hz() as f64);
                 Ok(FrameBudget::Time(refresh))
             }
         }

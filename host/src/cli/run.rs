@@ -12,7 +12,7 @@ mod together;
 mod watch;
 
 use crate::cli::arguments::filling::{CaptureDetail, Fill};
-use crate::cli::arguments::{choices, span};
+use crate::cli::arguments::{SceneName, choices, span};
 use crate::cli::play::{Change, LiveArguments, TimeArguments, paper_lod};
 use crate::cli::prelude::*;
 use crate::cli::tracker::{Interrupt, TrackerName};
@@ -44,9 +44,10 @@ pub(super) struct Arguments {
     /// End after N frames
     #[arg(long, value_name = "N", value_parser = whole::<u64>(1..))]
     frames: Option<u64>,
-    /// Where frames are shown
-    #[arg(long, value_enum, default_value = "none")]
-    view: View,
+    /// Where frames are shown [default: window for the scene of a file, where there is a display;
+    /// else none]
+    #[arg(long, value_enum)]
+    view: Option<View>,
     /// How --view shows two eyes: mono (the left one alone), sequential (left, then right),
     /// side-by-side, top-bottom or anaglyph (for red-cyan glasses)
     #[arg(long, value_name = "FORMAT", default_value_t = Stereo::Mono)]
@@ -96,12 +97,12 @@ impl Arguments {
         let stereo = self.stereo;
         self.fill
             .check(self.live.lod.is_on(), self.capture.given())?;
-        if self.fill == Fill::Previous && self.view == View::None {
+        if self.fill == Fill::Previous && self.view() == View::None {
             return Err(misuse!(
                 "--fill previous is for --view png or window: with --view none nothing is shown"
             ));
         }
-        if self.cluster && self.view == View::Window {
+        if self.cluster && self.view() == View::Window {
             return Err(misuse!(
                 "--cluster is for --view none or png: a window would show a part of the walls"
             ));
@@ -115,12 +116,29 @@ impl Arguments {
                  out: leave one of them out",
             ));
         }
-        if self.view == View::None {
+        if self.view() == View::None {
             return Err(misuse!(
                 "--stereo {stereo} is for --view png or window: with --view none nothing is shown"
             ));
         }
         self.live.room.check_stereo(stereo)
+    }
+
+    fn view(&self) -> View {
+        let shows = !self.cluster && matches!(self.live.scene, SceneName::File(_));
+        match self.view {
+            Some(view) => view,
+            None if shows && watch::is_possible() => View::Window,
+            None => View::None,
+        }
+    }
+
+    /// Returns `--hz` and `--budget`, with the refresh of the display that shows the frames.
+    fn time(&self) -> TimeArguments {
+        let shown = (self.view() == View::Window).then(watch::refresh);
+        let mut time = self.time;
+        time.refresh = shown.flatten();
+        time
     }
 
     fn live(&self) -> LiveArguments {
@@ -145,7 +163,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Renders this machine's share of what the first machine orders.
 fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
-    let prepared = arguments.live().prepare(&arguments.time)?;
+    let prepared = arguments.live().prepare(&arguments.time())?;
     let interrupt = Interrupt::watched();
     let mut frames = Frames::open(arguments, &interrupt, None, &prepared, lock.share())?;
     frames.begin(&prepared);
@@ -156,7 +174,8 @@ fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
 /// Follows the tracker, and tells other machines what to render.
 fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let log = arguments.record.as_deref().map(Log::create).transpose()?;
-    let mut prepared = arguments.live().prepare(&arguments.time)?;
+    let time = arguments.time();
+    let mut prepared = arguments.live().prepare(&time)?;
     let interrupt = Interrupt::watched();
     let mut frames = Frames::open(arguments, &interrupt, log, &prepared, lock.share())?;
     let tracker = arguments.live.listen(&arguments.tracker.spec)?;
@@ -172,7 +191,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
         let played = prepared.play(&tracker, &settings, &mut frames, lock)?;
         if let Some(change) = frames.change.take() {
             earlier += played.report.frames;
-            match prepared.arguments.changed(change).prepare(&arguments.time) {
+            match prepared.arguments.changed(change).prepare(&time) {
                 Ok(next) => prepared = next,
                 // The scene before stays.
                 Err(failure) => {
@@ -182,11 +201,14 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
             continue;
         }
         let fill = frames.fill;
+        let shown = frames.shown_of_field();
         let (window, files) = frames.finish();
         let surroundings = Surroundings {
             fill,
             threads: prepared.options.threads,
             simd: prepared.simd().name(),
+            shown_share: shown.0,
+            advice: shown.1,
             lost_samples: tracker.counts().lost,
             dropped_bytes: tracker.counts().dropped_bytes,
             earlier_frames: earlier,

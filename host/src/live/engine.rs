@@ -476,7 +476,7 @@ where
             let is_captured = capture.is_some();
             if let Some(capture) = capture {
                 capture.take(number as usize, tile);
-            } else {
+            } else if tile.spent > 0 || !tile.job.is_finished() {
                 tiles += 1;
             }
             steps += tile.spent;

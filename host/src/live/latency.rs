@@ -56,7 +56,7 @@ pub struct FrameRecord {
     pub need_steps: u64,
     /// The rung of quality, from 0.
     pub rung: usize,
-    /// Number of tiles.
+    /// Number of tiles that the gaze does not skip.
     pub tiles: usize,
     /// Tiles that the budget did not finish.
     pub unfinished_tiles: usize,

@@ -87,20 +87,30 @@ impl Quality {
             return lod;
         }
         let field = lod.gaze.visual_field();
-        let limits = field.limits();
+        let limits = self.narrowed(field.limits());
+        // If rounding makes the limits equal to the centre's, the field stays.
+        let field = VisualField::new(limits, field.boundary()).unwrap_or(field);
+        let gaze = shisen_core::gaze::Gaze::new(lod.gaze.line_of_sight(), field);
+        LevelOfDetail { gaze, ..lod }
+    }
+
+    /// Returns how much of the paper's visual field is left, 0 to 1.
+    pub fn field_left(&self) -> f64 {
+        let area = |of: VisualFieldLimits| f64::from((of.up + of.down) * (of.left + of.right));
+        let limits = VisualField::PAPER.limits();
+        area(self.narrowed(limits)) / area(limits)
+    }
+
+    fn narrowed(&self, limits: VisualFieldLimits) -> VisualFieldLimits {
         let central = (limits.central * self.centre).max(LEAST_CENTRE.min(limits.central));
         let less = |limit: f32| central + (limit - limits.central) * self.field;
-        let limits = VisualFieldLimits {
+        VisualFieldLimits {
             central,
             up: less(limits.up),
             down: less(limits.down),
             left: less(limits.left),
             right: less(limits.right),
-        };
-        // If rounding makes the limits equal to the centre's, the field stays.
-        let field = VisualField::new(limits, field.boundary()).unwrap_or(field);
-        let gaze = shisen_core::gaze::Gaze::new(lod.gaze.line_of_sight(), field);
-        LevelOfDetail { gaze, ..lod }
+        }
     }
 
     /// Lowers the detail that an eye sees.
@@ -170,6 +180,9 @@ mod tests {
             let end = (30.0 * centre).max(LEAST_CENTRE.to_degrees()) + 70.0 * quality.field;
             let ends = (level(end - 0.1, 0.0) > 0.0, level(end + 0.1, 0.0));
             assert_eq!(ends, (true, 0.0), "{quality:?}");
+            let left = quality.field_left();
+            let bounds = quality.field.powi(2)..=quality.field.sqrt();
+            assert!(bounds.contains(&(left as f32)), "{quality:?}: {left}");
         }
     }
 }

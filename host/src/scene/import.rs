@@ -1,9 +1,11 @@
-//! Models from files: Wavefront OBJ, PLY, STL and glTF 2.0.
+//! Models from files: Wavefront OBJ, PLY, STL, VTK's XML (`.vtp`) and glTF 2.0.
 
 use crate::files::{Fault, UNREAD};
 use crate::scene::Light;
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::texture::Image;
+use base64::engine::DecodePaddingMode;
+use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 use glam::{DVec3, Vec3};
 use miette::Diagnostic;
 use palette::Srgb;
@@ -18,13 +20,17 @@ use std::str::FromStr;
 use std::sync::Arc;
 use thiserror::Error;
 
+mod camera;
 mod gltf;
+mod number;
 mod obj;
 mod ply;
 mod polygon;
 mod stl;
 mod unused;
+mod vtp;
 
+pub use camera::Camera;
 pub use unused::Unused;
 
 /// A file, and a line in it where one is known.
@@ -60,12 +66,43 @@ pub struct Model {
     pub mesh: TriangleMesh,
     /// Its lights, in the same units.
     pub lights: Vec<Light>,
+    /// Its cameras.
+    pub cameras: Vec<Camera>,
+    /// The quantity that its vertices' colours show, if they show one.
+    pub scalar: Option<Scalar>,
     /// What it has besides, and no picture shows.
     pub unused: Unused,
 }
 
+/// A quantity that colours show, from dark violet to yellow.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scalar {
+    /// The name that its file gives it.
+    pub name: String,
+    /// Its least finite number, in the file's unit.
+    pub least: f32,
+    /// Its greatest finite number.
+    pub greatest: f32,
+}
+
+impl fmt::Display for Scalar {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (name, least, greatest) = (&self.name, self.least, self.greatest);
+        write!(f, "{name} from {least} (violet) to {greatest} (yellow)")
+    }
+}
+
 /// Extensions of the files that [`load`] reads, in lower case.
-pub const EXTENSIONS: [&str; 5] = ["obj", "ply", "gltf", "glb", "stl"];
+pub const EXTENSIONS: [&str; 6] = ["obj", "ply", "gltf", "glb", "stl", "vtp"];
+
+/// What to do about a file that is not a model.
+pub(crate) const EXPORT: &str = "export as .obj, .ply, .stl, .vtp, .gltf or .glb";
+
+/// Base64 with or without its padding.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &base64::alphabet::STANDARD,
+    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
+);
 
 /// Reads a model. The extension, in upper or lower case, decides the format.
 ///
@@ -88,18 +125,24 @@ pub const EXTENSIONS: [&str; 5] = ["obj", "ply", "gltf", "glb", "stl"];
 /// - `.ply`: ASCII and binary, either endianness; `x`, `y`, `z`, optionally
 ///   `nx`, `ny`, `nz`, and `s`, `t` or `u`, `v` or `texture_u`, `texture_v`;
 ///   colours as sRGB codes them from `red`, `green`, `blue` or `r`, `g`, `b`;
-///   faces from `vertex_indices` or `vertex_index`, or `tristrips`.
+///   faces from `vertex_indices` or `vertex_index`, or `tristrips`; textures of `comment
+///   TextureFile`, by `texnumber`, where vertices or the faces' `texcoord` say.
 /// - `.stl`: ASCII and binary, flat.
+/// - `.vtp`: polygons and strips of all pieces, in text, base64 or raw bytes, also compressed by
+///   zlib. Colours show the active scalar of the points, else of the cells, else the first, in
+///   viridis over its finite range; three or four numbers of `UInt8` are colours as sRGB codes them.
 /// - `.gltf` and `.glb`: every triangle primitive in the default scene (or the
 ///   first), in world space, skins and morph targets at rest. The base colour is the diffuse
 ///   reflectance, and with metalness and roughness that of [metal](crate::scene::material::Metal);
-///   blending by its alpha shows what is straight behind. `KHR_materials_transmission`, `_ior` and
-///   `_volume` give transmission, index of refraction and absorption, `_unlit` emission alone.
+///   blending by its alpha shows what is straight behind. `KHR_materials_transmission`, `_ior`,
+///   `_dispersion` and `_volume` give transmission, index of refraction, its change with the
+///   wavelength and absorption, `_unlit` emission alone,
+///   `_pbrSpecularGlossiness` the diffuse and specular reflectance and the shininess.
 ///   Textures of colour, metal and emission may use two sets of coordinates. Primitives without
-///   normals are flat.
+///   normals are flat. Buffer views may be compressed with meshopt, not with Draco.
 ///
 /// # Errors
-/// If the file cannot be read, is not of the format that its extension
+/// If the file cannot be read or is larger than [`MOST`](crate::files::MOST), is not of the format that its extension
 /// promises, or holds no mesh that passes [`TriangleMesh::validate`].
 pub fn load(path: &Path) -> Result<Model, ImportError> {
     let extension = path
@@ -109,11 +152,11 @@ pub fn load(path: &Path) -> Result<Model, ImportError> {
         Some("obj") => obj::parse,
         Some("ply") => ply::parse,
         Some("stl") => stl::parse,
+        Some("vtp") => vtp::parse,
         Some("gltf" | "glb") => gltf::parse,
         _ => {
             let problem = "the file name's extension names no format of meshes";
-            let advice = "export as .obj, .ply, .stl, .gltf or .glb";
-            return Err(fault(path, problem, advice));
+            return Err(fault(path, problem, EXPORT));
         }
     };
     let bytes = read(path)?;
@@ -135,7 +178,11 @@ fn fault<'p>(place: impl Into<Place<'p>>, problem: impl fmt::Display, advice: &s
 }
 
 fn unread(path: &Path, error: &std::io::Error) -> ImportError {
-    fault(path, error, UNREAD)
+    let advice = match error.kind() {
+        ErrorKind::FileTooLarge => "simplify the mesh, or export it in parts",
+        _ => UNREAD,
+    };
+    fault(path, error, advice)
 }
 
 /// Returns the error of a length or count beyond the end of the file.
@@ -203,6 +250,8 @@ fn finished(path: &Path, mut mesh: TriangleMesh, mut unused: Unused) -> Result<M
     Ok(Model {
         mesh,
         lights: Vec::new(),
+        cameras: Vec::new(),
+        scalar: None,
         unused,
     })
 }
@@ -255,6 +304,14 @@ impl<K: Hash + Eq> Textures<K> {
             }
         };
         image.clone()
+    }
+}
+
+impl Textures<String> {
+    /// Returns the image that a file names: where its name says, else beside that file.
+    fn beside(&mut self, file: &Path, name: &str, unused: &mut Unused) -> Option<Arc<Image>> {
+        let read = || Ok(read_one_of(&beside(file, name))?.into());
+        self.get(name.to_owned(), name, unused, read)
     }
 }
 

@@ -1,10 +1,10 @@
 //! A model from a file as a scene of its own: where it stands, and in what light.
 
-use super::import::Model;
+use super::import::{Camera, Model};
 use super::mesh::TriangleMesh;
 use super::placement::Normalisation;
 use super::{Background, Light, Object, Scene, Shape};
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 /// Metres of a model's largest side.
 const SIDE: f64 = 2.0;
@@ -16,8 +16,18 @@ impl Scene {
     /// Returns a scene of one model, which stands on the floor of the built-in room, before the
     /// viewer. Its largest side is 2 m, or `metres` to a unit of its file. It is in its own light,
     /// or without any in that of [`Self::of_meshes`].
-    pub fn of_model(model: Model, metres: Option<f64>) -> Self {
-        let place = placed(&model.mesh, metres);
+    ///
+    /// With a camera the model stands upright so that the camera is at the origin and its heading
+    /// is the front; a unit of its file is then 1 m, or `metres`.
+    pub fn of_model(model: Model, metres: Option<f64>, camera: Option<&Camera>) -> Self {
+        let place = camera.map_or_else(
+            || placed(&model.mesh, metres),
+            |camera| {
+                let turn = DMat3::from_diagonal(DVec3::splat(metres.unwrap_or(1.0)))
+                    * camera.front_from_model();
+                DAffine3::from_mat3_translation(turn, turn * -camera.position)
+            },
+        );
         let mut scene = Self::of_meshes(vec![model.mesh]);
         scene.objects[0].world_from_object = place;
         if !model.lights.is_empty() {
@@ -83,7 +93,7 @@ fn moved(light: Light, place: &DAffine3) -> Light {
             colour,
             inverse_square,
         } => {
-            let scale = place.matrix3.x_axis.x;
+            let scale = place.matrix3.x_axis.length();
             let share = if inverse_square { scale * scale } else { 1.0 };
             Light::Point {
                 position: place.transform_point3(position),
@@ -91,8 +101,12 @@ fn moved(light: Light, place: &DAffine3) -> Light {
                 inverse_square,
             }
         }
-        // A model's file has none of the others.
-        other => other,
+        Light::Directional { direction, colour } => Light::Directional {
+            direction: place.transform_vector3(direction),
+            colour,
+        },
+        // A model's file has no others.
+        other @ Light::Rectangle { .. } => other,
     }
 }
 
@@ -115,6 +129,8 @@ mod tests {
         let model = Model {
             mesh,
             lights: vec![lamp],
+            cameras: Vec::new(),
+            scalar: None,
             unused: Unused::default(),
         };
         let corners = |scene: &Scene| {
@@ -124,7 +140,7 @@ mod tests {
                 scene.objects[0].world_from_object.transform_point3(corner)
             })
         };
-        let scene = Scene::of_model(model.clone(), None);
+        let scene = Scene::of_model(model.clone(), None, None);
         let expected = [DVec3::new(-0.25, -1.5, -2.5), DVec3::new(0.25, 0.5, -2.5)];
         for (found, expected) in corners(&scene).into_iter().zip(expected) {
             assert!((found - expected).length() < 1e-12, "{found}");
@@ -144,6 +160,7 @@ mod tests {
                 ..model.clone()
             },
             None,
+            None,
         );
         let stops = bright.suitable_exposure();
         assert!(stops < -9.0, "{stops}");
@@ -151,7 +168,7 @@ mod tests {
         let sky = Scene::of_meshes(Vec::new()).background.zenith;
         let error = bright.background.zenith[0] / sky[0];
         assert!((0.7..1.5).contains(&error), "{error}");
-        let [low, high] = corners(&Scene::of_model(model, Some(1.0)));
+        let [low, high] = corners(&Scene::of_model(model, Some(1.0), None));
         assert_eq!((high - low).y, 40.0);
         assert_eq!(low.y, -1.5);
     }

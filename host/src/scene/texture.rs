@@ -71,6 +71,8 @@ pub struct Image {
     width: u32,
     height: u32,
     texels: Vec<[u8; 4]>,
+    /// Whether its file lets nothing through.
+    opaque: bool,
 }
 
 /// Why an image cannot be loaded: what is wrong, where, and what to do.
@@ -93,6 +95,7 @@ impl Image {
             width,
             height,
             texels: texels.iter().map(|&[r, g, b]| [r, g, b, 0]).collect(),
+            opaque: true,
         })
     }
 
@@ -130,6 +133,11 @@ impl Image {
     /// Returns texels from top to bottom.
     pub const fn height(&self) -> u32 {
         self.height
+    }
+
+    /// Returns whether its file lets nothing through: it has no alpha below 1.
+    pub(super) const fn is_opaque(&self) -> bool {
+        self.opaque
     }
 
     /// Red, green and blue as sRGB codes them, and a zero: row by row from the top.
@@ -186,15 +194,25 @@ fn decode_png(bytes: &[u8], left: &mut u64) -> Result<Image, String> {
         ColorType::Rgb => chunks(samples, |&[r, g, b]| [r, g, b, 0]),
         ColorType::Rgba => chunks(samples, |&[r, g, b, _]| [r, g, b, 0]),
     };
+    let channels = frame.color_type.samples();
+    let has_alpha = matches!(
+        frame.color_type,
+        ColorType::GrayscaleAlpha | ColorType::Rgba
+    );
+    let mut alphas = samples.iter().skip(channels - 1).step_by(channels);
     Ok(Image {
         width,
         height,
         texels,
+        opaque: !has_alpha || alphas.all(|&alpha| alpha == u8::MAX),
     })
 }
 
 fn decode_jpeg(bytes: &[u8], left: &mut u64) -> Result<Image, String> {
-    let malformed = |fault: DecodeErrors| format!("not a whole JPEG file: {fault}");
+    let malformed = |fault: DecodeErrors| {
+        let fault = fault.to_string();
+        format!("not a whole JPEG file: {}", fault.trim_end())
+    };
     let options = DecoderOptions::default()
         .set_strict_mode(true)
         .set_max_width(usize::from(u16::MAX))
@@ -210,6 +228,7 @@ fn decode_jpeg(bytes: &[u8], left: &mut u64) -> Result<Image, String> {
         width,
         height,
         texels: chunks(&samples, |&[r, g, b]| [r, g, b, 0]),
+        opaque: true,
     })
 }
 
@@ -248,6 +267,12 @@ pub(super) mod tests {
     pub(in crate::scene) fn grey_png(texels: &[u8]) -> Vec<u8> {
         let size = [texels.len() as u32, 1];
         png(size, ColorType::Grayscale, BitDepth::Eight, texels)
+    }
+
+    /// Returns a row of texels, two bytes each.
+    pub(in crate::scene) fn grey_and_alpha_png(texels: &[u8]) -> Vec<u8> {
+        let size = [texels.len() as u32 / 2, 1];
+        png(size, ColorType::GrayscaleAlpha, BitDepth::Eight, texels)
     }
 
     /// Returns the texels of a material's image.
@@ -291,6 +316,11 @@ pub(super) mod tests {
         let mut header = png([1, 1], ColorType::Rgba, BitDepth::Eight, &[0; 4]);
         header[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
         assert!(read(&header).is_err());
+        // 60000 × 60000 texels of three channels.
+        let jpeg = b"\xff\xd8\xff\xc0\0\x11\x08\xea\x60\xea\x60\x03\x01\x11\0\x02\x11\0\x03\x11\0\
+                     \xff\xda\0\x0c\x03\x01\0\x02\0\x03\0\0\x3f\0";
+        let error = read(jpeg).unwrap_err();
+        assert!(error.contains("60000 × 60000 texels, but"), "{error}");
         let fits = png([8192, 1], ColorType::Grayscale, BitDepth::One, &[0; 1024]);
         assert_eq!(read(&fits).unwrap().width(), 8192);
         let mut left = 4 * 8192;

@@ -11,6 +11,7 @@ use thiserror::Error;
 use x11rb::connection::{Connection, RequestConnection};
 use x11rb::errors::{ConnectError, ConnectionError, ReplyError, ReplyOrIdError};
 use x11rb::protocol::Event as Message;
+use x11rb::protocol::randr::ConnectionExt as _;
 use x11rb::protocol::xproto::{
     AtomEnum, ConnectionExt as _, CreateGCAux, CreateWindowAux, EventMask, ImageFormat, ImageOrder,
     PropMode, Setup, WindowClass,
@@ -112,25 +113,32 @@ const ESCAPE: u32 = 0xFF1B;
 impl Window {
     /// Shows a window of some columns and rows on the server that `DISPLAY` names.
     pub(crate) fn open(title: &str, size: [u32; 2]) -> Result<Self, WindowError> {
-        let (send, receive) = sync_channel(1);
         let title = title.to_owned();
-        // The protocol's library waits for answers without a limit: without one, the thread is
-        // left behind.
-        std::thread::Builder::new()
-            .name("window".to_owned())
-            .spawn(move || {
-                // Fails where the wait has ended.
-                let _ = send.send(Self::on_server(&title, size));
-            })
-            .map_err(|error| WindowError::gone(&error.to_string()))?;
-        match receive.recv_timeout(Duration::from_secs(ANSWER_SECONDS)) {
-            Ok(window) => window,
-            Err(_) => Err(WindowError::no_window(
-                &format!("the X server does not answer for {ANSWER_SECONDS} s"),
-                "restart the server, set DISPLAY to that of another, or take --view png, which \
-                 writes the frames to files",
-            )),
-        }
+        in_time(move || Self::on_server(&title, size))
+    }
+
+    /// Returns the refreshes per second of the first screen on the server that is in use; none
+    /// where it does not say.
+    pub(crate) fn refresh() -> Option<u32> {
+        let all = in_time(|| {
+            let (connection, number) = x11rb::connect(None)?;
+            let (root, _) = screen(connection.setup(), number)?;
+            let all = connection.randr_get_screen_resources_current(root)?;
+            let all = all.reply()?;
+            let mut mode = 0;
+            for crtc in &all.crtcs {
+                let about = connection.randr_get_crtc_info(*crtc, all.config_timestamp)?;
+                mode = about.reply()?.mode;
+                if mode != 0 {
+                    break;
+                }
+            }
+            Ok(all.modes.into_iter().find(|one| one.id == mode))
+        });
+        let mode = all.ok().flatten()?;
+        let pixels = f64::from(mode.htotal) * f64::from(mode.vtotal);
+        let hz = (f64::from(mode.dot_clock) / pixels).round();
+        (1.0..=1_000.0).contains(&hz).then_some(hz as u32)
     }
 
     fn on_server(title: &str, [width, height]: [u32; 2]) -> Result<Self, WindowError> {
@@ -269,6 +277,30 @@ impl Window {
         self.connection.flush()?;
         Ok(())
     }
+}
+
+/// Returns what is asked of a server. The protocol's library waits for answers without a limit:
+/// without one, the thread is left behind.
+fn in_time<T: Send + 'static>(
+    ask: impl FnOnce() -> Result<T, WindowError> + Send + 'static,
+) -> Result<T, WindowError> {
+    let (send, receive) = sync_channel(1);
+    std::thread::Builder::new()
+        .name("window".to_owned())
+        .spawn(move || {
+            // Fails where the wait has ended.
+            let _ = send.send(ask());
+        })
+        .map_err(|error| WindowError::gone(&error.to_string()))?;
+    receive
+        .recv_timeout(Duration::from_secs(ANSWER_SECONDS))
+        .unwrap_or_else(|_| {
+            Err(WindowError::no_window(
+                &format!("the X server does not answer for {ANSWER_SECONDS} s"),
+                "restart the server, set DISPLAY to that of another, or take --view png, which \
+                 writes the frames to files",
+            ))
+        })
 }
 
 /// Returns the root window and the depth of a screen whose pixels are 0xRRGGBB in four bytes.

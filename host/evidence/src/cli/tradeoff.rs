@@ -7,7 +7,7 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use schemars::JsonSchema;
 use serde::Serialize;
-use shisen::cli::arguments::source::{BUILT_IN_MESH, load_mesh};
+use shisen::cli::arguments::source::{BUILT_IN_MESH, Told, load_mesh};
 use shisen::cli::arguments::threads;
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::picture_files::make_writable;
@@ -78,7 +78,7 @@ fn topic() -> impl TypedValueParser<Value = Topic> {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (mesh, mesh_name) = match &arguments.mesh {
         Some(path) => (
-            load_mesh(path, &mut Vec::new())?,
+            load_mesh(path, &mut Told::default())?,
             path.display().to_string(),
         ),
         None => (quadruped(), BUILT_IN_MESH.to_owned()),

@@ -3,9 +3,11 @@
 use crate::bake::Layout;
 use crate::cave::Eye;
 use crate::cave::look::Point;
+use crate::cli::arguments::cache::CacheArguments;
 use crate::cli::arguments::levels::Level;
-use crate::cli::arguments::source::{Loaded, bake};
-use crate::cli::arguments::{LevelArguments, without};
+use crate::cli::arguments::source::{Loaded, Ready, Source};
+use crate::cli::arguments::{LevelArguments, ModelArguments, SceneName, without};
+use crate::cli::output::progress::Ticker;
 use crate::cli::prelude::*;
 use crate::render::Observer;
 use clap::Arg;
@@ -18,8 +20,7 @@ pub struct LodArguments {
     /// What follows the gaze: detail falls with the distance from the line of sight, and nothing
     /// outside the visual field is traced. Polygon levels are those of the baked scene, or else
     /// those of --faces and --levels [default: off]
-    #[arg(long, value_enum, default_value = "off", hide_default_value = true,
-          default_value_ifs = [("fill", "capture", "paper"), ("fill", "previous", "paper")])]
+    #[arg(long, value_enum, default_value = "off", hide_default_value = true)]
     lod: Choice,
     #[command(flatten)]
     levels: LevelArguments,
@@ -33,9 +34,10 @@ pub struct LodArguments {
 }
 
 /// `--lod`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Choice {
     /// Nothing: everything is traced in full
+    #[default]
     Off,
     /// The paper's levels, with the border of the field as printed
     Paper,
@@ -53,47 +55,74 @@ named!(Choice {
     Foveated => "foveated",
 });
 
+/// `--lod` for commands that can fill what the gaze skips.
+pub fn to_be_filled(lod: Arg) -> Arg {
+    lod.default_value_ifs([("fill", "capture", "paper"), ("fill", "previous", "paper")])
+}
+
 /// `--lod` for commands that count the rays of every pixel.
 pub fn of_every_pixel(lod: Arg) -> Arg {
     lod.value_parser(without::<Choice>(&["foveated"]))
 }
 
 impl LodArguments {
+    /// Returns a scene with the polygon levels that are asked for: as it was kept, or else loaded
+    /// and, unless it is, baked.
+    pub fn ready(
+        &self,
+        name: &SceneName,
+        model: &ModelArguments,
+        cache: &CacheArguments,
+        quiet: bool,
+    ) -> Result<Ready, Failure> {
+        let request = format!(
+            "{name:?} {model:?} {:?} {:?}",
+            self.has_levels(),
+            self.levels
+        );
+        cache.kept(&request, || {
+            let ticker = Ticker::start(format!("reading {name}"), quiet);
+            self.baked(Source::load(name, model)?, &ticker)
+        })
+    }
+
     /// Bakes a scene with the polygon levels that are asked for, unless it is baked already.
-    pub fn baked(&self, scene: Loaded, name: &str) -> Result<BakedScene, Failure> {
-        match scene {
-            Loaded::Baked(baked) => {
-                if let Some(argument) = self.levels.given() {
-                    return Err(misuse!(
-                        "{argument} is for scenes that are not baked yet, and {name} is: its \
-                         polygon levels are chosen when baking, with `shisen bake --faces MIN..MAX \
-                         --levels N`"
-                    ));
-                }
-                let levels = Level::of(&baked);
+    pub fn baked(&self, source: Source, ticker: &Ticker) -> Result<Ready, Failure> {
+        let (given, name) = (self.levels.given(), &source.shown.scene);
+        match (&source.scene, given) {
+            (Loaded::Baked(_), Some(argument)) => {
+                return Err(misuse!(
+                    "{argument} is for scenes that are not baked yet, and {name} is: its polygon \
+                     levels are chosen when baking, with `shisen bake --faces MIN..MAX --levels N`"
+                ));
+            }
+            (Loaded::Baked(baked), None) => {
+                let levels = Level::of(baked);
                 let has_ladder = Level::by_mesh(&levels).any(|levels| levels.len() > 1);
-                if self.is_on() && !has_ladder && !levels.is_empty() {
+                if self.has_levels() && !has_ladder && !levels.is_empty() {
                     warn(&format!(
                         "all rays see the same polygons: {name} was baked without polygon levels. \
                          Bake it again with `shisen bake --levels N`"
                     ));
                 }
-                Ok(baked)
             }
-            Loaded::Described(scene) => {
-                let levels = match self.levels.given() {
-                    _ if self.is_on() => Some(self.levels.polygon_levels(Layout::Fast)?),
-                    Some(argument) => {
-                        return Err(misuse!(
-                            "{argument} is for --lod paper, paper-ellipse or foveated: with --lod \
-                             off all rays see every face"
-                        ));
-                    }
-                    None => None,
-                };
-                bake(&scene, name, Layout::Fast, levels.as_ref())
+            (Loaded::Described(_), Some(argument)) if !self.has_levels() => {
+                let lod = self.name();
+                return Err(misuse!(
+                    "{argument} is for --lod paper or paper-ellipse: with --lod {lod} all rays see \
+                     every face"
+                ));
             }
+            (Loaded::Described(_), _) => {}
         }
+        let levels = self.has_levels();
+        let levels = levels.then(|| self.levels.polygon_levels(Layout::Fast));
+        source.baked(Layout::Fast, levels.transpose()?.as_ref(), ticker)
+    }
+
+    /// Returns whether rays see polygon levels.
+    const fn has_levels(&self) -> bool {
+        matches!(self.lod, Choice::Paper | Choice::PaperEllipse)
     }
 
     /// Returns the eyes with their lines of sight and levels of detail. `directions` are forward
@@ -173,6 +202,10 @@ impl LodArguments {
     /// Returns whether some pixels have no ray of their own.
     pub fn is_foveated(&self) -> bool {
         self.lod == Choice::Foveated
+    }
+
+    pub const fn choice(&self) -> Choice {
+        self.lod
     }
 
     pub const fn name(&self) -> &'static str {

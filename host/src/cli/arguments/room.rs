@@ -80,6 +80,22 @@ impl RoomArguments {
         Ok(())
     }
 
+    /// Checks that not both a model's camera and something else say where the viewer looks.
+    pub fn check_camera(&self, camera: Option<&str>) -> Result<(), Failure> {
+        let other = match (&self.look, &self.head_report) {
+            (Some(_), _) => "--look",
+            (_, Some(_)) => "--head-report",
+            _ => return Ok(()),
+        };
+        match camera {
+            Some(name) => Err(misuse!(
+                "--camera \"{name}\" says where the viewer looks, and so does {other}: give one of \
+                 the two"
+            )),
+            None => Ok(()),
+        }
+    }
+
     /// Returns the viewer's directions forward and up. A measured head may be tilted; a viewer who
     /// looks along `--look` is upright.
     pub fn directions(&self, pose: HeadPose) -> (DVec3, DVec3) {
@@ -88,10 +104,7 @@ impl RoomArguments {
                 let room_from_head = pose.orientation.as_dquat();
                 (room_from_head * DVec3::NEG_Z, room_from_head * DVec3::Y)
             }
-            (look, _) => {
-                let basis = look.unwrap_or(ViewDirection::FRONT).basis();
-                (basis.forward, basis.up)
-            }
+            (look, _) => look.unwrap_or(ViewDirection::FRONT).directions(),
         }
     }
 }

@@ -2,14 +2,20 @@
 
 use crate::bake::simplify::{PolygonLevels, Topology};
 use crate::bake::{BakeError, Layout};
+use crate::cave::look::ViewDirection;
+use crate::cli::arguments::levels::Level;
 use crate::cli::arguments::{Exposure, ModelArguments, Normals, SceneName};
+use crate::cli::output::progress::Ticker;
 use crate::cli::prelude::*;
+use crate::files::{MOST, MOST_OF_TEXT, begins_with, read_within};
 use crate::scene::Scene;
 use crate::scene::builtin::{grid, paper_scene, prism, spheres};
 use crate::scene::file::{BuiltInMesh, MeshSource};
-use crate::scene::import::{self, ImportError, Model};
+use crate::scene::import::{self, Camera, ImportError, Model};
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::quadruped::quadruped;
+use glam::DVec3;
+use serde::Deserialize;
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::MAGIC;
 
@@ -21,10 +27,24 @@ const GRID_RADIUS: f32 = 100.0;
 pub struct Source {
     pub scene: Loaded,
     pub shown: Shown,
+    /// Where the viewer looks, if `--camera` says so.
+    pub look: Option<DVec3>,
+}
+
+/// A scene that is ready to be traced.
+pub struct Ready {
+    pub baked: BakedScene,
+    pub shown: Shown,
+    /// As in [`Source`].
+    pub look: Option<DVec3>,
+    /// What was warned of while it was baked.
+    pub warnings: Vec<String>,
+    /// Whether it was baked just now.
+    pub is_new: bool,
 }
 
 /// What is shown, and what of its files is not.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct Shown {
     /// The scene's letter or name, or the path as given.
     pub scene: String,
@@ -32,17 +52,48 @@ pub struct Shown {
     pub mesh: Option<String>,
     /// Stops by which all light is brighter than described; null for a baked scene.
     pub exposure: Option<f64>,
+    #[serde(flatten)]
+    pub told: Told,
+}
+
+/// What is told of the files of meshes.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Told {
     /// What meshes' files have that is not shown.
     pub not_used: Vec<NotUsed>,
+    /// Files whose colours show a quantity, with its name and range.
+    pub scalars: Vec<String>,
 }
 
 /// What a file has that is not shown.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct NotUsed {
     /// The file.
     pub file: String,
     /// Kinds of things with their number.
     pub what: Vec<String>,
+}
+
+impl Told {
+    /// Says it again.
+    pub fn repeat(&self) {
+        for scalar in &self.scalars {
+            say(scalar);
+        }
+        for file in &self.not_used {
+            file.tell();
+        }
+    }
+}
+
+impl NotUsed {
+    fn tell(&self) {
+        warn(&format!(
+            "{}: not used: {}",
+            self.file,
+            self.what.join(", ")
+        ));
+    }
 }
 
 impl fmt::Display for Shown {
@@ -78,11 +129,17 @@ impl Source {
                  say how large they are"
             ));
         }
+        if arguments.camera.is_some() && !is_a_model {
+            return Err(misuse!(
+                "--camera is for a model that is the scene, such as --scene model.glb"
+            ));
+        }
+        let mut look = None;
         let built_in = |why, scene| {
             without_model(why)?;
             Ok::<_, Failure>((Loaded::Described(scene), None))
         };
-        let mut not_used = Vec::new();
+        let mut told = Told::default();
         let (scene, mesh) = match name {
             SceneName::Paper(which) => {
                 let (mesh, mesh_name) = match &arguments.mesh {
@@ -91,7 +148,7 @@ impl Source {
                         let own = model.mesh.materials.len() as u64;
                         let kind = "material{s} of its own (--scene FILE shows it in them)";
                         model.unused.add(kind, own);
-                        tell(path, &model, &mut not_used);
+                        tell(path, &model, &mut told);
                         (model.mesh, path.display().to_string())
                     }
                     None => (quadruped(), BUILT_IN_MESH.to_owned()),
@@ -109,15 +166,16 @@ impl Source {
             SceneName::Spheres => built_in("the spheres have no mesh", spheres())?,
             SceneName::File(path) if is_model(path) => {
                 without_model("--scene shows a model by itself")?;
-                let model = load_model(path, &mut not_used)?;
-                (
-                    Loaded::Described(Scene::of_model(model, arguments.scale)),
-                    None,
-                )
+                let model = load_model(path, &mut told)?;
+                let camera = arguments.camera.as_deref();
+                let camera = camera.map(|name| camera_of(&model, name)).transpose()?;
+                look = camera.as_ref().map(Camera::look);
+                let scene = Scene::of_model(model, arguments.scale, camera.as_ref());
+                (Loaded::Described(scene), None)
             }
             SceneName::File(path) => {
                 without_model("a scene file names its own meshes")?;
-                (load_scene(path, &mut not_used)?, None)
+                (load_scene(path, &mut told)?, None)
             }
         };
         let (scene, exposure) = match scene {
@@ -143,9 +201,42 @@ impl Source {
             scene: name.to_string(),
             mesh,
             exposure,
-            not_used,
+            told,
         };
-        Ok(Self { scene, shown })
+        Ok(Self { scene, shown, look })
+    }
+}
+
+impl Source {
+    /// Bakes it, unless it is baked.
+    pub fn baked(
+        self,
+        layout: Layout,
+        levels: Option<&PolygonLevels>,
+        ticker: &Ticker,
+    ) -> Result<Ready, Failure> {
+        let Self { scene, shown, look } = self;
+        let (baked, warnings, is_new) = match scene {
+            Loaded::Baked(baked) => (baked, Vec::new(), false),
+            Loaded::Described(scene) => {
+                let (baked, warnings) = bake(&scene, &shown.scene, layout, levels, ticker)?;
+                (baked, warnings, true)
+            }
+        };
+        Ok(Ready {
+            baked,
+            shown,
+            look,
+            warnings,
+            is_new,
+        })
+    }
+}
+
+impl Ready {
+    /// Returns where the viewer looks, if `--camera` says so.
+    pub fn look(&self) -> Option<ViewDirection> {
+        self.look.and_then(ViewDirection::new)
     }
 }
 
@@ -157,74 +248,121 @@ enum Unusable {
     #[error("{name} cannot be baked")]
     #[diagnostic(help("change the part of the scene or mesh that is named above"))]
     Scene { name: String, source: BakeError },
-    #[error("{name} cannot have these polygon levels")]
-    #[diagnostic(help("give a larger MIN with --faces MIN..MAX"))]
-    Levels { name: String, source: BakeError },
 }
 
-/// Bakes a scene that reports call `name`. Warns of meshes whose polygon levels may show gaps.
+/// Bakes a scene that reports call `name`. Warns of meshes whose polygon levels are not as asked or
+/// may show gaps.
 pub fn bake(
     scene: &Scene,
     name: &str,
     layout: Layout,
     levels: Option<&PolygonLevels>,
-) -> Result<BakedScene, Failure> {
-    let baked = BakedScene::new(scene, levels, layout).map_err(|source| {
+    ticker: &Ticker,
+) -> Result<(BakedScene, Vec<String>), Failure> {
+    ticker.set(format!("baking {name}"));
+    let progress = |done, total| {
+        ticker.set(format!("baking {name}: {done} of {total} levels and trees"));
+    };
+    let baked = BakedScene::with_progress(scene, levels, layout, &progress);
+    let baked = baked.map_err(|source| {
         let name = name.to_owned();
-        match source {
-            BakeError::Ladder { .. } => Unusable::Levels { name, source },
-            _ => Unusable::Scene { name, source },
-        }
+        Unusable::Scene { name, source }
     })?;
-    if let Some(levels) = levels {
-        warn_of_levels(scene, levels);
+    let warnings = levels.map_or(Vec::new(), |levels| of_levels(scene, levels, &baked));
+    for warning in &warnings {
+        warn(warning);
     }
-    Ok(baked)
+    Ok((baked, warnings))
 }
 
-/// Warns of meshes whose levels may not fit each other. Vertices at which parts touch do no harm:
-/// every level stays closed.
-fn warn_of_levels(scene: &Scene, levels: &PolygonLevels) {
-    let meshes = scene.meshes.iter().enumerate();
-    for (number, mesh) in meshes.filter(|(_, mesh)| levels.apply_to(mesh)) {
+/// Returns warnings of meshes whose levels are not as coarse as asked, or may not fit each other.
+/// Vertices at which parts touch do no harm: every level stays closed.
+fn of_levels(scene: &Scene, levels: &PolygonLevels, baked: &BakedScene) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let made = Level::of(baked);
+    let meshes = scene.meshes.iter().zip(Level::by_mesh(&made)).enumerate();
+    for (number, (mesh, made)) in meshes.filter(|(_, (mesh, _))| levels.apply_to(mesh)) {
+        let mesh_number = format!("mesh {number} (counted from 0)");
+        let asked = levels.asked_of(mesh.triangles.len());
+        let which = [("finest", made.first()), ("coarsest", made.last())];
+        for ((which, level), asked) in which.into_iter().zip(asked) {
+            let faces = level.map_or(0, |level| level.faces as usize);
+            // A collapse may leave one face more.
+            if faces > asked + 1 {
+                warnings.push(format!(
+                    "{mesh_number} has {faces} faces at its {which} level, not {asked}: with fewer \
+                     it would change how it hangs together. Weld its vertices, or ask for no fewer \
+                     with --faces MIN..MAX"
+                ));
+            }
+        }
         let Topology {
             open_edges,
             crowded_edges,
         } = Topology::of(mesh);
         if open_edges > 0 {
-            warn(&format!(
-                "mesh {number} (counted from 0) is not closed: {open_edges} edges are open. Along \
-                 them its coarser levels may cover less than finer ones, and light may pass"
+            warnings.push(format!(
+                "{mesh_number} is not closed: {open_edges} edges are open. Along them its coarser \
+                 levels may cover less than finer ones, and light may pass"
             ));
         }
         if crowded_edges > 0 {
-            warn(&format!(
-                "mesh {number} (counted from 0) has {crowded_edges} edges of more than two faces. \
-                 Parts that touch there may come apart at coarser levels"
+            warnings.push(format!(
+                "{mesh_number} has {crowded_edges} edges of more than two faces. Parts that touch \
+                 there may come apart at coarser levels"
             ));
         }
     }
+    warnings
 }
 
-/// Reads a model, and warns of what of its file is not shown.
-pub fn load_model(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<Model, ImportError> {
+/// Reads a model, and tells what its colours show and what of its file is not shown.
+pub fn load_model(path: &Path, told: &mut Told) -> Result<Model, ImportError> {
     let model = import::load(path)?;
-    tell(path, &model, not_used);
+    tell(path, &model, told);
     Ok(model)
 }
 
-fn tell(path: &Path, model: &Model, not_used: &mut Vec<NotUsed>) {
+/// Most cameras that an error names.
+const MOST_NAMES: usize = 20;
+
+fn camera_of(model: &Model, name: &str) -> Result<Camera, Failure> {
+    let all = &model.cameras;
+    let found = all.iter().find(|camera| camera.name == name);
+    found.cloned().ok_or_else(|| {
+        let names = all.iter().take(MOST_NAMES);
+        let names: Vec<String> = names.map(|camera| format!("\"{}\"", camera.name)).collect();
+        let further = all.len() - names.len();
+        match (names.join(", "), further) {
+            (names, _) if names.is_empty() => {
+                misuse!("the model has no cameras: leave --camera \"{name}\" out")
+            }
+            (names, 0) => misuse!("the model has no camera \"{name}\": give one of {names}"),
+            (names, _) => misuse!(
+                "the model has no camera \"{name}\": give one of {names} or of its {further} others"
+            ),
+        }
+    })
+}
+
+fn tell(path: &Path, model: &Model, told: &mut Told) {
+    let file = path.display().to_string();
+    if let Some(scalar) = &model.scalar {
+        let scalar = format!("{file}: colours show {scalar}");
+        say(&scalar);
+        told.scalars.push(scalar);
+    }
     if !model.unused.is_empty() {
-        let file = path.display().to_string();
-        warn(&format!("{file}: not used: {}", model.unused));
         let what = model.unused.names();
-        not_used.push(NotUsed { file, what });
+        let new = NotUsed { file, what };
+        new.tell();
+        told.not_used.push(new);
     }
 }
 
 /// Reads the mesh of a model.
-pub fn load_mesh(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<TriangleMesh, ImportError> {
-    Ok(load_model(path, not_used)?.mesh)
+pub fn load_mesh(path: &Path, told: &mut Told) -> Result<TriangleMesh, ImportError> {
+    Ok(load_model(path, told)?.mesh)
 }
 
 pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
@@ -250,9 +388,14 @@ fn baked(path: &Path, bytes: &[u8]) -> Result<BakedScene, Failure> {
     })
 }
 
-fn load_scene(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<Loaded, Failure> {
+fn load_scene(path: &Path, told: &mut Told) -> Result<Loaded, Failure> {
     let shown = path.display();
-    let bytes = crate::files::read(path).map_err(|reason| {
+    let most = if begins_with(path, &MAGIC) {
+        MOST
+    } else {
+        MOST_OF_TEXT
+    };
+    let bytes = read_within(path, most).map_err(|reason| {
         let message = format!("cannot read the scene in {shown}: {reason}");
         let help = "give A, B, C, D, grid, prism or spheres, the path of a model or of a TOML \
                     description, or of a scene that `shisen bake` wrote";
@@ -273,7 +416,7 @@ fn load_scene(path: &Path, not_used: &mut Vec<NotUsed>) -> Result<Loaded, Failur
     let folder = path.parent().unwrap_or(Path::new(""));
     let load = |source: &MeshSource| -> Result<TriangleMesh, ImportError> {
         match source {
-            MeshSource::File(path) => load_mesh(path, not_used),
+            MeshSource::File(path) => load_mesh(path, told),
             MeshSource::BuiltIn(BuiltInMesh::Quadruped) => Ok(quadruped()),
             MeshSource::BuiltIn(BuiltInMesh::Square) => Ok(TriangleMesh::square()),
         }

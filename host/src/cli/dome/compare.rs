@@ -4,6 +4,7 @@ use super::camera::{MirrorChoice, trace, view};
 use crate::bake::Layout;
 use crate::cli::arguments::source::bake;
 use crate::cli::arguments::threads;
+use crate::cli::output::progress::Ticker;
 use crate::cli::prelude::*;
 use crate::dome::Named;
 use crate::render::Options;
@@ -84,7 +85,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let truth = DomeProjection::Equidistant { field_of_view: PI };
     let truth = view(truth, &camera, arguments.size)?;
     let scene = optics.grid(distance, &camera)?;
-    let baked = bake(&scene, "grid", Layout::Fast, None)?;
+    let ticker = Ticker::start("baking the grid".to_owned(), arguments.quiet);
+    let (baked, _) = bake(&scene, "grid", Layout::Fast, None, &ticker)?;
+    drop(ticker);
     let mut path = arguments.out.clone();
     if !is_png(&path) {
         path.push("compare.png");

@@ -3,9 +3,11 @@
 use super::camera::{DISTANCE, MirrorChoice, distance, trace, view};
 use crate::bake::Layout;
 use crate::cave::look::Point;
-use crate::cli::arguments::source::{Loaded, Shown, Source, bake};
+use crate::cli::arguments::cache::CacheArguments;
+use crate::cli::arguments::source::{Loaded, Ready, Shown, Source, is_model};
 use crate::cli::arguments::tracing::{TracingArguments, TracingReport};
 use crate::cli::arguments::{ModelArguments, SCENES, SceneName};
+use crate::cli::output::progress::Ticker;
 use crate::cli::output::ray_counts::RayCounts;
 use crate::cli::prelude::*;
 use crate::dome::{Mapping, Named};
@@ -51,6 +53,8 @@ pub(in crate::cli) struct Arguments {
     frames: Option<u32>,
     #[command(flatten)]
     tracing: TracingArguments,
+    #[command(flatten)]
+    cache: CacheArguments,
     #[command(flatten)]
     output: Output,
     #[arg(
@@ -136,21 +140,32 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     // Checked before anything large is loaded.
     let camera = placed.unwrap_or(DomeCamera::UPRIGHT);
     view(optics.projection, &camera, arguments.size)?;
-    let mut source = Source::load(&arguments.scene, &arguments.model)?;
-    if let Some(distance) = distance {
-        source.scene = Loaded::Described(optics.grid(distance, &camera)?);
-    }
-    let (baked, path) = match source.scene {
-        Loaded::Baked(baked) => (baked, CameraPath::default()),
-        Loaded::Described(scene) => {
-            let baked = bake(&scene, &source.shown.scene, Layout::Fast, None)?;
-            (baked, scene.camera)
+    let mut path = CameraPath::default();
+    let mut make = || {
+        let name = &arguments.scene;
+        let ticker = Ticker::start(format!("reading {name}"), arguments.output.quiet);
+        let mut source = Source::load(name, &arguments.model)?;
+        if let Some(distance) = distance {
+            source.scene = Loaded::Described(optics.grid(distance, &camera)?);
         }
+        if let Loaded::Described(scene) = &source.scene {
+            path = scene.camera.clone();
+        }
+        source.baked(Layout::Fast, None, &ticker)
     };
+    // Other scenes have cameras, which are not kept.
+    let is_model = matches!(&arguments.scene, SceneName::File(path) if is_model(path));
+    let ready = if is_model {
+        let request = format!("dome {:?} {:?}", arguments.scene, arguments.model);
+        arguments.cache.kept(&request, make)
+    } else {
+        make()
+    };
+    let Ready { baked, shown, .. } = ready?;
     let path = placed.map_or(path, |_| CameraPath::default());
     let (folder, named) = match arguments.out.parent() {
         Some(folder) if is_png(&arguments.out) => (folder, &*arguments.out),
-        _ => (&*arguments.out, Path::new(&source.shown.scene)),
+        _ => (&*arguments.out, Path::new(&shown.scene)),
     };
     let stem = named.file_stem().unwrap_or("dome".as_ref());
     let file = |frame: u32, extension: &str| {
@@ -170,7 +185,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let found = trace(&baked, &view, &options, quiet || json)?;
         statistics.add(&found.statistics);
         seconds += found.seconds;
-        let title = format!("dome master of scene {}, frame {frame}", source.shown.scene);
+        let title = format!("dome master of scene {}, frame {frame}", shown.scene);
         let path = file(frame, "png");
         let (picture, notes) = (&found.picture, metadata(title));
         picture.write_png_with_alpha(&path, &notes).or_fail()?;
@@ -201,7 +216,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         fov: arguments.fov.unwrap_or(180.0),
         mirrored: arguments.mirrored,
         distance,
-        shown: source.shown,
+        shown,
         traced,
     };
     print(&report, json)

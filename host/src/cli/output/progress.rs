@@ -1,8 +1,11 @@
 //! A progress bar on standard error, for long work.
 
+use crate::live::lock;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal};
-use std::sync::Once;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, Once};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Least time of work that gets a bar.
@@ -62,5 +65,54 @@ impl Progress {
     /// Clears the bar away.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
+    }
+}
+
+/// Says on standard error every two seconds how far long work is, also where that is no terminal.
+pub struct Ticker {
+    what: Arc<Mutex<String>>,
+    /// Ends the thread when it is dropped.
+    stop: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Ticker {
+    const PERIOD: Duration = Duration::from_secs(2);
+
+    /// Starts with the work's name; says nothing if `quiet`.
+    pub fn start(what: String, quiet: bool) -> Self {
+        let what = Arc::new(Mutex::new(what));
+        let (stop, stopped) = channel();
+        let shown = Arc::clone(&what);
+        let tick = move || {
+            let start = Instant::now();
+            while stopped.recv_timeout(Self::PERIOD) == Err(RecvTimeoutError::Timeout) {
+                let seconds = start.elapsed().as_secs();
+                super::say(&format!("{} ({seconds} s)", lock(&shown)));
+            }
+        };
+        // Without a thread there is no progress, and the work goes on.
+        let builder = std::thread::Builder::new().name("progress".to_owned());
+        let thread = (!quiet).then(|| builder.spawn(tick).ok()).flatten();
+        Self {
+            what,
+            stop: Some(stop),
+            thread,
+        }
+    }
+
+    /// Says from now on that this is done.
+    pub fn set(&self, what: String) {
+        *lock(&self.what) = what;
+    }
+}
+
+impl Drop for Ticker {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take() {
+            // It only waits and prints.
+            let _ = thread.join();
+        }
     }
 }

@@ -86,7 +86,8 @@ struct Line {
 /// Returns how often frames that follow a tracker took memory.
 fn taken(arguments: &[&str], capture: Option<CaptureOptions>, tracker: &Spec) -> u64 {
     let usual = ["frames", "--size", "32", "--threads", "2", "--hz", "200"];
-    let few: &[_] = if arguments.contains(&"off") {
+    let is_whole = |argument: &&str| ["off", "foveated"].contains(argument);
+    let few: &[_] = if arguments.iter().any(is_whole) {
         &[]
     } else {
         &["--levels", "3"]

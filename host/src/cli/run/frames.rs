@@ -48,7 +48,7 @@ impl<'s> Frames<'s> {
         share: Share,
     ) -> Result<Self, Failure> {
         let (out, stereo, cave) = (&arguments.out, arguments.stereo, &prepared.cave);
-        let output = match arguments.view {
+        let output = match arguments.view() {
             View::None => Output::None,
             View::Png => {
                 make_writable(out)?;
@@ -59,7 +59,15 @@ impl<'s> Frames<'s> {
                     share,
                 })
             }
-            View::Window => Output::Window(Box::new(Watch::open(cave, stereo, out)?)),
+            View::Window => match Watch::open(cave, stereo, out) {
+                Ok(watch) => Output::Window(Box::new(watch)),
+                Err(failure) if arguments.view.is_some() => return Err(failure),
+                Err(failure) => {
+                    let _ = failure.print();
+                    warn("frames are only measured, as with --view none");
+                    Output::None
+                }
+            },
         };
         Ok(Self {
             arguments,
@@ -79,6 +87,7 @@ impl<'s> Frames<'s> {
     pub(super) fn begin(&mut self, prepared: &Prepared) {
         // Pictures of another scene fill nothing.
         self.pictures.clear();
+        self.shortfall = Shortfall::of(prepared.arguments.lod.choice());
         if let Output::Window(watch) = &mut self.output {
             watch.begin(About {
                 scene: prepared.shown.scene.clone(),
@@ -88,6 +97,14 @@ impl<'s> Frames<'s> {
                 budget: prepared.budget.to_string(),
             });
         }
+    }
+
+    /// Returns the mean part of the visual field that frames show, and advice if that is little.
+    pub(super) fn shown_of_field(&self) -> (Option<f64>, Option<String>) {
+        if let Some(warning) = self.shortfall.end() {
+            warn(&warning);
+        }
+        (self.shortfall.shown(), self.shortfall.advice())
     }
 
     /// Ends the window, and returns its report and the first error of a file.

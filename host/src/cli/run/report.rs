@@ -68,6 +68,10 @@ pub(super) struct Surroundings {
     pub(super) threads: usize,
     /// The code path taken: avx2 or portable.
     pub(super) simd: &'static str,
+    /// Mean part of the visual field that frames show; null without frames.
+    pub(super) shown_share: Option<f64>,
+    /// What would help, where that is less than a tenth; null elsewhere.
+    pub(super) advice: Option<String>,
     /// Samples lost, by the device's count.
     pub(super) lost_samples: u64,
     /// Bytes of the device that belong to no record.

@@ -1,6 +1,6 @@
 //! Warns of budgets that are too small for the least quality.
 
-use crate::cli::output::counted;
+use crate::cli::arguments::lod::Choice;
 use crate::live::{FrameRecord, Quality};
 
 /// Fewest frames over their time for a warning: one or two may have been held up.
@@ -9,11 +9,21 @@ const FEWEST: u64 = 5;
 /// Least part of the frames of lowered quality that are over their time for a warning: one of these.
 const ONE_OF: u64 = 4;
 
-/// Warns once if a frame of the least quality, or any part of a frame, is not finished within its
-/// steps, and once if frames of lowered quality are over their time. These need not be of the
-/// least quality: frames always get the steps that it needs, into which a better one may fit.
+/// Least part of the visual field that frames show without advice: one of these.
+const SHOWN_ONE_OF: f64 = 10.0;
+
+/// Warns once if frames show little of the visual field, if a frame of the least quality is not
+/// finished within its steps, and if frames of lowered quality are over their time. These need not
+/// be of the least quality: frames always get the steps that it needs, into which a better one may
+/// fit.
 #[derive(Debug, Default)]
 pub(super) struct Shortfall {
+    /// What follows the gaze.
+    lod: Choice,
+    frames: u64,
+    /// Sum of the parts of the visual field that frames show.
+    shown: f64,
+    warned_of_field: bool,
     warned_of_steps: bool,
     warned_of_time: bool,
     /// Frames of lowered quality.
@@ -23,18 +33,53 @@ pub(super) struct Shortfall {
 }
 
 impl Shortfall {
+    pub(super) fn of(lod: Choice) -> Self {
+        Self {
+            lod,
+            ..Self::default()
+        }
+    }
+
+    /// Returns the mean part of the visual field that frames show; none without frames.
+    pub(super) fn shown(&self) -> Option<f64> {
+        (self.frames > 0).then(|| self.shown / self.frames as f64)
+    }
+
+    /// Returns what is missing and what would help, if that is most of the picture.
+    pub(super) fn advice(&self) -> Option<String> {
+        let shown = self.shown().filter(|shown| shown * SHOWN_ONE_OF < 1.0)?;
+        let foveated = match self.lod {
+            Choice::Foveated => "",
+            _ => ", --lod foveated",
+        };
+        Some(format!(
+            "most of the picture is missing: the budget shows {:.0} % of the visual field; give \
+             smaller pictures with --size{foveated} or a larger --budget",
+            100.0 * shown
+        ))
+    }
+
+    /// Returns the advice at the end, if it was not given yet.
+    pub(super) fn end(&self) -> Option<String> {
+        self.advice().filter(|_| !self.warned_of_field)
+    }
+
     /// Takes a frame's record; returns a warning if one is due.
     pub(super) fn hear(&mut self, record: &FrameRecord) -> Option<String> {
-        let is_nothing = record.tiles > 0 && record.unfinished_tiles == record.tiles;
-        let is_new = is_nothing && !self.warned_of_steps;
-        if let Some(steps) = record.budget_steps.filter(|_| is_new) {
-            self.warned_of_steps = true;
-            return Some(format!(
-                "the budget is too small: no tile of frame {} is finished in {}; give a larger \
-                 --budget",
-                record.frame,
-                counted(steps, "step"),
-            ));
+        let (all, unfinished) = (record.tiles.max(1), record.unfinished_tiles);
+        let finished = all.saturating_sub(unfinished) as f64 / all as f64;
+        let field = match self.lod {
+            Choice::Paper | Choice::PaperEllipse => Quality::LADDER[record.rung].field_left(),
+            Choice::Off | Choice::Foveated => 1.0,
+        };
+        self.frames += 1;
+        self.shown += finished * field;
+        if self.frames >= FEWEST && !self.warned_of_field {
+            let advice = self.advice();
+            self.warned_of_field = advice.is_some();
+            if advice.is_some() {
+                return advice;
+            }
         }
         if record.rung == 0 {
             return None;
@@ -76,6 +121,7 @@ impl Shortfall {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use Choice::{Foveated, Off, Paper, PaperEllipse};
 
     const LEAST: usize = Quality::LADDER.len() - 1;
 
@@ -96,11 +142,10 @@ mod tests {
     fn each_shortfall_is_told_once() {
         let half = |i: u64| frame(LEAST, if i.is_multiple_of(2) { 3_400 } else { 1_900 });
         let seldom = |i: u64| frame(LEAST, if i % 10 == 9 { 3_000 } else { 1_000 });
-        let nothing = |unfinished_tiles| FrameRecord {
-            tiles: 6,
+        let missing = |unfinished_tiles, rung| FrameRecord {
+            tiles: 20,
             unfinished_tiles,
-            budget_steps: Some(2_000),
-            ..FrameRecord::default()
+            ..frame(rung, 1_000)
         };
         let hole = |over_time| FrameRecord {
             unfinished_fovea: true,
@@ -111,18 +156,26 @@ mod tests {
         };
         let times = "5 of 9 frames of lowered quality took longer, frame 0 3.40 ms instead of 2.00";
         let steps = "900 steps in the least quality, and may take 1;";
-        let cases: [(Frames<'_>, &[&str]); 7] = [
-            (&half, &[times]),
+        let most = "shows 5 % of the visual field; give smaller pictures with --size, --lod fov";
+        let cases: [(Choice, Frames<'_>, &[&str]); 9] = [
+            (Foveated, &half, &[times]),
             // Full quality will be lowered, and one frame in ten was held up.
-            (&|_| frame(0, 9_000), &[]),
-            (&seldom, &[]),
-            (&|_| nothing(6), &["2000 steps"]),
-            (&|_| nothing(5), &[]),
-            (&|_| hole(false), &[steps]),
-            (&|_| hole(true), &[steps, "too short"]),
+            (Foveated, &|_| frame(0, 9_000), &[]),
+            (Foveated, &seldom, &[]),
+            (Off, &|_| missing(19, 0), &[most]),
+            (Paper, &|_| missing(17, 0), &[]),
+            // Its field has narrowed.
+            (Foveated, &|_| missing(0, LEAST), &[]),
+            (
+                PaperEllipse,
+                &|_| missing(0, LEAST),
+                &["most of the picture is missing"],
+            ),
+            (Foveated, &|_| hole(false), &[steps]),
+            (Foveated, &|_| hole(true), &[steps, "too short"]),
         ];
-        for (record, expected) in cases {
-            let mut shortfall = Shortfall::default();
+        for (lod, record, expected) in cases {
+            let mut shortfall = Shortfall::of(lod);
             let warnings = (0..100).filter_map(|i| shortfall.hear(&record(i)));
             let warnings: Vec<_> = warnings.collect();
             assert_eq!(warnings.len(), expected.len(), "{warnings:?}");

@@ -7,6 +7,8 @@
 #[cfg_attr(not(all(unix, feature = "window")), path = "watch/no_presenter.rs")]
 mod presenter;
 
+pub(super) use presenter::{is_possible, refresh};
+
 use crate::cli::play::Change;
 use crate::cli::prelude::*;
 use crate::live::{FrameRecord, lock};

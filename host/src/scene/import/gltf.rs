@@ -1,36 +1,27 @@
 //! glTF 2.0, as JSON with external or embedded buffers and as GLB.
 
 mod accessors;
+mod compression;
 mod material;
 mod surface;
 
 use super::{
-    ImportError, Model, Unused, bounded, claim, fault, finished, flat_normal, syntax, unusable,
+    Camera, ImportError, Model, Unused, bounded, claim, fault, finished, flat_normal, syntax,
+    unusable,
 };
 use crate::scene::Light;
 use crate::scene::mesh::{MeshError, TriangleMesh};
 use accessors::Buffers;
-use glam::{DVec3, Mat4, Quat, Vec3};
+use glam::{DMat3, DQuat, DVec3, Mat4, Quat, Vec3};
 use gltf::khr_lights_punctual::Kind;
 use gltf::{Document, Node, json};
 use json::validation::{Error, Validate as _};
 use serde::Deserialize;
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::f32::consts::FRAC_1_PI;
 use std::path::Path;
 use surface::{Pose, Surface};
-
-/// Required extensions without which geometry cannot be read, and what to do.
-const REFUSED: [(&str, &str); 2] = [
-    (
-        "KHR_draco_mesh_compression",
-        "it is compressed with Draco, which is not read: export it without compression",
-    ),
-    (
-        "EXT_meshopt_compression",
-        "it is compressed with meshopt, which is not read: export it without compression",
-    ),
-];
 
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
     let (json, blob) = split(path, bytes)?;
@@ -40,6 +31,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
         buffers: Buffers::read(path, &document, blob)?,
         mesh: TriangleMesh::default(),
         lights: Vec::new(),
+        cameras: Vec::new(),
         unused: Unused::default(),
     };
     importer.scene(&document)?;
@@ -49,6 +41,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
     let model = finished(path, importer.mesh, importer.unused)?;
     Ok(Model {
         lights: importer.lights,
+        cameras: importer.cameras,
         ..model
     })
 }
@@ -101,15 +94,10 @@ fn document(path: &Path, json: &[u8]) -> Result<Document, ImportError> {
     }
     let root: json::Root =
         json::deserialize::from_slice(json).map_err(|error| malformed(path, &error.into()))?;
-    for (name, problem) in REFUSED {
-        if root
-            .extensions_required
-            .iter()
-            .any(|required| required == name)
-        {
-            let (problem, advice) = problem.split_once(": ").unwrap_or((problem, ""));
-            return Err(fault(path, problem, advice));
-        }
+    let mut required = root.extensions_required.iter();
+    if required.any(|name| name == "KHR_draco_mesh_compression") {
+        let problem = "it is compressed with Draco, which is not read";
+        return Err(fault(path, problem, "export it without, or with meshopt"));
     }
     // The validator looks positions up before it has checked their index.
     let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
@@ -141,6 +129,7 @@ struct Importer<'a> {
     buffers: Buffers<'a>,
     mesh: TriangleMesh,
     lights: Vec<Light>,
+    cameras: Vec<Camera>,
     unused: Unused,
 }
 
@@ -160,9 +149,17 @@ impl Importer<'_> {
         for (node, place) in &nodes {
             places[node.index()] = Some(*place);
         }
+        let mut spots = BTreeSet::new();
+        let mut read = vec![false; document.meshes().len()];
         for (node, place) in &nodes {
             if let Some(light) = node.light() {
                 self.add_light(&light, *place);
+                if matches!(light.kind(), Kind::Spot { .. }) {
+                    spots.insert(light.index());
+                }
+            }
+            if let Some(camera) = node.camera() {
+                self.add_camera(node.name().or(camera.name()), *place);
             }
             let Some(mesh) = node.mesh() else { continue };
             let poses = match node.skin() {
@@ -170,6 +167,9 @@ impl Importer<'_> {
                 None => self.instances(document, node, *place)?,
             };
             let weights = node.weights().or(mesh.weights()).unwrap_or_default();
+            // What a mesh has that is not used, counts once for all of its nodes.
+            let is_known = std::mem::replace(&mut read[mesh.index()], true);
+            let before = is_known.then(|| self.unused.clone());
             for primitive in mesh.primitives() {
                 let surface = Surface::read(self, &primitive, weights)?;
                 let Some(surface) = surface else { continue };
@@ -177,7 +177,12 @@ impl Importer<'_> {
                     self.add(&surface, pose)?;
                 }
             }
+            if let Some(before) = before {
+                self.unused = before;
+            }
         }
+        self.unused
+            .add("cone{s} of spot lights", spots.len() as u64);
         Ok(())
     }
 
@@ -311,16 +316,24 @@ impl Importer<'_> {
                 direction: ahead.normalize_or(DVec3::NEG_Z),
                 colour,
             },
-            kind => {
-                if matches!(kind, Kind::Spot { .. }) {
-                    self.unused.add("cone{s} of spot lights", 1);
-                }
-                Light::Point {
-                    position: place.transform_point3(Vec3::ZERO).as_dvec3(),
-                    colour,
-                    inverse_square: true,
-                }
-            }
+            Kind::Point | Kind::Spot { .. } => Light::Point {
+                position: place.transform_point3(Vec3::ZERO).as_dvec3(),
+                colour,
+                inverse_square: true,
+            },
+        });
+    }
+
+    fn add_camera(&mut self, name: Option<&str>, place: Mat4) {
+        let axis = |axis: Vec3| place.transform_vector3(axis).as_dvec3();
+        let back = axis(Vec3::Z).normalize_or(DVec3::Z);
+        let right = axis(Vec3::Y).cross(back).normalize_or(DVec3::X);
+        let axes = DMat3::from_cols(right, back.cross(right), back);
+        let number = self.cameras.len() + 1;
+        self.cameras.push(Camera {
+            name: name.map_or_else(|| format!("camera {number}"), str::to_owned),
+            position: place.transform_point3(Vec3::ZERO).as_dvec3(),
+            orientation: DQuat::from_mat3(&axes).normalize(),
         });
     }
 
@@ -343,7 +356,6 @@ impl Importer<'_> {
         let root = document.as_json();
         self.unused
             .add("animation{s}", root.animations.len() as u64);
-        self.unused.add("camera{s}", root.cameras.len() as u64);
         let variants = root.extensions.as_ref();
         let variants = variants.and_then(|all| all.khr_materials_variants.as_ref());
         let variants = variants.map_or(0, |all| all.variants.len());

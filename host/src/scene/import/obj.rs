@@ -4,8 +4,8 @@ mod library;
 
 use super::polygon::{Polygons, twins};
 use super::{
-    ImportError, Model, Place, Textures, Unused, decoded, fault, finished, no_vertex, syntax,
-    three_floats, unusable, without_comment,
+    EXPORT, ImportError, Model, Place, Textures, Unused, decoded, fault, finished, no_vertex,
+    syntax, three_floats, unusable, without_comment,
 };
 use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
@@ -145,8 +145,7 @@ impl Geometry {
         }
         if geometry.positions.is_empty() && geometry.lines.is_empty() {
             let problem = "no line describes a vertex or a face: is this an OBJ file?";
-            let advice = "export the mesh as .obj, .ply, .stl, .gltf or .glb";
-            return Err(fault(path, problem, advice));
+            return Err(fault(path, problem, EXPORT));
         }
         Ok(geometry)
     }

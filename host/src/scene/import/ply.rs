@@ -1,10 +1,11 @@
 //! PLY, ASCII and binary.
 
-use super::polygon::{Polygons, twins};
-use super::{
-    ImportError, Model, Place, Unused, claim, decoded, fault, finished, no_vertex, syntax,
-};
+use super::number::Number;
+use super::polygon::{Faces, split};
+use super::{ImportError, Model, Place, Textures, Unused, claim, decoded, fault, finished, syntax};
+use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
+use crate::scene::texture::{Pattern, Texture};
 use std::path::Path;
 
 /// Names of texture coordinates: across, and up.
@@ -12,63 +13,6 @@ const COORDINATES: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "text
 
 /// Names of the list of a face's corners.
 const CORNER_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
-
-/// A type of numbers.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Number {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
-impl Number {
-    fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "char" | "int8" => Self::I8,
-            "uchar" | "uint8" => Self::U8,
-            "short" | "int16" => Self::I16,
-            "ushort" | "uint16" => Self::U16,
-            "int" | "int32" => Self::I32,
-            "uint" | "uint32" => Self::U32,
-            "float" | "float32" => Self::F32,
-            "double" | "float64" => Self::F64,
-            _ => return None,
-        })
-    }
-
-    const fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
-
-    const fn is_whole(self) -> bool {
-        !matches!(self, Self::F32 | Self::F64)
-    }
-
-    /// Returns the number in as many little-endian bytes as it takes.
-    fn decoded(self, bytes: [u8; 8]) -> f64 {
-        let [a, b, c, d, ..] = bytes;
-        match self {
-            Self::I8 => f64::from(a as i8),
-            Self::U8 => f64::from(a),
-            Self::I16 => f64::from(i16::from_le_bytes([a, b])),
-            Self::U16 => f64::from(u16::from_le_bytes([a, b])),
-            Self::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
-            Self::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
-            Self::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
-            Self::F64 => f64::from_le_bytes(bytes),
-        }
-    }
-}
 
 struct Property {
     name: String,
@@ -114,14 +58,18 @@ struct Header {
     elements: Vec<Element>,
     /// Bytes before the numbers.
     length: usize,
+    /// Names of files with textures.
+    textures: Vec<String>,
 }
 
 impl Header {
+    // Longer than 80 lines: an arm for each statement.
     fn read(path: &Path, bytes: &[u8]) -> Result<Self, ImportError> {
         let mut header = Self {
             encoding: Encoding::Ascii,
             elements: Vec::new(),
             length: 0,
+            textures: Vec::new(),
         };
         let mut is_named = false;
         for line in 1.. {
@@ -131,10 +79,8 @@ impl Header {
             };
             let rest = &bytes[header.length..];
             let Some(end) = rest.iter().position(|byte| *byte == b'\n') else {
-                return Err(syntax(
-                    at,
-                    "not a whole PLY file: the header has no end_header",
-                ));
+                let problem = "not a whole PLY file: the header has no end_header";
+                return Err(syntax(at, problem));
             };
             header.length += end + 1;
             let text = String::from_utf8_lossy(&rest[..end]);
@@ -144,6 +90,11 @@ impl Header {
                 (1, _) => "not a PLY file: it does not begin with 'ply'",
                 (_, ["end_header"]) if is_named => return Ok(header),
                 (_, ["end_header"]) => "the header names no format",
+                (_, ["comment", "TextureFile", ..]) => {
+                    let name = text.split_once("TextureFile").map(|(_, name)| name.trim());
+                    header.textures.extend(name.map(str::to_owned));
+                    continue;
+                }
                 (_, [] | ["comment" | "obj_info", ..]) => continue,
                 (_, ["format", name, "1.0"]) => {
                     is_named = true;
@@ -287,30 +238,27 @@ impl<'b> Numbers<'b> {
         Ok(length as u64)
     }
 
-    /// Skips an element but for one list, whose entries `each` gets, once for each element.
-    fn list(
+    /// Skips an element but for some properties, whose entries `each` gets, once for each element.
+    fn entries<const N: usize>(
         &mut self,
         element: &Element,
-        wanted: Option<usize>,
-        mut each: impl FnMut(&[i64]),
+        wanted: [Option<usize>; N],
+        mut each: impl FnMut([&[f64]; N]),
     ) -> Result<(), ImportError> {
-        let mut entries = Vec::new();
+        let mut entries = [const { Vec::new() }; N];
         for _ in 0..element.count {
-            entries.clear();
+            entries.iter_mut().for_each(Vec::clear);
             for (place, property) in element.properties.iter().enumerate() {
-                let Some(length) = property.length else {
-                    self.skip(property.number)?;
-                    continue;
-                };
-                for _ in 0..self.length(length)? {
-                    if wanted == Some(place) {
-                        entries.push(self.next(property.number)? as i64);
-                    } else {
-                        self.skip(property.number)?;
+                let slot = wanted.iter().position(|wanted| *wanted == Some(place));
+                let length = property.length.map(|length| self.length(length));
+                for _ in 0..length.transpose()?.unwrap_or(1) {
+                    match slot {
+                        Some(slot) => entries[slot].push(self.next(property.number)?),
+                        None => self.skip(property.number)?,
                     }
                 }
             }
-            each(&entries);
+            each(entries.each_ref().map(Vec::as_slice));
         }
         Ok(())
     }
@@ -322,8 +270,9 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
     let mut reader = Reader {
         path,
         mesh: TriangleMesh::default(),
-        corners: Vec::new(),
-        ends: Vec::new(),
+        faces: Faces::default(),
+        places: Vec::new(),
+        numbers: Vec::new(),
         unused: Unused::default(),
     };
     let vertex = header.elements.iter().find(|one| one.name == "vertex");
@@ -359,20 +308,27 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
         match element.name.as_str() {
             "vertex" => reader.vertices(&mut numbers, element)?,
             "face" => {
-                numbers.list(element, corner_list(element), |face| reader.face(face))?;
+                let places = element.find("texcoord");
+                let wanted = [corner_list(element), places, element.find("texnumber")];
+                numbers.entries(element, wanted, |face| reader.face(face))?;
             }
             "tristrips" => {
-                numbers.list(element, corner_list(element), |strip| reader.strips(strip))?;
+                numbers.entries(element, [corner_list(element)], |[entries]| {
+                    let entries: Vec<i64> = entries.iter().map(|entry| *entry as i64).collect();
+                    // -1 is between strips.
+                    let strips = entries.split(|entry| *entry == -1);
+                    strips.for_each(|strip| reader.faces.push_strip(strip));
+                })?;
             }
             other => {
-                numbers.list(element, None, |_| {})?;
+                numbers.entries(element, [], |_| {})?;
                 reader
                     .unused
                     .add(format!("{other} element{{s}}"), element.count);
             }
         }
     }
-    reader.finish()
+    reader.finish(&header.textures)
 }
 
 fn corner_list(element: &Element) -> Option<usize> {
@@ -387,10 +343,11 @@ fn corner_list(element: &Element) -> Option<usize> {
 struct Reader<'p> {
     path: &'p Path,
     mesh: TriangleMesh,
-    /// Corners of all faces.
-    corners: Vec<i64>,
-    /// Where each face's end.
-    ends: Vec<usize>,
+    faces: Faces,
+    /// Places on a texture of the faces' corners, as far as they have some of their own.
+    places: Vec<[f32; 2]>,
+    /// Numbers of the faces' textures, as far as they are said.
+    numbers: Vec<u32>,
     unused: Unused,
 }
 
@@ -450,87 +407,69 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn face(&mut self, corners: &[i64]) {
-        self.corners.extend_from_slice(corners);
-        self.ends.push(self.corners.len());
-    }
-
-    /// Takes strips of triangles, with −1 between them.
-    fn strips(&mut self, entries: &[i64]) {
-        for strip in entries.split(|entry| *entry == -1) {
-            for (three, number) in strip.windows(3).zip(0..) {
-                let [a, b, c] = [three[0], three[1], three[2]];
-                let turned = if number % 2 == 0 {
-                    [a, b, c]
-                } else {
-                    [b, a, c]
-                };
-                self.face(&turned);
-            }
+    fn face(&mut self, [corners, places, number]: [&[f64]; 3]) {
+        if !places.is_empty() {
+            let places = places.as_chunks::<2>().0.iter();
+            self.places.resize(self.faces.corners(), [0.0; 2]);
+            let own = places.map(|place| place.map(|x| x as f32));
+            self.places.extend(own.take(corners.len()));
         }
-    }
-
-    fn finish(mut self) -> Result<Model, ImportError> {
-        let vertices = self.mesh.positions.len();
-        let mut corners: Vec<u32> = Vec::with_capacity(self.corners.len());
-        let mut ends = Vec::with_capacity(self.ends.len());
-        let mut first = 0;
-        for (number, &end) in self.ends.iter().enumerate() {
-            let start = corners.len();
-            for &index in &self.corners[first..end] {
-                match u32::try_from(index) {
-                    Ok(corner) if (corner as usize) < vertices => corners.push(corner),
-                    _ => {
-                        let face = format!("face {number} (counted from 0)");
-                        let range = [0, vertices as i64 - 1];
-                        return Err(no_vertex(self.path, &face, index, range));
-                    }
-                }
-            }
-            first = end;
-            without_repeats(&mut corners, start);
-            if corners.len() - start < 3 {
-                corners.truncate(start);
-                self.unused.add("face{s} without area", 1);
+        if let Some(&number) = number.first() {
+            self.numbers.resize(self.faces.len(), 0);
+            // -1 is no texture.
+            let number = if number < 0.0 {
+                u32::MAX
             } else {
-                ends.push(corners.len());
+                number as u32
+            };
+            self.numbers.push(number);
+        }
+        self.faces.push(corners.iter().map(|corner| *corner as i64));
+    }
+
+    fn finish(mut self, names: &[String]) -> Result<Model, ImportError> {
+        let (path, mesh) = (self.path, &mut self.mesh);
+        let mut corners = Vec::new();
+        self.faces
+            .cut(path, mesh, &mut self.unused, |three| corners.push(three))?;
+        if !self.places.is_empty() {
+            let place = |corner: u32| self.places.get(corner as usize).copied();
+            let places = |triangle: usize| corners[triangle].map(|c| place(c).unwrap_or_default());
+            mesh.coordinates = split(mesh, places);
+        }
+        if mesh.coordinates.is_empty() {
+            let kind = "texture{s} of faces without texture coordinates";
+            self.unused.add(kind, names.len() as u64);
+        } else if !names.is_empty() {
+            let mut textures = Textures::new();
+            let plain = Material {
+                vertex_colours: !mesh.colours.is_empty(),
+                ..Material::default()
+            };
+            let painted = names.iter().map(|name| {
+                let image = textures.beside(path, name, &mut self.unused);
+                Material {
+                    name: name.clone(),
+                    diffuse: [1.0; 3],
+                    texture: image.map(|image| Texture::new(Pattern::Image(image), [1.0; 2])),
+                    ..plain.clone()
+                }
+            });
+            mesh.materials = painted.chain([plain.clone()]).collect();
+            let number = |&[corner, ..]: &[u32; 3]| {
+                let number = self.numbers.get(self.faces.face_of(corner));
+                number.map_or(0, |number| (names.len() as u32).min(*number))
+            };
+            mesh.triangle_materials = corners.iter().map(number).collect();
+            if !mesh.triangle_materials.contains(&(names.len() as u32)) {
+                mesh.materials.pop();
             }
         }
-        let twins = if self.mesh.normals.is_empty() {
-            twins(&corners, &ends, |corner| corner)
-        } else {
-            vec![false; ends.len()]
-        };
-        let mut polygons = Polygons::default();
-        let mut first = 0;
-        for (end, is_twin) in ends.into_iter().zip(twins) {
-            if !is_twin {
-                let place = |corner: u32| self.mesh.positions[corner as usize];
-                let triangles = &mut self.mesh.triangles;
-                polygons.cut(&corners[first..end], place, |three| triangles.push(three));
-            }
-            first = end;
-        }
-        if !self.mesh.colours.is_empty() {
-            self.mesh.paint_by_vertices();
+        if mesh.materials.is_empty() && !mesh.colours.is_empty() {
+            mesh.paint_by_vertices();
         }
         finished(self.path, self.mesh, self.unused)
     }
-}
-
-/// Leaves one of equal corners beside each other, in a face that begins at `start`.
-fn without_repeats(corners: &mut Vec<u32>, start: usize) {
-    let mut kept = start;
-    for at in start..corners.len() {
-        if kept == start || corners[kept - 1] != corners[at] {
-            corners[kept] = corners[at];
-            kept += 1;
-        }
-    }
-    if kept > start + 1 && corners[kept - 1] == corners[start] {
-        kept -= 1;
-    }
-    corners.truncate(kept);
 }
 
 #[cfg(test)]

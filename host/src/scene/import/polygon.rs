@@ -1,8 +1,160 @@
 //! Polygons to triangles.
 
+use super::{ImportError, Unused, no_vertex};
+use crate::scene::mesh::TriangleMesh;
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
+use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::path::Path;
+
+/// Faces by the vertices of their corners, as a file numbers them.
+#[derive(Default)]
+pub(super) struct Faces {
+    /// Vertices of all faces' corners.
+    corners: Vec<i64>,
+    /// For each face, where its corners end.
+    ends: Vec<usize>,
+}
+
+impl Faces {
+    pub(super) fn push(&mut self, corners: impl IntoIterator<Item = i64>) {
+        self.corners.extend(corners);
+        self.ends.push(self.corners.len());
+    }
+
+    /// Adds the triangles of a strip.
+    pub(super) fn push_strip(&mut self, strip: &[i64]) {
+        for (three, number) in strip.windows(3).zip(0..) {
+            let [a, b, c] = [three[0], three[1], three[2]];
+            let turned = if number % 2 == 0 {
+                [a, b, c]
+            } else {
+                [b, a, c]
+            };
+            self.push(turned);
+        }
+    }
+
+    /// Returns the number of faces.
+    pub(super) const fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Returns the number of all faces' corners.
+    pub(super) const fn corners(&self) -> usize {
+        self.corners.len()
+    }
+
+    /// Returns the face of a corner.
+    pub(super) fn face_of(&self, corner: u32) -> usize {
+        self.ends.partition_point(|end| *end <= corner as usize)
+    }
+
+    /// Adds the faces' triangles to a mesh. `each` gets the corners of each triangle, counted over
+    /// all faces.
+    pub(super) fn cut(
+        &self,
+        path: &Path,
+        mesh: &mut TriangleMesh,
+        unused: &mut Unused,
+        mut each: impl FnMut([u32; 3]),
+    ) -> Result<(), ImportError> {
+        let vertices = mesh.positions.len();
+        // Vertices with the corners that they are at.
+        let mut corners: Vec<(u32, u32)> = Vec::with_capacity(self.corners.len());
+        let mut ends = Vec::with_capacity(self.ends.len());
+        let mut first = 0;
+        for (number, &end) in self.ends.iter().enumerate() {
+            let start = corners.len();
+            for (&index, corner) in self.corners[first..end].iter().zip(first..) {
+                match u32::try_from(index) {
+                    Ok(vertex) if (vertex as usize) < vertices => {
+                        corners.push((vertex, corner as u32));
+                    }
+                    _ => {
+                        let face = format!("face {number} (counted from 0)");
+                        return Err(no_vertex(path, &face, index, [0, vertices as i64 - 1]));
+                    }
+                }
+            }
+            first = end;
+            without_repeats(&mut corners, start);
+            if corners.len() - start < 3 {
+                corners.truncate(start);
+                unused.add("face{s} without area", 1);
+            } else {
+                ends.push(corners.len());
+            }
+        }
+        let twins = if mesh.normals.is_empty() {
+            twins(&corners, &ends, |corner| corner.0)
+        } else {
+            vec![false; ends.len()]
+        };
+        let mut polygons = Polygons::default();
+        let mut first = 0;
+        for (end, is_twin) in ends.into_iter().zip(twins) {
+            if !is_twin {
+                let place = |(vertex, _): (u32, u32)| mesh.positions[vertex as usize];
+                polygons.cut(&corners[first..end], place, |three| {
+                    mesh.triangles.push(three.map(|(vertex, _)| vertex));
+                    each(three.map(|(_, corner)| corner));
+                });
+            }
+            first = end;
+        }
+        Ok(())
+    }
+}
+
+/// Leaves one of equal vertices beside each other, in a face that begins at `start`.
+fn without_repeats(corners: &mut Vec<(u32, u32)>, start: usize) {
+    let mut kept = start;
+    for at in start..corners.len() {
+        if kept == start || corners[kept - 1].0 != corners[at].0 {
+            corners[kept] = corners[at];
+            kept += 1;
+        }
+    }
+    if kept > start + 1 && corners[kept - 1].0 == corners[start].0 {
+        kept -= 1;
+    }
+    corners.truncate(kept);
+}
+
+/// Gives each vertex of a mesh one value, of those that `values` has for the corners of each
+/// triangle: a vertex with several becomes several, whose normals stay as they were. Returns the
+/// values of the vertices.
+pub(super) fn split<const N: usize>(
+    mesh: &mut TriangleMesh,
+    values: impl Fn(usize) -> [[f32; N]; 3],
+) -> Vec<[f32; N]> {
+    fn picked<T: Copy>(all: &[T], sources: &[u32]) -> Vec<T> {
+        let known = |source: &u32| all.get(*source as usize).copied();
+        sources.iter().filter_map(known).collect()
+    }
+    let normals = mesh.vertex_normals().into_owned();
+    let (mut sources, mut own) = (Vec::new(), Vec::new());
+    let mut known = HashMap::new();
+    for (triangle, number) in mesh.triangles.iter_mut().zip(0..) {
+        for (vertex, value) in triangle.iter_mut().zip(values(number)) {
+            let source = *vertex;
+            *vertex = *known
+                .entry((source, value.map(f32::to_bits)))
+                .or_insert_with(|| {
+                    sources.push(source);
+                    own.push(value);
+                    own.len() as u32 - 1
+                });
+        }
+    }
+    mesh.normals = picked(&normals, &sources);
+    mesh.positions = picked(&mesh.positions, &sources);
+    mesh.colours = picked(&mesh.colours, &sources);
+    mesh.coordinates = picked(&mesh.coordinates, &sources);
+    own
+}
 
 /// Cuts polygons into triangles, one after another.
 #[derive(Default)]

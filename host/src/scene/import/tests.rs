@@ -50,14 +50,21 @@ fn damaged_files_are_no_crash() {
     survives_mutation(obj::parse, OBJ);
     survives_mutation(ply::parse, PLY);
     survives_mutation(ply::parse, &binary_ply());
+    survives_mutation(vtp::parse, &vtp::tests::files()[6]);
     let json = gltf::tests::triangle_json(r#","rotation":[0,0,0,1]"#, "");
-    survives_mutation(gltf::parse, &gltf::tests::glb(&json));
+    survives_mutation(
+        gltf::parse,
+        &gltf::tests::glb(&json, &gltf::tests::triangle_bytes()),
+    );
 }
 
 #[test]
 fn the_extension_tells_the_format_in_any_case() {
     let folder = tempfile::tempdir().unwrap();
-    let glb = gltf::tests::glb(&gltf::tests::triangle_json("", ""));
+    let glb = gltf::tests::glb(
+        &gltf::tests::triangle_json("", ""),
+        &gltf::tests::triangle_bytes(),
+    );
     for (name, bytes) in [("a.OBJ", OBJ), ("a.Ply", PLY), ("a.GLB", &glb)] {
         let path = folder.path().join(name);
         std::fs::write(&path, bytes).unwrap();
@@ -70,7 +77,7 @@ fn the_extension_tells_the_format_in_any_case() {
                 .help()
                 .unwrap()
                 .to_string()
-                .contains(".obj, .ply, .stl, .gltf or .glb")
+                .contains(".obj, .ply, .stl, .vtp, .gltf or .glb")
         );
     }
 }

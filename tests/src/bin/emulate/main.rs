@@ -13,6 +13,7 @@ use shisen::cli::numbers::whole;
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::picture_files::{make_writable, metadata};
 use shisen::cli::output::print;
+use shisen::cli::output::progress::Ticker;
 use shisen::cli::program::{self, Examples, Program, Schemas, schema};
 use shisen::cli::tracker::{Recorded, with_help};
 use shisen::files::Fault;
@@ -279,7 +280,9 @@ fn compact(scene: Loaded, name: &str, levels: &LevelArguments) -> Result<BakedSc
         },
         Loaded::Described(scene) => {
             let levels = levels.polygon_levels(Layout::Compact)?;
-            Ok(bake(&scene, name, Layout::Compact, Some(&levels))?)
+            let ticker = Ticker::start(format!("baking {name}"), false);
+            let (baked, _) = bake(&scene, name, Layout::Compact, Some(&levels), &ticker)?;
+            Ok(baked)
         }
     }
 }

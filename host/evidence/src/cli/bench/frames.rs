@@ -7,11 +7,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
-use shisen::cli::arguments::source::{BUILT_IN_MESH, Loaded, Source, bake};
+use shisen::cli::arguments::source::{BUILT_IN_MESH, Source};
 use shisen::cli::arguments::{EffectArguments, LevelArguments, ModelArguments, SceneName, threads};
 use shisen::cli::numbers::whole;
 use shisen::cli::output::counted;
 use shisen::cli::output::failure::Failure;
+use shisen::cli::output::progress::Ticker;
 use shisen::render::{self, Filling, Frame, Observer, Options};
 use shisen::scene::builtin::PaperScene;
 use shisen_core::frame::LevelOfDetail;
@@ -167,14 +168,9 @@ impl FrameArguments {
     pub(super) fn frames(&self, scene: PaperScene) -> Result<Frames, Failure> {
         let source = Source::load(&SceneName::Paper(scene), &self.model)?;
         let levels = self.levels.polygon_levels(Layout::Fast)?;
-        let scene = match source.scene {
-            Loaded::Baked(baked) => baked,
-            Loaded::Described(scene) => {
-                bake(&scene, &source.shown.scene, Layout::Fast, Some(&levels))?
-            }
-        };
+        let ticker = Ticker::start(format!("baking {}", source.shown.scene), true);
         Ok(Frames {
-            scene,
+            scene: source.baked(Layout::Fast, Some(&levels), &ticker)?.baked,
             cave: Cave::built_in(BuiltInCave::ThreeWall, [self.size; 2])?,
             options: self.options(),
         })

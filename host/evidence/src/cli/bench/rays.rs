@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 use shisen::bake::{Baked, Layout, lone_mesh};
-use shisen::cli::arguments::source::load_mesh;
+use shisen::cli::arguments::source::{Told, load_mesh};
 use shisen::cli::arguments::{SimdChoice, threads};
 use shisen::cli::numbers::whole;
 use shisen::cli::output::failure::Failure;
@@ -103,7 +103,7 @@ const MISS: RayHit = (u32::MAX, f32::INFINITY);
 
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let rays = read_rays(&arguments.rays)?;
-    let mesh = load_mesh(&arguments.mesh, &mut Vec::new())?;
+    let mesh = load_mesh(&arguments.mesh, &mut Told::default())?;
     let (report, text, hits) = match arguments.layout {
         Layout::Fast => measure::<8>(arguments, mesh, &rays)?,
         Layout::Compact => measure::<4>(arguments, mesh, &rays)?,

@@ -22,3 +22,11 @@ pub(super) fn start(
     )
     .into())
 }
+
+pub(in crate::cli::run) const fn is_possible() -> bool {
+    false
+}
+
+pub(in crate::cli::run) const fn refresh() -> Option<u32> {
+    None
+}

@@ -74,6 +74,16 @@ pub(super) fn start(
     thread.spawn(run).or_fail()
 }
 
+/// Returns whether there may be a window.
+pub(in crate::cli::run) fn is_possible() -> bool {
+    std::env::var_os("DISPLAY").is_some_and(|name| !name.is_empty())
+}
+
+/// Returns the refreshes per second of the display, if it says.
+pub(in crate::cli::run) fn refresh() -> Option<u32> {
+    Window::refresh()
+}
+
 impl Presenter {
     fn present(&mut self, cave: &Cave, stereo: Stereo) -> Result<Ending, Box<dyn Error>> {
         // On Linux each thread has its priority. If the system refuses, the window keeps its own.

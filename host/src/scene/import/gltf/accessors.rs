@@ -1,41 +1,58 @@
 //! The numbers of a glTF file: buffers, their views, and accessors.
 
-use super::super::{ImportError, claim, fault, syntax, unusable};
+use super::compression::Compression;
+use crate::scene::import::{BASE64, ImportError, claim, fault, read, syntax, unusable};
 use crate::scene::mesh::{MeshError, TriangleMesh};
 use base64::Engine as _;
-use base64::engine::DecodePaddingMode;
-use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::{Accessor, Document, buffer};
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::Path;
 use std::rc::Rc;
 
-/// Base64 with or without its padding.
-const BASE64: GeneralPurpose = GeneralPurpose::new(
-    &base64::alphabet::STANDARD,
-    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
-);
-
 /// The bytes of all buffers.
 pub(super) struct Buffers<'p> {
     path: &'p Path,
     all: Vec<Rc<Vec<u8>>>,
+    /// How each view is compressed.
+    compressed: Vec<Option<Compression>>,
+    /// Bytes that further views may take once they are decoded.
+    left: Cell<u128>,
 }
 
 impl<'p> Buffers<'p> {
-    /// Reads all buffers; those with the same URI share their bytes.
+    /// Bytes that the compressed views of a file may take together once they are decoded.
+    const MOST_DECODED: u128 = 1 << 32;
+
+    /// Reads the buffers that are needed: without those that stand in for compressed ones. Those
+    /// with the same URI share their bytes.
     pub(super) fn read(
         path: &'p Path,
         document: &Document,
         blob: Option<Vec<u8>>,
     ) -> Result<Self, ImportError> {
+        let mut needed = vec![false; document.buffers().len()];
+        let mut compressed = Vec::new();
+        for view in document.views() {
+            let compression = Compression::of(&view).transpose();
+            let compression = compression.map_err(|problem| syntax(path, problem))?;
+            let buffer = compression.as_ref().map(|of| of.buffer);
+            if let Some(needed) = needed.get_mut(buffer.unwrap_or(view.buffer().index())) {
+                *needed = true;
+            }
+            compressed.push(compression);
+        }
         let mut blob = blob.map(Rc::new);
         let mut by_uri = HashMap::new();
         let mut all = Vec::new();
         for buffer in document.buffers() {
             let number = buffer.index();
+            if !needed[number] {
+                all.push(Rc::default());
+                continue;
+            }
             let bytes = match buffer.source() {
                 buffer::Source::Bin => {
                     let problem = "has neither a URI nor a binary chunk";
@@ -53,23 +70,61 @@ impl<'p> Buffers<'p> {
             }
             all.push(bytes);
         }
-        Ok(Self { path, all })
+        Ok(Self {
+            path,
+            all,
+            compressed,
+            left: Cell::new(Self::MOST_DECODED),
+        })
     }
 
     fn fault(&self, problem: impl AsRef<str>) -> ImportError {
         syntax(self.path, problem)
     }
 
-    /// Returns the bytes of a view.
+    /// Returns the bytes of a view, decoded where it is compressed.
     pub(super) fn view(&self, view: &buffer::View<'_>) -> Result<&[u8], ImportError> {
-        let buffer = self.all.get(view.buffer().index());
-        let buffer = buffer.map_or(&[][..], |buffer| buffer.as_slice());
-        let end = view.offset().checked_add(view.length());
-        let bytes = end.and_then(|end| buffer.get(view.offset()..end));
+        let number = view.index();
+        let Some(of) = self.compressed.get(number).and_then(Option::as_ref) else {
+            let buffer = view.buffer().index();
+            return self.part(number, buffer, view.offset(), view.length());
+        };
+        if let Some(decoded) = of.decoded.get() {
+            return Ok(decoded);
+        }
+        let left = self.left.get().checked_sub(of.length()).ok_or_else(|| {
+            let most = Self::MOST_DECODED;
+            let problem = format!("the compressed buffer views take more than {most} bytes");
+            unusable(self.path, problem)
+        })?;
+        let bytes = self.part(number, of.buffer, of.byte_offset, of.byte_length)?;
+        let decoded = of.decode(bytes).ok_or_else(|| {
+            let problem = "is not compressed in the way, and to as many items, as it says";
+            self.fault(format!("buffer view {number} {problem}"))
+        })?;
+        self.left.set(left);
+        Ok(of.decoded.get_or_init(|| decoded))
+    }
+
+    /// Returns bytes of a buffer, which a view names.
+    fn part(
+        &self,
+        view: usize,
+        buffer: usize,
+        offset: usize,
+        length: usize,
+    ) -> Result<&[u8], ImportError> {
+        let buffer = self.all.get(buffer).map_or(&[][..], |all| all.as_slice());
+        let end = offset.checked_add(length);
+        let bytes = end.and_then(|end| buffer.get(offset..end));
         bytes.ok_or_else(|| {
-            let claimed = view.offset() as u128 + view.length() as u128;
-            let what = format!("buffer view {}", view.index());
-            claim(self.path, &what, claimed, buffer.len())
+            let claimed = offset as u128 + length as u128;
+            claim(
+                self.path,
+                &format!("buffer view {view}"),
+                claimed,
+                buffer.len(),
+            )
         })
     }
 
@@ -224,7 +279,7 @@ fn read_uri(path: &Path, uri: &str) -> Result<Vec<u8>, ImportError> {
             "put the file there, and export the mesh again",
         )
     })?;
-    super::super::read(&path.with_file_name(name))
+    read(&path.with_file_name(name))
 }
 
 /// Returns what a `data:` URI holds; none for other URIs.

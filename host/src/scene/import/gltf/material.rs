@@ -1,31 +1,39 @@
 //! Materials of glTF files, and their images.
 
-use super::super::{Textures, beside, bounded, bounded_colour, read_one_of};
 use super::Importer;
 use super::accessors::{data_of, is_below, percent_decoded};
+use crate::scene::import::{Textures, beside, bounded, bounded_colour, read_one_of};
 use crate::scene::material::{Material, Metal};
 use crate::scene::texture::{Pattern, Texture, Wrap};
-use gltf::material::AlphaMode;
+use gltf::material::{AlphaMode, PbrSpecularGlossiness};
 use gltf::texture::{Info, MagFilter, WrappingMode};
 use gltf::{Document, image};
+use shisen_core::spectrum::{Medium, line};
 use std::borrow::Cow;
 
 /// Extensions of materials that change no picture here, and what their uses are called.
-const EXTENSIONS: [(&str, &str); 6] = [
+const EXTENSIONS: [(&str, &str); 5] = [
     ("KHR_materials_anisotropy", "anisotropic highlight{s}"),
     ("KHR_materials_clearcoat", "clear coat{s}"),
     (
         "KHR_materials_diffuse_transmission",
         "diffuse transmission{s}",
     ),
-    ("KHR_materials_dispersion", "dispersion{s}"),
     ("KHR_materials_iridescence", "iridescence{s}"),
     ("KHR_materials_sheen", "sheen{s}"),
 ];
 
+/// Extensions of textures in formats that are not read.
+const FORMATS: [(&str, &str); 4] = [
+    ("KHR_texture_basisu", "KTX2"),
+    ("EXT_texture_webp", "WebP"),
+    ("EXT_texture_avif", "AVIF"),
+    ("MSFT_texture_dds", "DDS"),
+];
+
 impl Importer<'_> {
-    /// Fills in the materials; triangles without one get the default, and a mesh without any stays
-    /// without.
+    /// Fills in the materials; triangles without one get the format's default, and a mesh without
+    /// any stays without.
     pub(super) fn paint(&mut self, document: &Document) {
         let fallback = document.materials().len() as u32;
         if fallback == 0 {
@@ -37,8 +45,8 @@ impl Importer<'_> {
         }
         let mut textures = Textures::new();
         for material in document.materials() {
-            let painted = self.painted(&material, &mut textures);
-            self.count_unused_of(&material);
+            let painted = self.painted(document, &material, &mut textures);
+            self.count_unused_of(&material, &painted);
             self.mesh.materials.push(painted);
         }
         let mut lacks = false;
@@ -47,7 +55,16 @@ impl Importer<'_> {
             lacks |= *material == fallback;
         }
         if lacks {
+            // White rough metal, as the format demands.
             let default = Material {
+                diffuse: [1.0; 3],
+                specular: [0.04; 3],
+                shininess: 1.0,
+                metal: Some(Metal {
+                    metalness: 1.0,
+                    roughness: 1.0,
+                    texture: None,
+                }),
                 vertex_colours: !self.mesh.colours.is_empty(),
                 ..Material::default()
             };
@@ -55,17 +72,31 @@ impl Importer<'_> {
         }
     }
 
-    /// Maps a material onto ours, as [`super::super::load`] documents.
+    /// Maps a material onto ours, as [`crate::scene::import::load`] documents.
     fn painted(
         &mut self,
+        document: &Document,
         material: &gltf::Material<'_>,
         textures: &mut Textures<usize>,
     ) -> Material {
         let pbr = material.pbr_metallic_roughness();
+        let older = material.pbr_specular_glossiness();
         let mut painted = whitted(material);
+        if painted.transmission != [0.0; 3]
+            && let Some(dispersion) = dispersion(material)
+        {
+            painted.medium = medium(painted.index_of_refraction, dispersion);
+            self.unused.add(
+                "dispersion{s} beyond what a medium can have",
+                u64::from(painted.medium.is_none()),
+            );
+        }
         painted.vertex_colours = !self.mesh.colours.is_empty();
-        let mut texture = |info: Option<Info<'_>>| self.texture(&info?, textures);
-        let base = texture(pbr.base_color_texture());
+        let mut texture = |info: Option<Info<'_>>| self.texture(document, &info?, textures);
+        let base = texture(match &older {
+            Some(older) => older.diffuse_texture(),
+            None => pbr.base_color_texture(),
+        });
         if material.unlit() {
             painted.emission_texture = base;
             return painted;
@@ -78,34 +109,32 @@ impl Importer<'_> {
         painted
     }
 
-    fn texture(&mut self, info: &Info<'_>, textures: &mut Textures<usize>) -> Option<Texture> {
+    fn texture(
+        &mut self,
+        document: &Document,
+        info: &Info<'_>,
+        textures: &mut Textures<usize>,
+    ) -> Option<Texture> {
         let moved = info.texture_transform();
         let set = moved
             .as_ref()
             .and_then(gltf::texture::TextureTransform::tex_coord);
         let set = set.unwrap_or(info.tex_coord());
-        let source = info.texture().source();
         if self.mesh.coordinates.is_empty() {
             self.unused
                 .add("texture{s} of faces without texture coordinates", 1);
             return None;
         }
-        let Some(source) = source.filter(|_| set < 2) else {
-            let kind = if set < 2 {
-                "texture{s} in another format than PNG and JPEG"
-            } else {
-                "texture{s} on further coordinates than two"
-            };
-            self.unused.add(kind, 1);
+        if set >= 2 {
+            self.unused
+                .add("texture{s} on further coordinates than two", 1);
+            return None;
+        }
+        let Some(source) = info.texture().source() else {
+            self.unused.add(unread(document, &info.texture()), 1);
             return None;
         };
-        let name = match source.source() {
-            image::Source::Uri { uri, .. } if !uri.starts_with("data:") => uri.to_owned(),
-            _ => source.name().map_or_else(
-                || format!("{} (counted from 0)", source.index()),
-                |name| format!("\"{name}\""),
-            ),
-        };
+        let name = name(&source);
         let mut unused = std::mem::take(&mut self.unused);
         let read = || self.image(&source);
         let image = textures.get(source.index(), &name, &mut unused, read);
@@ -147,15 +176,41 @@ impl Importer<'_> {
         }
     }
 
-    fn count_unused_of(&mut self, material: &gltf::Material<'_>) {
-        let pbr = material.pbr_metallic_roughness();
-        let has_alpha = pbr.base_color_texture().is_some();
+    fn count_unused_of(&mut self, material: &gltf::Material<'_>, painted: &Material) {
+        let older = material.pbr_specular_glossiness();
+        let base = painted.texture.as_ref();
+        let base = base.or(painted
+            .emission_texture
+            .as_ref()
+            .filter(|_| material.unlit()));
+        let has_alpha = matches!(base.map(|base| &base.pattern),
+            Some(Pattern::Image(image)) if !image.is_opaque());
         for (kind, is_there) in [
             ("normal map{s}", material.normal_texture().is_some()),
             ("occlusion map{s}", material.occlusion_texture().is_some()),
             (
-                "alpha mask{s}",
+                "map{s} of specular colour and glossiness",
+                older.is_some_and(|older| older.specular_glossiness_texture().is_some()),
+            ),
+            (
+                "mask{s} by a texture's alpha",
                 has_alpha && material.alpha_mode() == AlphaMode::Mask,
+            ),
+            (
+                "blend{s} by a texture's alpha",
+                has_alpha && material.alpha_mode() == AlphaMode::Blend,
+            ),
+            (
+                "map{s} of transmission",
+                material
+                    .transmission()
+                    .is_some_and(|of| of.transmission_texture().is_some()),
+            ),
+            (
+                "map{s} of specular colour",
+                material.specular().is_some_and(|of| {
+                    of.specular_texture().is_some() || of.specular_color_texture().is_some()
+                }),
             ),
         ] {
             self.unused.add(kind, u64::from(is_there));
@@ -165,6 +220,31 @@ impl Importer<'_> {
             self.unused.add(kind, u64::from(is_there));
         }
     }
+}
+
+/// Returns what messages call an image.
+fn name(image: &gltf::Image<'_>) -> String {
+    match image.source() {
+        image::Source::Uri { uri, .. } if !uri.starts_with("data:") => uri.to_owned(),
+        _ => image.name().map_or_else(
+            || format!("{} (counted from 0)", image.index()),
+            |name| format!("\"{name}\""),
+        ),
+    }
+}
+
+/// Returns the kind of unused things of a texture without a PNG or JPEG image.
+fn unread(document: &Document, texture: &gltf::Texture<'_>) -> String {
+    for (extension, format) in FORMATS {
+        let value = texture.extension_value(extension);
+        let number = value.and_then(|value| value.get("source")?.as_u64());
+        let image = number.and_then(|number| document.images().nth(number as usize));
+        if let Some(image) = image {
+            let name = name(&image);
+            return format!("the texture {name} (in {format}, which is not read)");
+        }
+    }
+    "texture{s} without an image".to_owned()
 }
 
 /// Returns the map that `KHR_texture_transform` describes for coordinates that go down, for such as
@@ -184,7 +264,9 @@ fn map(moved: &gltf::texture::TextureTransform<'_>) -> [[f32; 2]; 3] {
 fn whitted(material: &gltf::Material<'_>) -> Material {
     let default = Material::default();
     let pbr = material.pbr_metallic_roughness();
-    let [r, g, b, alpha] = pbr.base_color_factor();
+    let older = material.pbr_specular_glossiness();
+    let base = older.as_ref().map(PbrSpecularGlossiness::diffuse_factor);
+    let [r, g, b, alpha] = base.unwrap_or(pbr.base_color_factor());
     let base = bounded_colour([r, g, b]);
     let share = |value: f32| bounded(value, 0.0, 1.0);
     let strength = material.emissive_strength().unwrap_or(1.0);
@@ -208,14 +290,15 @@ fn whitted(material: &gltf::Material<'_>) -> Material {
         AlphaMode::Blend => share(alpha),
         AlphaMode::Opaque | AlphaMode::Mask => 1.0,
     };
-    let metalness = share(pbr.metallic_factor());
-    let roughness = share(pbr.roughness_factor());
+    let (metalness, roughness, specular) = reflection(material);
+    // What a surface of the older kind reflects, it does not scatter.
+    let scattered = older.map_or(1.0, |_| 1.0 - specular.into_iter().fold(0.0, f32::max));
+    let base = base.map(|channel| channel * scattered);
     // The exponent whose lobe is as wide as the microfacets' of this roughness.
     let width = roughness * roughness;
     let shininess = 2.0 / (width * width).max(f32::MIN_POSITIVE) - 2.0;
     let lit = Material {
-        // Dielectrics reflect about 4 % head-on.
-        specular: [0.04 * opacity; 3],
+        specular: specular.map(|channel| channel * opacity),
         shininess: bounded(shininess, 1.0, 10_000.0),
         metal: (metalness > 0.0).then_some(Metal {
             metalness,
@@ -250,6 +333,24 @@ fn whitted(material: &gltf::Material<'_>) -> Material {
     }
 }
 
+/// Returns a material's metalness, roughness and reflectance where it is no metal.
+fn reflection(material: &gltf::Material<'_>) -> (f32, f32, [f32; 3]) {
+    let share = |value: f32| bounded(value, 0.0, 1.0);
+    if let Some(older) = material.pbr_specular_glossiness() {
+        let roughness = 1.0 - share(older.glossiness_factor());
+        return (0.0, roughness, bounded_colour(older.specular_factor()));
+    }
+    let pbr = material.pbr_metallic_roughness();
+    let [metalness, roughness] = [pbr.metallic_factor(), pbr.roughness_factor()].map(share);
+    let tint = material.specular().map_or([1.0; 3], |specular| {
+        let colour = specular.specular_color_factor();
+        colour.map(|channel| channel * specular.specular_factor())
+    });
+    // Dielectrics reflect about 4 % head-on.
+    let specular = bounded_colour(tint.map(|channel| 0.04 * channel));
+    (metalness, roughness, specular)
+}
+
 /// Beer's coefficients from the colour that white light has after a distance.
 fn absorption(volume: &gltf::material::Volume<'_>) -> [f32; 3] {
     let distance = volume.attenuation_distance();
@@ -260,4 +361,25 @@ fn absorption(volume: &gltf::material::Volume<'_>) -> [f32; 3] {
     } else {
         [0.0; 3]
     }
+}
+
+/// Returns 20 times the reciprocal of Abbe's number, by `KHR_materials_dispersion`; none where it
+/// is 0.
+fn dispersion(material: &gltf::Material<'_>) -> Option<f32> {
+    let extension = material.extension_value("KHR_materials_dispersion")?;
+    let dispersion = extension.get("dispersion")?.as_f64()? as f32;
+    Some(dispersion).filter(|dispersion| *dispersion > 0.0)
+}
+
+/// Returns a medium of this index at the d line and this dispersion, or none if there is no such.
+///
+/// The extension takes Cauchy's equation, n = a + b/λ². A term of Sellmeier's has the same square
+/// up to 1/λ⁴: a² + 2ab/λ² + b²/λ⁴.
+fn medium(index: f32, dispersion: f32) -> Option<Medium> {
+    // 1/λ² in square micrometres.
+    let [f, d, c] = [line::F, line::D, line::C].map(|nm| 1.0e6 / (nm * nm));
+    let b = (index - 1.0) * dispersion / 20.0 / (f - c);
+    let a = index - b * d;
+    let term = [4.0 * a * a, 0.5 * b / a];
+    Medium::form2([360.0, 830.0], -3.0 * a * a - 1.0, &[term]).ok()
 }

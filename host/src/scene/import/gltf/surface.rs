@@ -1,9 +1,10 @@
 //! Surfaces of a glTF file, and their poses.
 
-use super::super::ImportError;
 use super::Importer;
+use crate::scene::import::ImportError;
 use glam::{Mat3, Mat4, Vec3};
 use gltf::accessor::Dimensions;
+use gltf::material::AlphaMode;
 use gltf::mesh::Mode;
 use gltf::{Accessor, Node, Primitive, Semantic};
 
@@ -63,8 +64,13 @@ impl Surface {
         if let Some(accessor) = with_all(Semantic::Colors(0)) {
             surface.colours = match accessor.dimensions() {
                 Dimensions::Vec4 => {
-                    let colours = buffers.floats::<4>(&accessor)?.into_iter();
-                    colours.map(|[r, g, b, _]| [r, g, b]).collect()
+                    let colours = buffers.floats::<4>(&accessor)?;
+                    let has_alpha = primitive.material().alpha_mode() != AlphaMode::Opaque
+                        && colours.iter().any(|colour| colour[3] < 1.0);
+                    importer
+                        .unused
+                        .add("surface{s} with alpha of vertices", u64::from(has_alpha));
+                    colours.into_iter().map(|[r, g, b, _]| [r, g, b]).collect()
                 }
                 _ => buffers.floats(&accessor)?,
             };

@@ -1,6 +1,7 @@
 use super::*;
-use crate::scene::material::{Material, Metal};
-use crate::scene::texture::tests::{grey_png, texels};
+use crate::scene::material::Metal;
+use crate::scene::texture::tests::{grey_and_alpha_png, grey_png, texels};
+use std::f64::consts::FRAC_PI_2;
 
 /// Returns three vertices, three normals and three indices of 16 bits.
 pub(in crate::scene::import) fn triangle_bytes() -> Vec<u8> {
@@ -31,7 +32,7 @@ pub(in crate::scene::import) fn triangle_json(node: &str, buffer: &str) -> Strin
     )
 }
 
-pub(in crate::scene::import) fn glb(json: &str) -> Vec<u8> {
+pub(in crate::scene::import) fn glb(json: &str, bin: &[u8]) -> Vec<u8> {
     let glb = gltf::Glb {
         header: gltf::binary::Header {
             magic: *b"glTF",
@@ -39,13 +40,13 @@ pub(in crate::scene::import) fn glb(json: &str) -> Vec<u8> {
             length: 0,
         },
         json: json.as_bytes().into(),
-        bin: Some(triangle_bytes().into()),
+        bin: Some(bin.into()),
     };
     glb.to_vec().unwrap()
 }
 
 fn mesh(json: &str) -> Result<TriangleMesh, ImportError> {
-    Ok(parse(Path::new("a.glb"), &glb(json))?.mesh)
+    Ok(parse(Path::new("a.glb"), &glb(json, &triangle_bytes()))?.mesh)
 }
 
 #[test]
@@ -70,7 +71,8 @@ fn reads_primitives_without_indices_normals_and_material() {
     // Flat, as the specification demands.
     assert_eq!(mesh.normals, [[0.0, 0.0, 1.0]; 3]);
     assert_eq!(mesh.triangle_materials, [1]);
-    assert_eq!(mesh.materials[1], Material::default());
+    let default = &mesh.materials[1];
+    assert_eq!((default.diffuse, default.metal.is_some()), ([1.0; 3], true));
 }
 
 #[test]
@@ -86,7 +88,12 @@ fn textures_are_those_of_the_first_coordinates() {
     std::fs::write(folder.path().join("a.bin"), &bytes).unwrap();
     let read = |texture: &str, uri: &str| {
         let mut json = triangle_json("", r#","uri":"a.bin""#).replace(":78", ":102");
-        let images = format!(r#""images":[{{"uri":"{uri}"}}],"textures":[{{"source":0}}],"#);
+        let source = if uri == "b.ktx2" {
+            r#""extensions":{"KHR_texture_basisu":{"source":0}}"#
+        } else {
+            r#""source":0"#
+        };
+        let images = format!(r#""images":[{{"uri":"{uri}"}}],"textures":[{{{source}}}],"#);
         for (before, added) in [
             (r#""NORMAL":1"#, r#","TEXCOORD_0":3"#),
             (
@@ -134,10 +141,26 @@ fn textures_are_those_of_the_first_coordinates() {
             "b.png",
             "the texture b.png (which is not there)",
         ),
+        (
+            r#"{"index":0}"#,
+            "b.ktx2",
+            "the texture b.ktx2 (in KTX2, which is not read)",
+        ),
     ] {
         let model = read(texture, uri);
         assert_eq!(model.mesh.materials[0].texture, None);
         assert_eq!(model.unused.names(), [says]);
+    }
+    let veiled = grey_and_alpha_png(&[99, 255, 99, 254]);
+    std::fs::write(folder.path().join("veiled.png"), veiled).unwrap();
+    for (mode, uri, told) in [
+        ("MASK", "veiled.png", &["1 mask by a texture's alpha"][..]),
+        ("BLEND", "veiled.png", &["1 blend by a texture's alpha"]),
+        ("OPAQUE", "veiled.png", &[]),
+        ("BLEND", "a%20b.png", &[]),
+    ] {
+        let texture = format!(r#"{{"index":0}}}},"alphaMode":"{mode}","extras":{{"a":0"#);
+        assert_eq!(read(&texture, uri).unused.names(), told, "{mode}");
     }
 }
 
@@ -173,8 +196,29 @@ fn materials_are_metal_glass_veils_lamps_or_dull() {
     assert_eq!(glass.transmission, [0.75, 0.375, 0.1875]);
     assert_eq!(glass.diffuse, [0.25, 0.125, 0.0625]);
     assert_eq!(glass.index_of_refraction, 1.33);
-    assert_eq!(glass.shininess, 1.0);
+    assert_eq!((glass.shininess, glass.medium), (1.0, None));
     assert!((glass.absorption[1] - 0.5 * 2.0_f32.ln()).abs() < 1.0e-6);
+    let prism = |dispersion: f32| {
+        of(&format!(
+            r#""metallicFactor":0}},"extensions":{{"KHR_materials_ior":{{"ior":1.7}},
+            "KHR_materials_transmission":{{"transmissionFactor":1}},
+            "KHR_materials_dispersion":{{"dispersion":{dispersion}}}}}"#
+        ))
+    };
+    let medium = prism(0.5).medium.unwrap();
+    let (index, abbe) = (medium.index(587.6), medium.abbe().unwrap());
+    assert!(
+        (index - 1.7).abs() < 1.0e-4 && (abbe - 40.0).abs() < 0.1,
+        "{index}, {abbe}"
+    );
+    assert_eq!([prism(0.0).medium, prism(1.0e3).medium], [None; 2]);
+    let older = of(
+        r#""metallicFactor":1},"extensions":{"KHR_materials_pbrSpecularGlossiness":{
+        "diffuseFactor":[1,0.5,0.25,1],"specularFactor":[0.5,0.25,0],"glossinessFactor":0.5}}"#,
+    );
+    assert_eq!(older.diffuse, [0.5, 0.25, 0.125]);
+    assert_eq!((older.specular, older.shininess), ([0.5, 0.25, 0.0], 30.0));
+    assert_eq!(older.metal, None);
     let odd = of(r#""metallicFactor":0},"extensions":{"KHR_materials_ior":{"ior":0.005}}"#);
     assert_eq!(odd.index_of_refraction, 0.01);
     let lamp = of(
@@ -247,7 +291,10 @@ fn extensions_that_are_not_read_refuse_nothing_but_compressed_geometry() {
         let used = format!(r#""extensionsUsed":["{name}"],"extensionsRequired":["{name}"],{from}"#);
         parse(
             Path::new("a.glb"),
-            &glb(&triangle_json("", "").replace(from, &used)),
+            &glb(
+                &triangle_json("", "").replace(from, &used),
+                &triangle_bytes(),
+            ),
         )
     };
     for name in [
@@ -272,11 +319,87 @@ fn a_skin_takes_its_pose_and_not_its_nodes_place() {
             r#""translation":[9,9,9]},{"translation":[0,5,0]}]"#,
         );
     assert_eq!(mesh(&json).unwrap().positions[1], [1.0, 5.0, 0.0]);
+    // Weights of zero.
+    let json = json
+        .replace(r#""NORMAL":1"#, r#""NORMAL":1,"JOINTS_0":3,"WEIGHTS_0":3"#)
+        .replace(
+            r#""type":"SCALAR"}"#,
+            r#""type":"SCALAR"},
+            {"bufferView":0,"componentType":5121,"normalized":true,"count":3,"type":"VEC4"}"#,
+        );
+    let model = parse(Path::new("a.glb"), &glb(&json, &triangle_bytes())).unwrap();
+    assert_eq!(model.mesh.positions[1], [1.0, 5.0, 0.0]);
+    assert_eq!(
+        model.unused.names(),
+        ["3 sums of joint weights that are not 1"]
+    );
+}
+
+#[test]
+fn a_camera_stands_where_its_node_does() {
+    // It looks up by 30°, to -X, from 1, 2, 3.
+    let node = r#","camera":0,"name":"side","matrix":[0,0,-2,0,1,1.7320508,0,0,1.7320508,-1,0,0,
+        1,2,3,1]"#;
+    let json = triangle_json(node, "").replace(
+        r#""scene":0,"#,
+        r#""scene":0,"cameras":[{"type":"perspective","perspective":{"yfov":1,"znear":1}}],"#,
+    );
+    let model = parse(Path::new("a.glb"), &glb(&json, &triangle_bytes())).unwrap();
+    assert!(model.unused.is_empty(), "{}", model.unused);
+    let camera = &model.cameras[0];
+    assert_eq!(camera.name, "side");
+    assert_eq!(camera.position, DVec3::new(1.0, 2.0, 3.0));
+    let looks = |found: DVec3, x, y, z| (found - DVec3::new(x, y, z)).length() < 1.0e-6;
+    assert!(
+        looks(camera.look(), 0.0, 0.5, -0.75_f64.sqrt()),
+        "{}",
+        camera.look()
+    );
+    let scene = crate::scene::Scene::of_model(model.clone(), Some(2.0), Some(camera));
+    let place = scene.objects[0].world_from_object;
+    assert!(looks(
+        place.transform_point3(camera.position),
+        0.0,
+        0.0,
+        0.0
+    ));
+    assert!(looks(
+        place.transform_point3(DVec3::new(0.0, 3.0, 3.0)),
+        0.0,
+        2.0,
+        -2.0
+    ));
+    // Straight down the top of the picture is ahead.
+    let down = Camera {
+        orientation: DQuat::from_rotation_y(1.0) * DQuat::from_rotation_x(-FRAC_PI_2),
+        ..camera.clone()
+    };
+    let ahead = down.front_from_model() * (down.orientation * DVec3::Y);
+    assert!(looks(ahead, 0.0, 0.0, -1.0), "{ahead}");
+}
+
+#[test]
+fn what_several_nodes_share_counts_once() {
+    let lamp = r#""extensions":{"KHR_lights_punctual":{"light":0}}"#;
+    let json = triangle_json(&format!(",{lamp}"), "")
+        .replace(r#"{"children":[1]}"#, r#"{"children":[1,2]}"#)
+        .replace("}}}],\n", &format!("}}}}}},{{\"mesh\":0,{lamp}}}],\n"))
+        .replace(r#""material":0}]"#, r#""material":0},{"attributes":{"POSITION":0},"mode":0}]"#)
+        .replace(
+            r#""scene":0,"#,
+            r#""scene":0,"extensions":{"KHR_lights_punctual":{"lights":[{"type":"spot","spot":{}}]}},"#,
+        );
+    let model = parse(Path::new("a.glb"), &glb(&json, &triangle_bytes())).unwrap();
+    assert_eq!((model.mesh.triangles.len(), model.lights.len()), (2, 2));
+    let told = ["1 surface of points or lines", "1 cone of spot lights"];
+    assert_eq!(model.unused.names(), told);
 }
 
 #[test]
 fn tells_what_is_wrong() {
     for (from, to, message) in [
+        ("\"count\":3", "\"count\":2", "names vertex 2"),
+        ("{\"mesh", "{\"scale\":[1e39,1,1],\"mesh", "no number"),
         ("\"count\":3", "\"count\":4", "accessor 0 takes 48 bytes"),
         ("\"count\":3", "\"count\":4000000000", "cut off"),
         ("\"byteLength\":78", "\"byteLength\":2000000000", "cut off"),
@@ -297,12 +420,100 @@ fn tells_what_is_wrong() {
 
 #[test]
 fn tells_a_cut_off_header() {
-    let whole = glb(&triangle_json("", ""));
+    let whole = glb(&triangle_json("", ""), &triangle_bytes());
     let mut long = whole.clone();
     long[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
     let mut short = whole.clone();
     short[8..12].fill(0);
     for bytes in [&long[..], &short, &whole[..11], &whole[..whole.len() - 1]] {
         parse(Path::new("a.glb"), bytes).unwrap_err();
+    }
+}
+
+/// Returns a file of `triangle_json` with compressed views, and its binary chunk; `indices` says
+/// how the last is compressed.
+pub(in crate::scene::import) fn compressed(exponents: bool, indices: &str) -> (String, Vec<u8>) {
+    use meshopt::EncodeExpMode::Separate;
+    let positions = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let filtered = meshopt::encode_filter_exp(&positions, 15, Separate);
+    let normals = meshopt::encode_filter_oct::<i8>(&[[0.0, 0.0, 1.0, 0.0]; 3], 8);
+    let (first, filter) = if exponents {
+        (meshopt::encode_vertex_buffer(&filtered), "EXPONENTIAL")
+    } else {
+        (meshopt::encode_vertex_buffer(&positions), "NONE")
+    };
+    let last = match indices {
+        "TRIANGLES" => meshopt::encode_index_buffer(&[0, 1, 2], 3),
+        _ => meshopt::encode_index_sequence(&[0, 1, 2], 3),
+    };
+    let mut json = triangle_json("", "")
+        .replace(r#""buffer":0"#, r#""buffer":1"#)
+        .replace(
+            r#"1,"componentType":5126"#,
+            r#"1,"componentType":5120,"normalized":true"#,
+        )
+        .replace(
+            r#"6,"byteLength":36"#,
+            r#"6,"byteLength":12,"byteStride":4"#,
+        )
+        .replace(
+            r#"[{"byteLength":78}]"#,
+            r#"[{"byteLength":1},{"byteLength":78}]"#,
+        );
+    let mut all = Vec::new();
+    let normals = meshopt::encode_vertex_buffer(&normals);
+    for (before, stream, stride, mode) in [
+        (
+            r#"1,"byteLength":36"#,
+            first,
+            12,
+            format!(r#""ATTRIBUTES","filter":"{filter}""#),
+        ),
+        (
+            r#""byteStride":4"#,
+            normals,
+            4,
+            r#""ATTRIBUTES","filter":"OCTAHEDRAL""#.to_owned(),
+        ),
+        (r#""byteLength":6"#, last, 2, format!("\"{indices}\"")),
+    ] {
+        let (offset, stream) = (all.len(), stream.unwrap());
+        let length = stream.len();
+        let own = format!(
+            r#"{before},"extensions":{{"EXT_meshopt_compression":{{"buffer":0,"byteOffset":{offset},
+            "byteLength":{length},"byteStride":{stride},"mode":{mode},"count":3}}}}"#
+        );
+        json = json.replace(before, &own);
+        all.extend(stream);
+    }
+    (json, all)
+}
+
+#[test]
+fn compressed_views_are_decoded() {
+    let plain = mesh(&triangle_json("", "")).unwrap();
+    let read = |(json, all): (String, Vec<u8>)| parse(Path::new("a.glb"), &glb(&json, &all));
+    assert_eq!(read(compressed(false, "TRIANGLES")).unwrap().mesh, plain);
+    assert_eq!(read(compressed(true, "INDICES")).unwrap().mesh, plain);
+    for (from, to, says) in [
+        ("\"TRIANGLES", "\"X", "buffer view 2: EXT"),
+        ("\"count\":3}", "\"count\":300000}", "buffer view 0 is not"),
+        ("\"count\":3}", "\"count\":1000000000}", "more than"),
+        (
+            "\"byteStride\":12",
+            "\"byteStride\":14",
+            "buffer view 0 is not",
+        ),
+        (
+            "\"byteStride\":2",
+            "\"byteStride\":3",
+            "buffer view 2 is not",
+        ),
+        ("OCTAHEDRAL", "QUATERNION", "buffer view 1 is not"),
+        ("{\"buffer\":0", "{\"buffer\":7", "buffer view 0 takes"),
+    ] {
+        let (json, all) = compressed(false, "TRIANGLES");
+        let error = read((json.replace(from, to), all)).unwrap_err().to_string();
+        assert!(error.contains(says), "{to}: {error}");
     }
 }

@@ -33,9 +33,7 @@ impl Map {
         textures: &mut Textures<String>,
         unused: &mut Unused,
     ) -> Option<Texture> {
-        let paths = beside(library, &self.name);
-        let read = || Ok(read_one_of(&paths)?.into());
-        let image = textures.get(self.name.clone(), &self.name, unused, read)?;
+        let image = textures.beside(library, &self.name, unused)?;
         let plain = Texture::new(Pattern::Image(image), self.repeats);
         let [across, up, _] = plain.map;
         Some(Texture {

@@ -1,4 +1,5 @@
 use super::*;
+use crate::scene::texture::tests::grey_png;
 
 fn mesh(bytes: &[u8]) -> Result<TriangleMesh, ImportError> {
     Ok(parse(Path::new("a.ply"), bytes)?.mesh)
@@ -102,4 +103,42 @@ fn refuses_counts_that_the_file_cannot_hold() {
             assert!(error.contains("cut off or damaged"), "{error}");
         }
     }
+}
+
+#[test]
+fn corners_of_faces_have_places_and_textures_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.ply");
+    std::fs::write(folder.path().join("my a.png"), grey_png(&[77])).unwrap();
+    let faces = [
+        "3 0 1 2 6 0 0 1 0 1 1 0",
+        "3 0 2 3 6 0 0 .5 1 0 1 1",
+        "3 1 2 3 0 -1",
+    ];
+    let lists = "property list uchar float texcoord\nproperty int texnumber\nend_header";
+    let names = "comment TextureFile my a.png\ncomment TextureFile b.png\nformat";
+    let text = ascii(&faces).replace("end_header", lists);
+    let text = text.replace("format", names);
+    let Model { mesh, unused, .. } = parse(&path, text.as_bytes()).unwrap();
+    let places = mesh.triangles.as_flattened().iter();
+    let places: Vec<_> = places.map(|v| mesh.coordinates[*v as usize]).collect();
+    let first = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
+    assert_eq!(places[..3], first);
+    assert_eq!(
+        places[3..],
+        [
+            [0.0, 0.0],
+            [0.5, 1.0],
+            [0.0, 1.0],
+            [0.0; 2],
+            [0.0; 2],
+            [0.0; 2]
+        ]
+    );
+    // The first corner is the same one in two faces.
+    assert_eq!(mesh.positions.len(), 8);
+    assert_eq!(mesh.triangle_materials, [0, 1, 2]);
+    let textured = mesh.materials.iter().map(|one| one.texture.is_some());
+    assert!(textured.eq([true, false, false]));
+    assert_eq!(unused.names(), ["the texture b.png (which is not there)"]);
 }
