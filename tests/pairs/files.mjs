@@ -44,13 +44,13 @@ export const files = {
     file.node({ mesh: file.mesh(file.primitive(sphere(96, 0.95), material)) });
     return file;
   } },
-  // Metal where its texture says so. It is smooth, and round: three.js mirrors the sky alone, and
-  // Shisen no rough metal.
+  // Metal where its texture says so, and nothing between. It is smooth, and round: three.js mirrors
+  // the sky alone, and Shisen no rough metal.
   metal: { feature: 'metal', make: (has) => {
     const file = new Glb();
-    const index = file.texture(128, squares(4, [0, 0, 255], [0, 255, 0]));
+    const index = file.texture(128, squares(4, [0, 0, 255], [0, 255, 0]), { magFilter: 9728, minFilter: 9728 });
     const metal = { metallicRoughnessTexture: { index }, metallicFactor: 1, roughnessFactor: 1 };
-    const gold = { baseColorFactor: [0.9, 0.65, 0.3, 1] };
+    const gold = { baseColorFactor: [1, 0.77, 0.34, 1] };
     const material = file.material(has ? { ...gold, ...metal } : gold);
     file.node({ mesh: file.mesh(file.primitive(sphere(128, 0.95), material)) });
     return file;
