@@ -29,7 +29,11 @@ fn main() {
     let (width, height) = truth.dimensions();
     let flipped = |picture: &RgbImage| FlipImageRgb8::with_data(width, height, picture);
     for picture in found {
-        assert_eq!(picture.dimensions(), (width, height), "pictures of one size");
+        assert_eq!(
+            picture.dimensions(),
+            (width, height),
+            "pictures of one size"
+        );
         let map = nv_flip::flip(flipped(truth), flipped(picture), DEFAULT_PIXELS_PER_DEGREE);
         let all = map.to_vec();
         let own = all.iter().zip(&object).filter(|(_, is_object)| **is_object);

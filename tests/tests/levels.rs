@@ -53,7 +53,7 @@ fn check_any(mesh: &TriangleMesh, (min, max, rungs): (u32, u32, u32)) -> Vec<u32
         assert_eq!(versions.positions, mesh.positions);
     }
     // Where it is stuck, it stays.
-    let finest = f64::from(faces[0].min(max));
+    let finest = f64::from(faces[0]);
     let ideal = |rung: usize| {
         let share = rung as f64 / f64::from(rungs - 1);
         finest - share * (finest - f64::from(min)).max(0.0)

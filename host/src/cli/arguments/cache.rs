@@ -17,9 +17,13 @@ use xxhash_rust::xxh3::xxh3_64;
 
 #[derive(Debug, Clone, Args)]
 pub struct CacheArguments {
-    /// Folder in which baked scenes are kept for the next start, 4 GB at most; or off
-    /// [default: shisen in the user's folder of caches]
-    #[arg(long, value_name = "DIR|off", env = "SHISEN_CACHE")]
+    #[arg(
+        long,
+        value_name = "DIR|off",
+        help = "Folder in which baked scenes are kept for the next start, 4 GB at most; or off \
+                [default: that of the variable SHISEN_CACHE, or shisen in the user's folder of \
+                caches]"
+    )]
     cache: Option<PathBuf>,
 }
 
@@ -82,12 +86,13 @@ impl CacheArguments {
     }
 
     fn folder(&self) -> Result<Option<PathBuf>, String> {
-        match &self.cache {
+        let named = |name: &str| std::env::var_os(name).map(PathBuf::from);
+        let given = self.cache.clone().or_else(|| named("SHISEN_CACHE"));
+        match given.filter(|folder| !folder.as_os_str().is_empty()) {
             Some(off) if off.as_os_str() == "off" => return Ok(None),
-            Some(folder) => return Ok(Some(folder.clone())),
+            Some(folder) => return Ok(Some(folder)),
             None => {}
         }
-        let named = |name: &str| std::env::var_os(name).map(PathBuf::from);
         let absolute = |path: Option<PathBuf>| path.filter(|path| path.is_absolute());
         let (own, rest) = if cfg!(windows) {
             ("LOCALAPPDATA", None)

@@ -5,7 +5,6 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, Once};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Least time of work that gets a bar.
@@ -71,9 +70,8 @@ impl Progress {
 /// Says on standard error every two seconds how far long work is, also where that is no terminal.
 pub struct Ticker {
     what: Arc<Mutex<String>>,
-    /// Ends the thread when it is dropped.
-    stop: Option<Sender<()>>,
-    thread: Option<JoinHandle<()>>,
+    /// Ends the thread when it is dropped. Nobody waits for it: it may wait for a reader.
+    _stop: Sender<()>,
 }
 
 impl Ticker {
@@ -91,28 +89,16 @@ impl Ticker {
                 super::say(&format!("{} ({seconds} s)", lock(&shown)));
             }
         };
-        // Without a thread there is no progress, and the work goes on.
-        let builder = std::thread::Builder::new().name("progress".to_owned());
-        let thread = (!quiet).then(|| builder.spawn(tick).ok()).flatten();
-        Self {
-            what,
-            stop: Some(stop),
-            thread,
+        if !quiet {
+            // Without a thread there is no progress, and the work goes on.
+            let builder = std::thread::Builder::new().name("progress".to_owned());
+            let _ = builder.spawn(tick);
         }
+        Self { what, _stop: stop }
     }
 
     /// Says from now on that this is done.
     pub fn set(&self, what: String) {
         *lock(&self.what) = what;
-    }
-}
-
-impl Drop for Ticker {
-    fn drop(&mut self) {
-        drop(self.stop.take());
-        if let Some(thread) = self.thread.take() {
-            // It only waits and prints.
-            let _ = thread.join();
-        }
     }
 }
