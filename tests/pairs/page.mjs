@@ -71,7 +71,8 @@ function shadowed(light) {
   light.castShadow = true;
   light.shadow.mapSize.set(2048, 2048);
   light.shadow.normalBias = 0.01;
-  light.shadow.camera.near = 0.02;
+  // A sun's shadow camera stands where its node does, which may be amid the model.
+  light.shadow.camera.near = light.isDirectionalLight ? -5 : 0.02;
   return light;
 }
 
