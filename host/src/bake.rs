@@ -111,7 +111,7 @@ where
         Self::bake(scene, Some(levels), &|_, _| ())
     }
 
-    /// Calls `progress` with the numbers of parts that are done and that there are.
+    /// `progress` hears how many levels and trees are made.
     fn bake(
         scene: &Scene,
         levels: Option<&PolygonLevels>,
@@ -245,9 +245,9 @@ pub fn lone_mesh(mesh: TriangleMesh) -> Scene {
     }
 }
 
-/// Refuses a scene whose triangles and images alone would take more bytes than a scene may.
+/// Refuses a scene whose triangles and normals alone would take more bytes than a scene may.
 fn check_size<const W: usize>(scene: &Scene) -> Result<(), BakeError> {
-    // A full leaf has `W` triangles.
+    // No leaf has more than `W` triangles.
     let leaf = if W == 8 {
         size_of::<LeafBlock<8>>()
     } else {

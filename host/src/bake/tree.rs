@@ -257,8 +257,8 @@ impl Binary {
 /// The cheapest ways to stand for a subtree: Ylitie, Karras & Laine 2017, "Efficient Incoherent
 /// Ray Traversal on GPUs Through Compressed Wide BVHs", section 3.
 struct Plan<const W: usize> {
-    /// Of at most `i + 1` children of the parent, how many go to the left subtree; 0 where one
-    /// fewer is as good. For each node.
+    /// For each node and each number `i + 1` of children that it may give its parent: how many
+    /// of them its left subtree gives; 0 where one child fewer costs no more.
     left: Vec<[u8; W]>,
     leaf: Vec<bool>,
 }
@@ -270,8 +270,8 @@ impl<const W: usize> Plan<W> {
             left: vec![[0; W]; count],
             leaf: vec![false; count],
         };
-        // Costs with at most `i + 1` children of the parent, of the nodes whose parents come next:
-        // a right child's is on top of its sibling's.
+        // The costs of nodes whose parents come next, with at most `i + 1` children for the parent.
+        // A right child's is above its sibling's.
         let mut costs: Vec<[f64; W]> = Vec::new();
         for (number, node) in tree.nodes.iter().enumerate().rev() {
             // To visit a node or a leaf is one vector operation, however many lanes are in use.

@@ -123,7 +123,7 @@ fn load(arguments: &Arguments) -> Result<(Scene, Shown), Failure> {
             }
         }
         all if meshes.len() < all.len() => Err(misuse!(
-            "several inputs must all be models (.obj, .ply, .stl, .vtp, .gltf or .glb): bake one scene at a time"
+            "several inputs must all be models, such as .obj and .glb files: bake one scene at a time"
         )),
         _ if model.is_given() => Err(misuse!(
             "--mesh, --normals, --scale, --camera and --exposure are for one scene: several models \

@@ -29,7 +29,7 @@ use tracked::{Follower, TrackerArguments};
 #[command(mut_arg("lod", to_be_filled))]
 pub(super) struct Arguments {
     /// A, B, C or D of the paper, grid (meridians and parallels on a sphere of 100 m), prism (light
-    /// through a slit, seen through a 60° prism), spheres (three balls of quartz), a TOML
+    /// through a slit, seen through a 60° prism), spheres (three balls of quartz), a model, a TOML
     /// description or a baked scene
     #[arg(long, value_name = SCENES, default_value = "A")]
     scene: SceneName,

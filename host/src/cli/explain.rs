@@ -26,8 +26,8 @@ use shisen_core::scene::EffectSet;
     mut_arg("range", range_in_one_frame)
 )]
 pub(super) struct Arguments {
-    /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked scene
-    /// [default: A]
+    /// A, B, C or D of the paper, grid, prism, spheres, a model, a TOML description or a baked
+    /// scene [default: A]
     #[arg(id = "explained", value_name = "SCENE", conflicts_with = "scene")]
     explained: Option<SceneName>,
     /// The scene, as other commands take it

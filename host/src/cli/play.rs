@@ -40,7 +40,7 @@ const FIXATE: &str = "Point in the room, in metres, that both eyes look at. With
     mut_arg("range", range_in_one_frame)
 )]
 pub struct LiveArguments {
-    /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked scene
+    /// A, B, C or D of the paper, grid, prism, spheres, a model, a TOML description or a baked scene
     #[arg(long, value_name = SCENES, default_value = "A")]
     pub scene: SceneName,
     #[command(flatten)]
@@ -62,7 +62,7 @@ pub struct LiveArguments {
 }
 
 /// `--lod` for commands whose frames follow the gaze by default.
-pub fn paper_lod(lod: Arg) -> Arg {
+pub fn live_lod(lod: Arg) -> Arg {
     let paper =
         ["A", "B", "C", "D", "a", "b", "c", "d"].map(|name| ("scene", name.into(), "paper"));
     let others = ("scene", ArgPredicate::IsPresent, "foveated");

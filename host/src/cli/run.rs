@@ -13,7 +13,7 @@ mod watch;
 
 use crate::cli::arguments::filling::{CaptureDetail, Fill};
 use crate::cli::arguments::{SceneName, choices, span};
-use crate::cli::play::{Change, LiveArguments, TimeArguments, paper_lod};
+use crate::cli::play::{Change, LiveArguments, TimeArguments, live_lod};
 use crate::cli::prelude::*;
 use crate::cli::tracker::{Interrupt, TrackerName};
 use crate::live::{Latch, SessionSettings, SwapLock};
@@ -25,7 +25,7 @@ use report::{Report, Surroundings, Together};
 
 /// Follows a tracker frame after frame, within a budget
 #[derive(Debug, Args)]
-#[command(mut_arg("lod", paper_lod))]
+#[command(mut_arg("lod", live_lod))]
 pub(super) struct Arguments {
     #[command(flatten)]
     live: LiveArguments,

@@ -62,9 +62,9 @@ impl CacheArguments {
             }
         };
         let path = folder.join(format!("{:016x}.{EXTENSION}", key(request)));
-        if let Some((ready, warnings)) = read(&path) {
+        if let Some(ready) = read(&path) {
             ready.shown.told.repeat();
-            for warning in &warnings {
+            for warning in &ready.warnings {
                 warn(warning);
             }
             return Ok(ready);
@@ -124,7 +124,7 @@ fn key(request: &str) -> u64 {
 }
 
 /// Returns what an entry holds, if its files are as they were.
-fn read(path: &Path) -> Option<(Ready, Vec<String>)> {
+fn read(path: &Path) -> Option<Ready> {
     let mut file = File::open(path).ok()?;
     let mut length = [0; 8];
     file.read_exact(&mut length).ok()?;
@@ -140,22 +140,21 @@ fn read(path: &Path) -> Option<(Ready, Vec<String>)> {
     }
     let rest = file.metadata().ok()?.len().checked_sub(8 + length)?;
     let baked = BakedScene::read(&mut file, usize::try_from(rest).ok()?).ok()?;
-    // The oldest go: it is as if made now. Where that fails it goes sooner.
+    // The time of its last use decides when it is removed; without that, its age does.
     let _ = File::options()
         .append(true)
         .open(path)
         .and_then(|file| file.set_modified(SystemTime::now()));
-    let ready = Ready {
+    Some(Ready {
         baked,
         shown: record.shown,
         look: record.look.map(DVec3::from),
-        warnings: Vec::new(),
+        warnings: record.warnings,
         is_new: false,
-    };
-    Some((ready, record.warnings))
+    })
 }
 
-/// Writes an entry, and removes the oldest ones beyond the limit.
+/// Writes an entry. Beyond the limit it removes the entries that were used least recently.
 fn keep(folder: &Path, path: &Path, record: &Record, baked: &BakedScene) -> io::Result<()> {
     let record = serde_json::to_vec(record)?;
     let bytes = baked.as_bytes();
@@ -184,7 +183,11 @@ fn keep(folder: &Path, path: &Path, record: &Record, baked: &BakedScene) -> io::
         if total <= MOST_BYTES {
             break;
         }
-        std::fs::remove_file(&path)?;
+        match std::fs::remove_file(&path) {
+            // Another program was faster.
+            Err(fault) if fault.kind() == io::ErrorKind::NotFound => {}
+            removed => removed?,
+        }
         total -= bytes;
     }
     Ok(())

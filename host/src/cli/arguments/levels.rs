@@ -1,6 +1,8 @@
-//! The polygon levels that a baked scene has, for reports.
+//! The polygon levels that a baked scene has: for reports, and what to warn of.
 
+use crate::bake::simplify::{PolygonLevels, Topology};
 use crate::cli::prelude::*;
+use crate::scene::Scene as Described;
 use shisen_core::scene::Scene;
 use shisen_core::scene::format::{IdLeaf, LeafBlock, Mesh, Node};
 
@@ -49,6 +51,47 @@ impl Level {
             finer = Some(record);
         }
         levels
+    }
+
+    /// Returns warnings of meshes whose levels are not as coarse as asked, or may not fit each other.
+    /// Vertices at which parts touch do no harm: every level stays closed.
+    pub fn warnings(scene: &Described, asked: &PolygonLevels, baked: &BakedScene) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let made = Self::of(baked);
+        let meshes = scene.meshes.iter().zip(Self::by_mesh(&made)).enumerate();
+        for (number, (mesh, made)) in meshes.filter(|(_, (mesh, _))| asked.apply_to(mesh)) {
+            let mesh_number = format!("mesh {number} (counted from 0)");
+            let faces_asked = asked.asked_of(mesh.triangles.len());
+            let which = [("finest", made.first()), ("coarsest", made.last())];
+            for ((which, level), asked) in which.into_iter().zip(faces_asked) {
+                let faces = level.map_or(0, |level| level.faces as usize);
+                // A collapse may leave one face more.
+                if faces > asked + 1 {
+                    warnings.push(format!(
+                    "{mesh_number} has {faces} faces at its {which} level, not {asked}: with fewer \
+                     it would change how it hangs together. Weld its vertices, or ask for no fewer \
+                     with --faces MIN..MAX"
+                ));
+                }
+            }
+            let Topology {
+                open_edges,
+                crowded_edges,
+            } = Topology::of(mesh);
+            if open_edges > 0 {
+                warnings.push(format!(
+                "{mesh_number} is not closed: {open_edges} edges are open. Along them its coarser \
+                 levels may cover less than finer ones, and light may pass"
+            ));
+            }
+            if crowded_edges > 0 {
+                warnings.push(format!(
+                "{mesh_number} has {crowded_edges} edges of more than two faces. Parts that touch \
+                 there may come apart at coarser levels"
+            ));
+            }
+        }
+        warnings
     }
 
     pub fn by_mesh(levels: &[Self]) -> impl Iterator<Item = &[Self]> {

@@ -96,10 +96,10 @@ impl LodArguments {
                      levels are chosen when baking, with `shisen bake --faces MIN..MAX --levels N`"
                 ));
             }
-            (Loaded::Baked(baked), None) => {
+            (Loaded::Baked(baked), None) if self.has_levels() => {
                 let levels = Level::of(baked);
                 let has_ladder = Level::by_mesh(&levels).any(|levels| levels.len() > 1);
-                if self.has_levels() && !has_ladder && !levels.is_empty() {
+                if !has_ladder && !levels.is_empty() {
                     warn(&format!(
                         "all rays see the same polygons: {name} was baked without polygon levels. \
                          Bake it again with `shisen bake --levels N`"
@@ -113,7 +113,7 @@ impl LodArguments {
                      every face"
                 ));
             }
-            (Loaded::Described(_), _) => {}
+            _ => {}
         }
         let levels = self.has_levels();
         let levels = levels.then(|| self.levels.polygon_levels(Layout::Fast));

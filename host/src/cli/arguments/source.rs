@@ -1,6 +1,6 @@
 //! Loads the scene that an argument names.
 
-use crate::bake::simplify::{PolygonLevels, Topology};
+use crate::bake::simplify::PolygonLevels;
 use crate::bake::{BakeError, Layout};
 use crate::cave::look::ViewDirection;
 use crate::cli::arguments::levels::Level;
@@ -211,9 +211,7 @@ impl Source {
         };
         Ok(Self { scene, shown, look })
     }
-}
 
-impl Source {
     /// Bakes it, unless it is baked.
     pub fn baked(
         self,
@@ -274,52 +272,11 @@ pub fn bake(
         let name = name.to_owned();
         Unusable::Scene { name, source }
     })?;
-    let warnings = levels.map_or(Vec::new(), |levels| of_levels(scene, levels, &baked));
+    let warnings = levels.map_or(Vec::new(), |asked| Level::warnings(scene, asked, &baked));
     for warning in &warnings {
         warn(warning);
     }
     Ok((baked, warnings))
-}
-
-/// Returns warnings of meshes whose levels are not as coarse as asked, or may not fit each other.
-/// Vertices at which parts touch do no harm: every level stays closed.
-fn of_levels(scene: &Scene, levels: &PolygonLevels, baked: &BakedScene) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let made = Level::of(baked);
-    let meshes = scene.meshes.iter().zip(Level::by_mesh(&made)).enumerate();
-    for (number, (mesh, made)) in meshes.filter(|(_, (mesh, _))| levels.apply_to(mesh)) {
-        let mesh_number = format!("mesh {number} (counted from 0)");
-        let asked = levels.asked_of(mesh.triangles.len());
-        let which = [("finest", made.first()), ("coarsest", made.last())];
-        for ((which, level), asked) in which.into_iter().zip(asked) {
-            let faces = level.map_or(0, |level| level.faces as usize);
-            // A collapse may leave one face more.
-            if faces > asked + 1 {
-                warnings.push(format!(
-                    "{mesh_number} has {faces} faces at its {which} level, not {asked}: with fewer \
-                     it would change how it hangs together. Weld its vertices, or ask for no fewer \
-                     with --faces MIN..MAX"
-                ));
-            }
-        }
-        let Topology {
-            open_edges,
-            crowded_edges,
-        } = Topology::of(mesh);
-        if open_edges > 0 {
-            warnings.push(format!(
-                "{mesh_number} is not closed: {open_edges} edges are open. Along them its coarser \
-                 levels may cover less than finer ones, and light may pass"
-            ));
-        }
-        if crowded_edges > 0 {
-            warnings.push(format!(
-                "{mesh_number} has {crowded_edges} edges of more than two faces. Parts that touch \
-                 there may come apart at coarser levels"
-            ));
-        }
-    }
-    warnings
 }
 
 /// Reads a model, and tells what its colours show and what of its file is not shown.

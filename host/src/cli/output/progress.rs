@@ -1,4 +1,4 @@
-//! A progress bar on standard error, for long work.
+//! Progress of long work on standard error: a bar, or a line every two seconds.
 
 use crate::live::lock;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -69,8 +69,9 @@ impl Progress {
 
 /// Says on standard error every two seconds how far long work is, also where that is no terminal.
 pub struct Ticker {
+    /// The name of the work, with how far it is.
     what: Arc<Mutex<String>>,
-    /// Ends the thread when it is dropped. Nobody waits for it: it may wait for a reader.
+    /// Dropping it ends the thread, which is not joined: it may wait for a reader.
     _stop: Sender<()>,
 }
 
@@ -97,7 +98,7 @@ impl Ticker {
         Self { what, _stop: stop }
     }
 
-    /// Says from now on that this is done.
+    /// Changes the name of the work, with how far it is.
     pub fn set(&self, what: String) {
         *lock(&self.what) = what;
     }

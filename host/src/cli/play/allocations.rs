@@ -3,7 +3,7 @@
 //! The allocator of this program's tests counts what all threads take, with a simulated tracker, a
 //! decoder and a serial port. Other tests run at the same time, so a process of its own renders.
 
-use super::{Change, LiveArguments, TimeArguments, paper_lod};
+use super::{Change, LiveArguments, TimeArguments, live_lod};
 use crate::live::{Display, FrameRecord, SessionSettings, SingleMachine};
 use crate::render::CaptureOptions;
 use crate::tracker::pty::Pty;
@@ -75,7 +75,7 @@ impl Display for Auditor {
 }
 
 #[derive(Parser)]
-#[command(mut_arg("lod", paper_lod))]
+#[command(mut_arg("lod", live_lod))]
 struct Line {
     #[command(flatten)]
     live: LiveArguments,

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use shisen::cli::numbers::whole;
 use shisen::cli::output::failure::Failure;
-use shisen::cli::play::{Interference, LiveArguments, Played, TimeArguments, paper_lod};
+use shisen::cli::play::{Interference, LiveArguments, Played, TimeArguments, live_lod};
 use shisen::cli::tracker::{Interrupt, TrackerName};
 use shisen::live::quantiles::median;
 use shisen::live::{Display, FrameBudget, FrameRecord, SessionSettings, SingleMachine};
@@ -20,7 +20,7 @@ use std::time::Duration;
 /// a frame for each refresh of a display that is as fast as that. Each run begins with the
 /// tracker's first sample.
 #[derive(Debug, Args)]
-#[command(mut_arg("lod", paper_lod))]
+#[command(mut_arg("lod", live_lod))]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     live: LiveArguments,

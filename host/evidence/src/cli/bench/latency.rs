@@ -12,7 +12,7 @@ use shisen::cli::arguments::span;
 use shisen::cli::numbers::whole;
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::picture_files::make_writable;
-use shisen::cli::play::{Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod};
+use shisen::cli::play::{Interference, LiveArguments, Played, Prepared, TimeArguments, live_lod};
 use shisen::cli::tracker::{Interrupt, protocol, require_serial};
 use shisen::live::{
     Display, FrameRecord, Latch, Leg, SessionReport, SessionSettings, SingleMachine, Summary,
@@ -30,7 +30,7 @@ use std::time::{Duration, Instant};
 /// at each rate; frames follow it as in `shisen run`, with the gaze
 /// taken at once and as late as the last frames allow, in turns.
 #[derive(Debug, Args)]
-#[command(mut_arg("lod", paper_lod), mut_arg("budget", in_half_a_refresh))]
+#[command(mut_arg("lod", live_lod), mut_arg("budget", in_half_a_refresh))]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     live: LiveArguments,

@@ -78,7 +78,7 @@ impl Element {
         found.map(|(_, value)| value.as_str())
     }
 
-    /// Returns a number that an attribute says; 0 without it, or what is no number.
+    /// Returns an attribute's number; 0 if it is missing or no whole number.
     pub(super) fn count(&self, name: &str) -> usize {
         let said = self.said(name).map(str::parse);
         said.and_then(Result::ok).unwrap_or(0)
