@@ -72,7 +72,7 @@ const side = (triangles, grids) => Math.max(4, Math.round(Math.sqrt(triangles / 
 /** Several textured shells of metal and leather. */
 function helmet(triangles) {
   const file = new Glb();
-  const columns = side(triangles, 6);
+  const columns = side(triangles, 4.5);
   const noise = (u, v) => 0.5 + 0.5 * Math.sin(40 * u + 9 * Math.sin(23 * v)) * Math.sin(31 * v);
   const tones = [[110, 60, 35], [190, 190, 195], [60, 62, 58], [150, 110, 50]];
   const materials = tones.map((tone, number) => {
@@ -110,7 +110,7 @@ function helmet(triangles) {
 /** Many nodes, some without coordinates; paint, chrome and glass. */
 function truck(triangles) {
   const file = new Glb();
-  const cells = side(triangles, 34);
+  const cells = side(triangles, 142);
   const paint = file.material({ baseColorFactor: [0.7, 0.12, 0.08, 1], roughnessFactor: 0.4 });
   const chrome = file.material({ baseColorFactor: [0.9, 0.9, 0.92, 1], metallicFactor: 1, roughnessFactor: 0.05 });
   const rubber = file.material({ baseColorFactor: [0.05, 0.05, 0.05, 1] });
@@ -152,7 +152,7 @@ function truck(triangles) {
 /** A room without its front, two lamps in it, and rows of the same things. */
 function room(triangles) {
   const file = new Glb();
-  const cells = side(triangles, 40);
+  const cells = side(triangles, 46);
   const wall = file.material({ baseColorTexture: { index: file.texture(64, squares(16, [205, 190, 165], [195, 178, 150])) } });
   const table = file.material({ baseColorFactor: [0.4, 0.22, 0.1, 1], roughnessFactor: 0.5 });
   const mirror = file.material({ baseColorFactor: [0.95, 0.95, 0.95, 1], metallicFactor: 1, roughnessFactor: 0 });

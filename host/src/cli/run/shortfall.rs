@@ -48,14 +48,17 @@ impl Shortfall {
     /// Returns what is missing and what would help, if that is most of the picture.
     pub(super) fn advice(&self) -> Option<String> {
         let shown = self.shown().filter(|shown| shown * SHOWN_ONE_OF < 1.0)?;
+        let percent = match 100.0 * shown {
+            ..1.0 => "less than 1 %".to_owned(),
+            percent => format!("{percent:.0} %"),
+        };
         let foveated = match self.lod {
             Choice::Foveated => "",
             _ => ", --lod foveated",
         };
         Some(format!(
-            "most of the picture is missing: the budget shows {:.0} % of the visual field; give \
-             smaller pictures with --size{foveated} or a larger --budget",
-            100.0 * shown
+            "most of the picture is missing: the budget shows {percent} of the visual field; give \
+             smaller pictures with --size{foveated} or a larger --budget"
         ))
     }
 
