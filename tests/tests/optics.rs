@@ -7,6 +7,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use shisen::bake::Baked;
 use shisen::scene::material::Material;
 use shisen::scene::mesh::TriangleMesh;
+use shisen::scene::texture::{Pattern, Texture};
 use shisen::scene::{Background, Light, Scene, Shape};
 use shisen_core::Simd;
 use shisen_core::frame::{Budget, LEAST_WEIGHT, MAX_DEPTH, Pixel, Workspace};
@@ -342,6 +343,27 @@ fn point_lights_fall_off_and_cast_shadows() {
             assert_near(look(&scene), expected, 1e-6 * expected);
         }
     }
+}
+
+#[test]
+fn a_texture_stains_glass_but_not_what_is_behind_a_veil() {
+    let seen_through = |material: Material| {
+        let mut scene = empty();
+        scene.background = Background::uniform([1.0; 3]);
+        add_sphere(&mut scene, 1.0, DVec3::ZERO, material);
+        seen(&scene, 4, [0.2, 0.1, 3.0], [0.0, 0.0, -1.0])
+    };
+    let colour = [0.25, 0.5, 0.75];
+    let stained = |index| Material {
+        texture: Some(Texture::new(Pattern::Checker([colour; 2]), [1.0; 2])),
+        ..glass(index)
+    };
+    let coloured = Material {
+        transmission: colour,
+        ..glass(1.5)
+    };
+    assert_eq!(seen_through(stained(1.5)), seen_through(coloured));
+    assert_eq!(seen_through(stained(1.0)), seen_through(glass(1.0)));
 }
 
 #[test]

@@ -314,8 +314,8 @@ pub mod effect {
     pub const DISPERSION: u32 = 256;
     /// Metal in part or whole, smooth or rough.
     pub const METAL: u32 = 512;
-    /// Colours of a mesh's vertices, which multiply the diffuse reflectance, or the emission of a
-    /// surface without one.
+    /// Colours of a mesh's vertices, which multiply what textures do, or the emission of a surface
+    /// without diffuse reflectance.
     pub const VERTEX_COLOURS: u32 = 1024;
 }
 
@@ -338,7 +338,8 @@ pub struct Material {
     pub effects: u32,
     /// Share of refracted light let through.
     pub transmission: [f32; 3],
-    /// Index of the texture that `diffuse` is multiplied by, or [`NO_TEXTURE`].
+    /// Index of the texture that `diffuse` is multiplied by, and `transmission` unless the index of
+    /// refraction is 1; or [`NO_TEXTURE`].
     pub texture: u32,
     /// Per metre.
     pub absorption: [f32; 3],

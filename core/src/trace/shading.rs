@@ -158,6 +158,8 @@ impl<const W: usize, const EFFECTS: u32> Shading<'_, '_, W, EFFECTS> {
 /// A ray's arrival at the border of a clear body, or at a mirror.
 struct Arrival<'a> {
     surface: Surface<'a>,
+    /// Colour that the surface's texture and its vertices give to what it lets through.
+    stain: Vec3,
     /// Direction of the ray, unit length.
     direction: Vec3,
     /// Shading normal on the ray's side, unit length.
@@ -194,7 +196,8 @@ impl Arrival<'_> {
 
     /// Returns the share of light that the border lets through.
     fn let_through(&self, refraction: &Refraction) -> Vec3 {
-        Vec3::from_array(self.surface.material.transmission) * refraction.transmittance
+        let transmission = Vec3::from_array(self.surface.material.transmission) * self.stain;
+        transmission * refraction.transmittance
     }
 
     /// Returns the refracted ray, with a share of the light; `None` on total reflection.
@@ -325,7 +328,7 @@ where
             }
             if is_clear {
                 // At the last bounce the background stands for what is behind the glass.
-                let let_through = Vec3::from_array(material.transmission);
+                let let_through = Vec3::from_array(material.transmission) * look.stain;
                 let share = if inside { Vec3::ONE } else { let_through };
                 let uncovered = from.uncovered * share.max_element();
                 self.see_background(direction, weight * share, uncovered);
@@ -334,6 +337,7 @@ where
         }
         let at = Arrival {
             surface,
+            stain: look.stain,
             direction,
             normal,
             inside,

@@ -28,7 +28,12 @@ impl Scene {
                 DAffine3::from_mat3_translation(turn, turn * -camera.position)
             },
         );
-        let mut scene = Self::of_meshes(vec![model.mesh]);
+        let mut mesh = model.mesh;
+        let metres = place.matrix3.x_axis.length() as f32;
+        for material in &mut mesh.materials {
+            material.absorption = material.absorption.map(|of_unit| of_unit / metres);
+        }
+        let mut scene = Self::of_meshes(vec![mesh]);
         scene.objects[0].world_from_object = place;
         if !model.lights.is_empty() {
             let lights = model.lights.into_iter();
@@ -114,6 +119,7 @@ fn moved(light: Light, place: &DAffine3) -> Light {
 mod tests {
     use super::*;
     use crate::scene::import::Unused;
+    use crate::scene::material::Material;
 
     #[test]
     fn a_model_stands_on_the_floor_with_its_light() {
@@ -121,6 +127,10 @@ mod tests {
         for position in &mut mesh.positions {
             *position = [position[0] * 10.0 + 3.0, position[2] * 40.0, 7.0];
         }
+        mesh.materials = vec![Material {
+            absorption: [1.0; 3],
+            ..Material::default()
+        }];
         let lamp = Light::Point {
             position: DVec3::new(3.0, -20.0, 7.0),
             colour: [400.0; 3],
@@ -145,6 +155,8 @@ mod tests {
         for (found, expected) in corners(&scene).into_iter().zip(expected) {
             assert!((found - expected).length() < 1e-12, "{found}");
         }
+        // It is a twentieth as large: what it absorbs in a unit, it absorbs in 5 cm.
+        assert_eq!(scene.meshes[0].materials[0].absorption, [20.0; 3]);
         let foot = Light::Point {
             position: PLACE,
             colour: [1.0; 3],

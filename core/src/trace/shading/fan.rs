@@ -51,7 +51,7 @@ where
         self.reflected = white;
         let mut missing = self.missing.unwrap_or(Vec3::ONE - white);
         at.is_tinted = true;
-        let transmission = Vec3::from_array(at.surface.material.transmission);
+        let transmission = Vec3::from_array(at.surface.material.transmission) * at.stain;
         let sides = shading.sides(&at, transmission * (Vec3::ONE - reflectance), reflectance);
         if let Some(share) = sides.back {
             self.reflect_in_part(&at, share);

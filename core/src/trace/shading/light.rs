@@ -71,11 +71,10 @@ where
     pub(super) fn look(&self, surface: &Surface<'_>) -> Look {
         let material = surface.material;
         let effects = material.effects & self.shading.effects;
-        let diffuse = Vec3::from_array(material.diffuse);
-        let mut diffuse = self.textured(diffuse, surface, material.texture);
-        if Self::has(effect::VERTEX_COLOURS) {
-            diffuse *= surface.colour;
-        }
+        let tint = self.tint(surface);
+        let diffuse = Vec3::from_array(material.diffuse) * tint;
+        let is_veil = material.index_of_refraction == 1.0;
+        let stain = if is_veil { Vec3::ONE } else { tint };
         let specular = Vec3::from_array(material.specular);
         let mirror = Vec3::from_array(material.mirror);
         let plain = Look {
@@ -84,6 +83,7 @@ where
             specular,
             shininess: material.shininess,
             mirror,
+            stain,
         };
         if !Self::has(effect::METAL) || effects & effect::METAL == 0 {
             return plain;
@@ -103,6 +103,18 @@ where
             specular: specular * (1.0 - metal) + tint,
             shininess: max(shininess, 1.0),
             mirror: tint * smoothness,
+            ..plain
+        }
+    }
+
+    /// Returns the colour that a surface has from its texture and its vertices.
+    #[inline(always)]
+    fn tint(&self, surface: &Surface<'_>) -> Vec3 {
+        let tint = self.textured(Vec3::ONE, surface, surface.material.texture);
+        if Self::has(effect::VERTEX_COLOURS) {
+            tint * surface.colour
+        } else {
+            tint
         }
     }
 
@@ -217,6 +229,8 @@ pub(super) struct Look {
     specular: Vec3,
     shininess: f32,
     pub(super) mirror: Vec3,
+    /// Colour that its texture and its vertices give to what it lets through.
+    pub(super) stain: Vec3,
 }
 
 /// How a ray meets a surface.

@@ -291,7 +291,7 @@ const MOST_NAMES: usize = 20;
 
 fn camera_of(model: &Model, name: &str) -> Result<Camera, Failure> {
     let all = &model.cameras;
-    let found = all.iter().find(|camera| camera.name == name);
+    let found = all.iter().find(|camera| camera.is_called(name));
     found.cloned().ok_or_else(|| {
         let names = all.iter().take(MOST_NAMES);
         let names: Vec<String> = names.map(|camera| format!("\"{}\"", camera.name)).collect();

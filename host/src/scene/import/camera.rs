@@ -7,6 +7,8 @@ use glam::{DMat3, DQuat, DVec3};
 pub struct Camera {
     /// What its file calls it, or "camera" and its number, from 1.
     pub name: String,
+    /// Its own name, where `name` is its node's.
+    pub own_name: Option<String>,
     /// Where it is, in the model's units.
     pub position: DVec3,
     /// From its own axes to the model's: it looks along −Z, its top is towards +Y.
@@ -14,6 +16,11 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// Returns whether its file calls it this.
+    pub fn is_called(&self, name: &str) -> bool {
+        self.name == name || self.own_name.as_deref() == Some(name)
+    }
+
     /// Returns the turn about the vertical that brings the way it looks above the front, −Z. The
     /// top of its picture decides where it looks straight up or down.
     pub fn front_from_model(&self) -> DMat3 {

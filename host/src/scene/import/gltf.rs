@@ -2,21 +2,19 @@
 
 mod accessors;
 mod compression;
+mod description;
 mod material;
 mod surface;
 
 use super::{
-    Camera, ImportError, Model, Unused, bounded, claim, fault, finished, flat_normal, syntax,
-    unusable,
+    Camera, ImportError, Model, Unused, bounded, claim, finished, flat_normal, syntax, unusable,
 };
 use crate::scene::Light;
 use crate::scene::mesh::{MeshError, TriangleMesh};
 use accessors::Buffers;
 use glam::{DMat3, DQuat, DVec3, Mat4, Quat, Vec3};
 use gltf::khr_lights_punctual::Kind;
-use gltf::{Document, Node, json};
-use json::validation::{Error, Validate as _};
-use serde::Deserialize;
+use gltf::{Document, Node};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::f32::consts::FRAC_1_PI;
@@ -25,14 +23,15 @@ use surface::{Pose, Surface};
 
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
     let (json, blob) = split(path, bytes)?;
-    let document = document(path, &json)?;
+    let mut unused = Unused::default();
+    let document = description::read(path, &json, &mut unused)?;
     let mut importer = Importer {
         path,
         buffers: Buffers::read(path, &document, blob)?,
         mesh: TriangleMesh::default(),
         lights: Vec::new(),
         cameras: Vec::new(),
-        unused: Unused::default(),
+        unused,
     };
     importer.scene(&document)?;
     importer.complete();
@@ -53,7 +52,7 @@ fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Chunks<'a>, ImportError> {
         return Ok((bytes.into(), None));
     }
     if bytes.get(4..8) == Some(&[1, 0, 0, 0]) {
-        return Err(outdated(path, "1.0"));
+        return Err(description::outdated(path, "1.0"));
     }
     // The parser subtracts the header's length unchecked.
     let claimed = bytes
@@ -67,61 +66,9 @@ fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Chunks<'a>, ImportError> {
         let what = "the GLB header's length";
         return Err(claim(path, what, claimed.into(), bytes.len()));
     }
-    let glb = gltf::Glb::from_slice(bytes).map_err(|error| malformed(path, &error))?;
+    let glb = gltf::Glb::from_slice(bytes)
+        .map_err(|error| syntax(path, format!("not a valid GLB file: {error}")))?;
     Ok((glb.json, glb.bin.map(Cow::into_owned)))
-}
-
-fn malformed(path: &Path, error: &gltf::Error) -> ImportError {
-    syntax(path, format!("not a valid glTF 2.0 file: {error}"))
-}
-
-/// Returns the error of a file of the first glTF, whose tables are others.
-fn outdated(path: &Path, version: &str) -> ImportError {
-    let problem = format!("this is glTF {version}, but glTF 2.0 is needed");
-    fault(path, problem, "export the mesh again as glTF 2.0")
-}
-
-/// The part of a file that all versions of glTF have.
-#[derive(Deserialize)]
-struct Versioned {
-    asset: json::Asset,
-}
-
-fn document(path: &Path, json: &[u8]) -> Result<Document, ImportError> {
-    let version = json::deserialize::from_slice(json).map(|of: Versioned| of.asset.version);
-    if let Some(version) = version.ok().filter(|version| version.starts_with("1.")) {
-        return Err(outdated(path, &version));
-    }
-    let root: json::Root =
-        json::deserialize::from_slice(json).map_err(|error| malformed(path, &error.into()))?;
-    let mut required = root.extensions_required.iter();
-    if required.any(|name| name == "KHR_draco_mesh_compression") {
-        let problem = "it is compressed with Draco, which is not read";
-        return Err(fault(path, problem, "export it without, or with meshopt"));
-    }
-    // The validator looks positions up before it has checked their index.
-    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
-    let accessors = root.accessors.len();
-    if primitives.any(|p| p.attributes.values().any(|i| i.value() >= accessors)) {
-        return Err(syntax(
-            path,
-            format!("a primitive names an accessor that is not among the file's {accessors}"),
-        ));
-    }
-    let mut wrong = Vec::new();
-    root.validate(&root, json::Path::new, &mut |place, error| {
-        let place = place().to_string();
-        // Bounds are not needed, and what other extensions change, geometry does without.
-        let field = place.rsplit('.').next();
-        let is_bound = matches!(field, Some("min" | "max"));
-        if !is_bound && !matches!(error, Error::Unsupported) {
-            wrong.push(format!("{place} is {error}"));
-        }
-    });
-    match wrong.first() {
-        None => Ok(Document::from_json_without_validation(root)),
-        Some(first) => Err(syntax(path, format!("not a valid glTF 2.0 file: {first}"))),
-    }
 }
 
 struct Importer<'a> {
@@ -159,7 +106,7 @@ impl Importer<'_> {
                 }
             }
             if let Some(camera) = node.camera() {
-                self.add_camera(node.name().or(camera.name()), *place);
+                self.add_camera([node.name(), camera.name()], *place);
             }
             let Some(mesh) = node.mesh() else { continue };
             let poses = match node.skin() {
@@ -202,6 +149,9 @@ impl Importer<'_> {
             if std::mem::replace(&mut visited[number], true) {
                 let problem = "has more than one parent, but nodes must form trees";
                 return Err(self.fault(format!("node {number} {problem}")));
+            }
+            if is_hidden(&node) {
+                continue;
             }
             let place = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
             if !place.is_finite() {
@@ -310,6 +260,11 @@ impl Importer<'_> {
         let colour = light
             .color()
             .map(|channel| bounded(channel * light.intensity() * FRAC_1_PI, 0.0, 1.0e12));
+        let reaches = light.range().is_some_and(f32::is_finite);
+        self.unused.add("range{s} of lights", u64::from(reaches));
+        if colour == [0.0; 3] {
+            return;
+        }
         let ahead = place.transform_vector3(Vec3::NEG_Z).as_dvec3();
         self.lights.push(match light.kind() {
             Kind::Directional => Light::Directional {
@@ -324,14 +279,17 @@ impl Importer<'_> {
         });
     }
 
-    fn add_camera(&mut self, name: Option<&str>, place: Mat4) {
+    fn add_camera(&mut self, [node, own]: [Option<&str>; 2], place: Mat4) {
         let axis = |axis: Vec3| place.transform_vector3(axis).as_dvec3();
         let back = axis(Vec3::Z).normalize_or(DVec3::Z);
         let right = axis(Vec3::Y).cross(back).normalize_or(DVec3::X);
         let axes = DMat3::from_cols(right, back.cross(right), back);
         let number = self.cameras.len() + 1;
         self.cameras.push(Camera {
-            name: name.map_or_else(|| format!("camera {number}"), str::to_owned),
+            name: node
+                .or(own)
+                .map_or_else(|| format!("camera {number}"), str::to_owned),
+            own_name: own.map(str::to_owned),
             position: place.transform_point3(Vec3::ZERO).as_dvec3(),
             orientation: DQuat::from_mat3(&axes).normalize(),
         });
@@ -354,8 +312,6 @@ impl Importer<'_> {
 
     fn count_unused(&mut self, document: &Document) {
         let root = document.as_json();
-        self.unused
-            .add("animation{s}", root.animations.len() as u64);
         let variants = root.extensions.as_ref();
         let variants = variants.and_then(|all| all.khr_materials_variants.as_ref());
         let variants = variants.map_or(0, |all| all.variants.len());
@@ -363,6 +319,12 @@ impl Importer<'_> {
         let others = root.scenes.len().saturating_sub(1);
         self.unused.add("scene{s} besides the first", others as u64);
     }
+}
+
+/// Returns whether `KHR_node_visibility` hides a node and those below it.
+fn is_hidden(node: &Node<'_>) -> bool {
+    let visibility = node.extension_value("KHR_node_visibility");
+    visibility.and_then(|of| of.get("visible")?.as_bool()) == Some(false)
 }
 
 /// Appends what a surface has of something to what the vertices before it have.

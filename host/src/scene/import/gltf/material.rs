@@ -5,9 +5,9 @@ use super::accessors::{data_of, is_below, percent_decoded};
 use crate::scene::import::{Textures, beside, bounded, bounded_colour, read_one_of};
 use crate::scene::material::{Material, Metal};
 use crate::scene::texture::{Pattern, Texture, Wrap};
+use gltf::Document;
 use gltf::material::{AlphaMode, PbrSpecularGlossiness};
 use gltf::texture::{Info, MagFilter, WrappingMode};
-use gltf::{Document, image};
 use shisen_core::spectrum::{Medium, line};
 use std::borrow::Cow;
 
@@ -91,7 +91,9 @@ impl Importer<'_> {
                 u64::from(painted.medium.is_none()),
             );
         }
-        painted.vertex_colours = !self.mesh.colours.is_empty();
+        // They colour what scatters; where nothing does, our emission would have their colour.
+        let scatters = painted.diffuse != [0.0; 3] || painted.transmission != [0.0; 3];
+        painted.vertex_colours = !self.mesh.colours.is_empty() && (scatters || material.unlit());
         let mut texture = |info: Option<Info<'_>>| self.texture(document, &info?, textures);
         let base = texture(match &older {
             Some(older) => older.diffuse_texture(),
@@ -130,14 +132,14 @@ impl Importer<'_> {
                 .add("texture{s} on further coordinates than two", 1);
             return None;
         }
-        let Some(source) = info.texture().source() else {
+        let Some(image) = info.texture().source() else {
             self.unused.add(unread(document, &info.texture()), 1);
             return None;
         };
-        let name = name(&source);
+        let name = name(document, &image);
         let mut unused = std::mem::take(&mut self.unused);
-        let read = || self.image(&source);
-        let image = textures.get(source.index(), &name, &mut unused, read);
+        let read = || self.image(document, &image);
+        let image = textures.get(image.index(), &name, &mut unused, read);
         self.unused = unused;
         let sampler = info.texture().sampler();
         let plain = Texture::new(Pattern::Image(image?), [1.0; 2]);
@@ -154,17 +156,19 @@ impl Importer<'_> {
         })
     }
 
-    fn image(&self, image: &gltf::Image<'_>) -> Result<Cow<'_, [u8]>, String> {
-        match image.source() {
-            image::Source::View { view, .. } => {
+    fn image(&self, document: &Document, image: &gltf::Image<'_>) -> Result<Cow<'_, [u8]>, String> {
+        match source(document, image) {
+            None => Err("has neither a URI nor a buffer view".to_owned()),
+            Some(Source::View(view)) => {
                 let bytes = self.buffers.view(&view);
                 bytes.map(Cow::Borrowed).map_err(|fault| fault.to_string())
             }
-            image::Source::Uri { uri, .. } => {
+            Some(Source::Uri(uri)) => {
                 if let Some(data) = data_of(uri) {
                     return Ok(Cow::Owned(data?));
                 }
                 let name = percent_decoded(uri).unwrap_or_else(|| uri.to_owned());
+                let name = name.replace('\\', "/");
                 let [named, beside] = beside(self.path, &name);
                 let paths = if is_below(&name) {
                     vec![named, beside]
@@ -178,6 +182,7 @@ impl Importer<'_> {
 
     fn count_unused_of(&mut self, material: &gltf::Material<'_>, painted: &Material) {
         let older = material.pbr_specular_glossiness();
+        let pbr = material.pbr_metallic_roughness();
         let base = painted.texture.as_ref();
         let base = base.or(painted
             .emission_texture
@@ -201,6 +206,12 @@ impl Importer<'_> {
                 has_alpha && material.alpha_mode() == AlphaMode::Blend,
             ),
             (
+                "rough transmission{s}",
+                painted.transmission != [0.0; 3]
+                    && material.transmission().is_some()
+                    && pbr.roughness_factor() > 0.0,
+            ),
+            (
                 "map{s} of transmission",
                 material
                     .transmission()
@@ -222,10 +233,27 @@ impl Importer<'_> {
     }
 }
 
+/// Where the bytes of an image are.
+enum Source<'d> {
+    View(gltf::buffer::View<'d>),
+    Uri(&'d str),
+}
+
+/// Returns where an image is: the parser panics where a file does not say it, or leaves out a
+/// type.
+fn source<'d>(document: &'d Document, image: &gltf::Image<'_>) -> Option<Source<'d>> {
+    let image = document.as_json().images.get(image.index())?;
+    let uri = image.uri.as_deref().map(Source::Uri);
+    uri.or_else(|| {
+        let view = image.buffer_view?.value();
+        document.views().nth(view).map(Source::View)
+    })
+}
+
 /// Returns what messages call an image.
-fn name(image: &gltf::Image<'_>) -> String {
-    match image.source() {
-        image::Source::Uri { uri, .. } if !uri.starts_with("data:") => uri.to_owned(),
+fn name(document: &Document, image: &gltf::Image<'_>) -> String {
+    match source(document, image) {
+        Some(Source::Uri(uri)) if !uri.starts_with("data:") => uri.to_owned(),
         _ => image.name().map_or_else(
             || format!("{} (counted from 0)", image.index()),
             |name| format!("\"{name}\""),
@@ -240,7 +268,7 @@ fn unread(document: &Document, texture: &gltf::Texture<'_>) -> String {
         let number = value.and_then(|value| value.get("source")?.as_u64());
         let image = number.and_then(|number| document.images().nth(number as usize));
         if let Some(image) = image {
-            let name = name(&image);
+            let name = name(document, &image);
             return format!("the texture {name} (in {format}, which is not read)");
         }
     }
@@ -267,7 +295,8 @@ fn whitted(material: &gltf::Material<'_>) -> Material {
     let older = material.pbr_specular_glossiness();
     let base = older.as_ref().map(PbrSpecularGlossiness::diffuse_factor);
     let [r, g, b, alpha] = base.unwrap_or(pbr.base_color_factor());
-    let base = bounded_colour([r, g, b]);
+    let base = older.as_ref().map_or([r, g, b], |older| metal_of(older).0);
+    let base = bounded_colour(base);
     let share = |value: f32| bounded(value, 0.0, 1.0);
     let strength = material.emissive_strength().unwrap_or(1.0);
     let emission = material.emissive_factor();
@@ -277,23 +306,22 @@ fn whitted(material: &gltf::Material<'_>) -> Material {
         emission,
         ..default.clone()
     };
+    let opacity = match material.alpha_mode() {
+        AlphaMode::Blend => share(alpha),
+        AlphaMode::Opaque | AlphaMode::Mask => 1.0,
+    };
     if material.unlit() {
         return Material {
             diffuse: [0.0; 3],
-            emission: base,
+            emission: base.map(|channel| channel * opacity),
+            transmission: [1.0 - opacity; 3],
+            index_of_refraction: 1.0,
             ..named
         };
     }
     let transmission = material.transmission();
     let transmission = transmission.map_or(0.0, |one| share(one.transmission_factor()));
-    let opacity = match material.alpha_mode() {
-        AlphaMode::Blend => share(alpha),
-        AlphaMode::Opaque | AlphaMode::Mask => 1.0,
-    };
     let (metalness, roughness, specular) = reflection(material);
-    // What a surface of the older kind reflects, it does not scatter.
-    let scattered = older.map_or(1.0, |_| 1.0 - specular.into_iter().fold(0.0, f32::max));
-    let base = base.map(|channel| channel * scattered);
     // The exponent whose lobe is as wide as the microfacets' of this roughness.
     let width = roughness * roughness;
     let shininess = 2.0 / (width * width).max(f32::MIN_POSITIVE) - 2.0;
@@ -338,7 +366,9 @@ fn reflection(material: &gltf::Material<'_>) -> (f32, f32, [f32; 3]) {
     let share = |value: f32| bounded(value, 0.0, 1.0);
     if let Some(older) = material.pbr_specular_glossiness() {
         let roughness = 1.0 - share(older.glossiness_factor());
-        return (0.0, roughness, bounded_colour(older.specular_factor()));
+        let (_, metalness) = metal_of(&older);
+        let specular = bounded_colour(older.specular_factor());
+        return (metalness, roughness, specular);
     }
     let pbr = material.pbr_metallic_roughness();
     let [metalness, roughness] = [pbr.metallic_factor(), pbr.roughness_factor()].map(share);
@@ -349,6 +379,26 @@ fn reflection(material: &gltf::Material<'_>) -> (f32, f32, [f32; 3]) {
     // Dielectrics reflect about 4 % head-on.
     let specular = bounded_colour(tint.map(|channel| 0.04 * channel));
     (metalness, roughness, specular)
+}
+
+/// Returns the base colour and the share of metal that a surface of the older kind has, by the
+/// conversion of the Khronos Group's 3D working group: dielectrics reflect 4 %.
+fn metal_of(older: &PbrSpecularGlossiness<'_>) -> ([f32; 3], f32) {
+    const DIELECTRIC: f32 = 0.04;
+    let ([r, g, b, _], specular) = (older.diffuse_factor(), older.specular_factor());
+    let scattered = 1.0 - specular.into_iter().fold(0.0, f32::max);
+    let diffuse = [r, g, b].map(|channel| channel * scattered / (1.0 - DIELECTRIC));
+    let seen = |[r, g, b]: [f32; 3]| (0.299 * r * r + 0.587 * g * g + 0.114 * b * b).sqrt();
+    let excess = seen(specular) - DIELECTRIC;
+    let half = 0.5 * (seen(diffuse) + excess - DIELECTRIC);
+    let root = (half * half + DIELECTRIC * excess).max(0.0).sqrt();
+    let metal = bounded((root - half) / DIELECTRIC, 0.0, 1.0);
+    let base = std::array::from_fn(|channel| {
+        let matt = diffuse[channel] / (1.0 - metal).max(1.0e-6);
+        let shiny = (specular[channel] - DIELECTRIC * (1.0 - metal)) / metal.max(1.0e-6);
+        matt + (shiny - matt) * metal * metal
+    });
+    (base, if excess > 0.0 { metal } else { 0.0 })
 }
 
 /// Beer's coefficients from the colour that white light has after a distance.

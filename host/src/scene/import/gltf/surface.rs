@@ -40,8 +40,18 @@ impl Surface {
             importer.unused.add("surface{s} without positions", 1);
             return Ok(None);
         };
+        let material = primitive.material();
+        let [.., alpha] = material.pbr_metallic_roughness().base_color_factor();
+        let cutoff = material.alpha_cutoff().unwrap_or(0.5);
+        if material.alpha_mode() == AlphaMode::Mask && alpha < cutoff {
+            return Ok(None);
+        }
         let buffers = &importer.buffers;
         let count = accessor.count();
+        let others = primitive.attributes().filter(|(_, of)| of.count() != count);
+        let others = others.count() as u64;
+        let kind = "attribute{s} of another number of vertices";
+        importer.unused.add(kind, others);
         let with_all = |semantic| {
             let accessor: Option<Accessor<'_>> = primitive.get(&semantic);
             accessor.filter(|accessor| accessor.count() == count)

@@ -214,10 +214,10 @@ fn materials_are_metal_glass_veils_lamps_or_dull() {
     assert_eq!([prism(0.0).medium, prism(1.0e3).medium], [None; 2]);
     let older = of(
         r#""metallicFactor":1},"extensions":{"KHR_materials_pbrSpecularGlossiness":{
-        "diffuseFactor":[1,0.5,0.25,1],"specularFactor":[0.5,0.25,0],"glossinessFactor":0.5}}"#,
+        "diffuseFactor":[1,0.5,0.25,1],"specularFactor":[0.04,0.04,0.04],"glossinessFactor":0.5}}"#,
     );
-    assert_eq!(older.diffuse, [0.5, 0.25, 0.125]);
-    assert_eq!((older.specular, older.shininess), ([0.5, 0.25, 0.0], 30.0));
+    assert_eq!(older.diffuse, [1.0, 0.5, 0.25]);
+    assert_eq!((older.specular, older.shininess), ([0.04; 3], 30.0));
     assert_eq!(older.metal, None);
     let odd = of(r#""metallicFactor":0},"extensions":{"KHR_materials_ior":{"ior":0.005}}"#);
     assert_eq!(odd.index_of_refraction, 0.01);
@@ -516,4 +516,110 @@ fn compressed_views_are_decoded() {
         let error = read((json.replace(from, to), all)).unwrap_err().to_string();
         assert!(error.contains(says), "{to}: {error}");
     }
+}
+
+#[test]
+fn what_is_wrong_and_no_geometry_is_left_out_and_named() {
+    let root = r#"{"asset":"#;
+    let cases = [
+        (
+            r#""material":0"#,
+            r#""material":9"#,
+            "meshes[0].primitives[0].material",
+        ),
+        (
+            "[1,0.5,0.25,1]",
+            "[1,0.5,0.25]",
+            "materials[0].pbrMetallicRoughness.baseColorFactor",
+        ),
+        (r#""scene":0"#, r#""scene":7"#, "scene ("),
+        (
+            root,
+            r#"{"cameras":[{"type":"odd"}],"asset":"#,
+            "cameras[0]",
+        ),
+        (
+            root,
+            r#"{"samplers":[{"magFilter":1}],"asset":"#,
+            "samplers[0].magFilter",
+        ),
+        (
+            root,
+            r#"{"textures":[{"source":3}],"asset":"#,
+            "textures[0].source",
+        ),
+        (
+            root,
+            r#"{"images":[{"bufferView":8}],"asset":"#,
+            "images[0].bufferView",
+        ),
+        (
+            root,
+            r#"{"extensionsUsed":["FOO_bar"],"asset":"#,
+            "the extension FOO_bar",
+        ),
+        (
+            root,
+            r#"{"animations":[{"channels":[{"sampler":0,"target":{}}],"samplers":[]}],"asset":"#,
+            "1 animation",
+        ),
+        (
+            root,
+            r#"{"extensions":{"KHR_lights_punctual":{"lights":[{"type":"rect"}]}},"asset":"#,
+            "extensions.KHR_lights_punctual.lights[0]",
+        ),
+    ];
+    for (from, to, named) in cases {
+        let bytes = glb(
+            &triangle_json("", "").replacen(from, to, 1),
+            &triangle_bytes(),
+        );
+        let model = parse(Path::new("a.glb"), &bytes).unwrap();
+        let unused = model.unused.to_string();
+        assert!(
+            model.mesh.triangles.len() == 1 && unused.contains(named),
+            "{to}: {unused}"
+        );
+    }
+    // Legal, and nothing to be shown.
+    for (from, to) in [
+        (r#""NORMAL":1"#, r#""NORMAL":1,"_FOO":1"#),
+        (root, r#"{"extras":3,"asset":"#),
+        (root, r#"{"scenes":[{}],"asset":"#),
+    ] {
+        let bytes = glb(
+            &triangle_json("", "").replacen(from, to, 1),
+            &triangle_bytes(),
+        );
+        let model = parse(Path::new("a.glb"), &bytes).unwrap();
+        assert!(model.unused.is_empty(), "{to}: {}", model.unused);
+    }
+}
+
+#[test]
+fn materials_keep_their_names_for_what_they_do() {
+    let of = |from: &str, to: &str| {
+        let json = triangle_json("", "").replacen(r#""NORMAL":1"#, r#""NORMAL":1,"COLOR_0":1"#, 1);
+        mesh(&json.replacen(from, to, 1)).unwrap()
+    };
+    let plain =
+        r#"{"pbrMetallicRoughness":{"baseColorFactor":[1,0.5,0.25,1],"roughnessFactor":0.1}}"#;
+    let material = |json: &str| of(plain, json).materials[0].clone();
+    // Vertices colour no emission of what is lit.
+    let black =
+        r#"{"emissiveFactor":[0,1,0],"pbrMetallicRoughness":{"baseColorFactor":[0,0,0,1]}}"#;
+    assert!(!material(black).vertex_colours);
+    let veil = r#"{"alphaMode":"BLEND","extensions":{"KHR_materials_unlit":{}},"pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.25]}}"#;
+    let veil = material(veil);
+    assert_eq!((veil.emission, veil.transmission), ([0.25; 3], [0.75; 3]));
+    let gold = r#"{"extensions":{"KHR_materials_pbrSpecularGlossiness":{"diffuseFactor":[0,0,0,1],"specularFactor":[1,0.75,0.25],"glossinessFactor":1}}}"#;
+    let gold = material(gold);
+    assert_eq!(gold.metal.map(|metal| metal.metalness), Some(1.0));
+    assert!((gold.diffuse[1] - 0.75).abs() < 1e-6, "{:?}", gold.diffuse);
+    let hidden = r#"{"alphaMode":"MASK","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.25]}}"#;
+    let bytes = glb(
+        &triangle_json("", "").replacen(plain, hidden, 1),
+        &triangle_bytes(),
+    );
+    assert!(parse(Path::new("a.glb"), &bytes).is_err());
 }

@@ -1,0 +1,222 @@
+//! The JSON of a glTF file, without what is wrong in it and no geometry.
+
+use crate::scene::import::{ImportError, Unused, fault, syntax};
+use gltf::{Document, json};
+use json::validation::{Error, Validate as _};
+use serde_json::Value;
+use std::path::Path;
+
+/// Most faults that are left out of a file.
+const MOST_FAULTS: usize = 64;
+
+/// Extensions that are carried out, or counted where they are used.
+const KNOWN: [&str; 29] = [
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_avif",
+    "EXT_texture_webp",
+    "KHR_animation_pointer",
+    "KHR_draco_mesh_compression",
+    "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_node_visibility",
+    "KHR_texture_basisu",
+    "KHR_texture_transform",
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+    "MSFT_texture_dds",
+];
+
+/// Tables, and parts of others, that geometry does without.
+const DISPENSABLE: [&str; 11] = [
+    "camera",
+    "cameras",
+    "extensions",
+    "images",
+    "light",
+    "material",
+    "materials",
+    "samplers",
+    "scene",
+    "scenes",
+    "textures",
+];
+
+/// Reads a description; what it says wrongly of other things than geometry is not used.
+pub(super) fn read(path: &Path, json: &[u8], unused: &mut Unused) -> Result<Document, ImportError> {
+    let wrong = |error: &str| syntax(path, format!("not a valid glTF 2.0 file: {error}"));
+    let mut value: Value =
+        serde_json::from_slice(json).map_err(|error| wrong(&error.to_string()))?;
+    if let Some(version) = value["asset"]["version"].as_str()
+        && !version.starts_with("2.")
+    {
+        return Err(outdated(path, version));
+    }
+    let named = |table: &str| value[table].as_array().into_iter().flatten();
+    let names = |table| named(table).filter_map(Value::as_str);
+    if names("extensionsRequired").any(|name| name == "KHR_draco_mesh_compression") {
+        let problem = "it is compressed with Draco, which is not read";
+        return Err(fault(path, problem, "export it without, or with meshopt"));
+    }
+    for name in names("extensionsUsed").filter(|name| !KNOWN.contains(name)) {
+        unused.add(format!("the extension {name}"), 1);
+    }
+    unused.add("animation{s}", named("animations").count() as u64);
+    strip(&mut value);
+    for _ in 0..MOST_FAULTS {
+        match checked(&value) {
+            Ok(root) => return Ok(Document::from_json_without_validation(root)),
+            Err((place, error)) if leave_out(&mut value, &place) => {
+                unused.add(format!("{place} ({error})"), 1);
+            }
+            Err((place, error)) => return Err(wrong(&format!("{place}: {error}"))),
+        }
+    }
+    Err(wrong("it has too many faults"))
+}
+
+/// Returns the error of a file of another glTF, whose tables are others.
+pub(super) fn outdated(path: &Path, version: &str) -> ImportError {
+    let problem = format!("this is glTF {version}, but glTF 2.0 is needed");
+    fault(path, problem, "export the mesh again as glTF 2.0")
+}
+
+/// Removes what applications add for themselves, and animations.
+fn strip(value: &mut Value) {
+    if let Some(root) = value.as_object_mut() {
+        root.remove("animations");
+    }
+    for scene in value["scenes"].as_array_mut().into_iter().flatten() {
+        if let Some(scene) = scene.as_object_mut() {
+            scene
+                .entry("nodes")
+                .or_insert_with(|| Value::Array(Vec::new()));
+        }
+    }
+    let mut open = vec![value];
+    while let Some(value) = open.pop() {
+        match value {
+            Value::Array(items) => open.extend(items),
+            Value::Object(members) => {
+                members.remove("extras");
+                if let Some(Value::Object(attributes)) = members.get_mut("attributes") {
+                    attributes.retain(|name, _| !name.starts_with('_'));
+                }
+                open.extend(members.values_mut());
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Returns the tables of a description, or the place of its first fault, and what is wrong.
+fn checked(value: &Value) -> Result<json::Root, (String, String)> {
+    let root: json::Root = serde_path_to_error::deserialize(value)
+        .map_err(|error| (error.path().to_string(), error.inner().to_string()))?;
+    // The validator looks positions up before it has checked their index.
+    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let accessors = root.accessors.len();
+    if primitives.any(|p| p.attributes.values().any(|i| i.value() >= accessors)) {
+        let problem = "a primitive names an accessor that is not among the file's";
+        return Err(("meshes".to_owned(), format!("{problem} {accessors}")));
+    }
+    let mut first = None;
+    root.validate(&root, json::Path::new, &mut |place, error| {
+        let place = place().to_string();
+        // Bounds are not needed; accessors without a view are zero, and primitives without
+        // positions are not drawn; geometry does without what other extensions change.
+        let field = place.rsplit('.').next();
+        let is_needed = !matches!(field, Some("min" | "max")) && error != Error::Unsupported;
+        let is_absent = error == Error::Missing
+            && (field == Some("bufferView") || place.contains("primitives"));
+        if is_needed && !is_absent {
+            first.get_or_insert((place, error.to_string()));
+        }
+    });
+    first.map_or(Ok(root), Err)
+}
+
+/// Removes a faulty part, or puts an empty one in its place; false for parts that geometry needs.
+fn leave_out(value: &mut Value, place: &str) -> bool {
+    let parts = place
+        .split(['.', '['])
+        .map(|part| part.trim_end_matches(']'));
+    let mut parts: Vec<&str> = parts.collect();
+    // A reference to a texture is more than its index.
+    if parts.last() == Some(&"index") {
+        parts.pop();
+    }
+    let is_geometry = |table: &&str| ["accessors", "bufferViews", "buffers"].contains(table);
+    if parts.first().is_none_or(|table| is_geometry(table))
+        || !parts.iter().any(|part| DISPENSABLE.contains(part))
+    {
+        return false;
+    }
+    let Some((last, parents)) = parts.split_last() else {
+        return false;
+    };
+    let mut at = value;
+    for part in parents {
+        let next = match at {
+            Value::Array(items) => part.parse().ok().and_then(|n: usize| items.get_mut(n)),
+            Value::Object(members) => {
+                let mut all = members.iter_mut();
+                all.find_map(|(name, member)| is_called(name, part).then_some(member))
+            }
+            _ => None,
+        };
+        let Some(next) = next else { return false };
+        at = next;
+    }
+    match at {
+        Value::Object(members) => {
+            let count = members.len();
+            members.retain(|name, _| !is_called(name, last));
+            members.len() < count
+        }
+        Value::Array(items) => {
+            let Some(item) = last.parse().ok().and_then(|n: usize| items.get_mut(n)) else {
+                return false;
+            };
+            // Others count on their numbers.
+            let empty = match parents.last() {
+                Some(&"cameras") => {
+                    serde_json::json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 1}})
+                }
+                Some(&"lights") => serde_json::json!({"type": "point", "intensity": 0}),
+                Some(&"scenes") => serde_json::json!({"nodes": []}),
+                Some(&"nodes") => {
+                    let number = last.parse().unwrap_or(0);
+                    items.remove(number);
+                    return true;
+                }
+                _ => serde_json::json!({}),
+            };
+            *item != empty && {
+                *item = empty;
+                true
+            }
+        }
+        _ => false,
+    }
+}
+
+/// Returns whether the validator calls a member so: it writes `khrLightsPunctual`.
+fn is_called(name: &str, part: &str) -> bool {
+    name == part || name.replace('_', "").eq_ignore_ascii_case(part)
+}
