@@ -74,8 +74,7 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
         None => Ok(()),
         Some(name) => Err(misuse!(
             "--output would overwrite the input {name}: give the baked scene another name, such \
-             as {}",
-            arguments.output.with_extension("shisen").display()
+             as scene.shisen"
         )),
     }
 }
