@@ -359,7 +359,7 @@ const NOT_READ: [&str; 16] = [
 
 fn load_scene(path: &Path, told: &mut Told) -> Result<Loaded, Failure> {
     let shown = path.display();
-    let extension = path.extension().map(|one| one.to_ascii_lowercase());
+    let extension = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
     if let Some(name) = NOT_READ
         .iter()
         .find(|name| extension.as_deref() == Some(name.as_ref()))
