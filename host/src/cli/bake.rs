@@ -61,7 +61,26 @@ pub(super) struct Report {
     seconds: f64,
 }
 
+/// Refuses an output that would overwrite an input.
+fn check(arguments: &Arguments) -> Result<(), Failure> {
+    let Ok(output) = arguments.output.canonicalize() else {
+        return Ok(());
+    };
+    let is_output = |name: &&SceneName| match name {
+        SceneName::File(path) => path.canonicalize().is_ok_and(|path| path == output),
+        _ => false,
+    };
+    match arguments.input.iter().find(is_output) {
+        None => Ok(()),
+        Some(name) => Err(misuse!(
+            "--output would overwrite the input {name}: give the baked scene another name, such \
+             as scene.shisen"
+        )),
+    }
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    check(arguments)?;
     let start = Instant::now();
     let names: Vec<_> = arguments.input.iter().map(ToString::to_string).collect();
     let ticker = Ticker::start(format!("reading {}", names.join(", ")), false);

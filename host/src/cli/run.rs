@@ -219,6 +219,9 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
         // The report comes even if a file failed.
         let report = Report::new(surroundings, arguments, &prepared, played.report);
         print(&report, arguments.json)?;
+        if arguments.view() == View::Png && files.is_ok() {
+            say(&format!("the pictures are in {}", arguments.out.display()));
+        }
         return files;
     }
 }

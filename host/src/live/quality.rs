@@ -94,10 +94,10 @@ impl Quality {
         LevelOfDetail { gaze, ..lod }
     }
 
-    /// Returns how much of the paper's visual field is left, 0 to 1.
-    pub fn field_left(&self) -> f64 {
+    /// Returns how much of a visual field is left, 0 to 1.
+    pub fn field_left(&self, field: VisualField) -> f64 {
         let area = |of: VisualFieldLimits| f64::from((of.up + of.down) * (of.left + of.right));
-        let limits = VisualField::PAPER.limits();
+        let limits = field.limits();
         area(self.narrowed(limits)) / area(limits)
     }
 
@@ -180,7 +180,7 @@ mod tests {
             let end = (30.0 * centre).max(LEAST_CENTRE.to_degrees()) + 70.0 * quality.field;
             let ends = (level(end - 0.1, 0.0) > 0.0, level(end + 0.1, 0.0));
             assert_eq!(ends, (true, 0.0), "{quality:?}");
-            let left = quality.field_left();
+            let left = quality.field_left(VisualField::PAPER);
             let bounds = quality.field.powi(2)..=quality.field.sqrt();
             assert!(bounds.contains(&(left as f32)), "{quality:?}: {left}");
         }

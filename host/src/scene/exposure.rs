@@ -38,6 +38,19 @@ impl Scene {
         }
     }
 
+    /// Returns whether nothing gives light, and no mirror or glass shows a background.
+    pub fn is_dark(&self) -> bool {
+        let own = self.meshes.iter().flat_map(|mesh| &mesh.materials);
+        let mut materials = self.materials.iter().chain(own);
+        let background = &self.background;
+        let sky = [background.zenith, background.horizon, background.nadir] != [[0.0; 3]; 3];
+        let shows = |one: &Material| {
+            let passes_on = one.metal.is_some() || [one.mirror, one.transmission] != [[0.0; 3]; 2];
+            one.emission != [0.0; 3] || (sky && passes_on)
+        };
+        self.lights.is_empty() && self.ambient == [0.0; 3] && !materials.any(shows)
+    }
+
     /// Returns the stops, a whole number of halves, that make bright surfaces of its meshes nearly
     /// white: 0 where they are already between a third of white and white, or where nothing is
     /// bright. Shadows do not count.

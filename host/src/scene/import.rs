@@ -1,6 +1,6 @@
 //! Models from files: Wavefront OBJ, PLY, STL, VTK's XML (`.vtp`) and glTF 2.0.
 
-use crate::files::{Fault, UNREAD};
+use crate::files::{Fault, UNREAD, read_within};
 use crate::scene::Light;
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::texture::Image;
@@ -124,7 +124,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 ///   `Kd`; `illum` 4, 6, 7 or 9 without `d` and `Tr` transmits `Tf`, or all.
 /// - `.ply`: ASCII and binary, either endianness; `x`, `y`, `z`, optionally
 ///   `nx`, `ny`, `nz`, and `s`, `t` or `u`, `v` or `texture_u`, `texture_v`;
-///   colours as sRGB codes them from `red`, `green`, `blue` or `r`, `g`, `b`;
+///   colours of vertices or faces as sRGB codes them from `red`, `green`, `blue` or `r`, `g`, `b`;
 ///   faces from `vertex_indices` or `vertex_index`, or `tristrips`; textures of `comment
 ///   TextureFile`, by `texnumber`, where vertices or the faces' `texcoord` say.
 /// - `.stl`: ASCII and binary, flat.
@@ -160,11 +160,16 @@ pub fn load(path: &Path) -> Result<Model, ImportError> {
         }
     };
     let bytes = read(path)?;
-    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+    if is_utf16(&bytes) {
         let problem = "this is text in UTF-16";
         return Err(fault(path, problem, "save it as UTF-8 with a text editor"));
     }
     parse(path, bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes))
+}
+
+/// Returns whether bytes begin with the mark of text in UTF-16.
+fn is_utf16(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff")
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
@@ -322,15 +327,23 @@ fn beside(file: &Path, name: &str) -> [PathBuf; 2] {
     [file.with_file_name(&name), file.with_file_name(last)]
 }
 
-/// Returns the bytes of the first of several files that is there.
+/// What is wrong with a file that another names and that does not exist.
+const NOT_THERE: &str = "which is not there";
+
+/// Returns the bytes of the first of several image files that is there.
 fn read_one_of(paths: &[PathBuf]) -> Result<Vec<u8>, String> {
-    let mut all = paths.iter().map(|path| crate::files::read(path));
+    read_one_within(paths, Image::MOST_BYTES >> 20)
+}
+
+/// Returns the bytes of the first of several files that is there, of up to `most` MiB.
+fn read_one_within(paths: &[PathBuf], most: u64) -> Result<Vec<u8>, String> {
+    let mut all = paths.iter().map(|path| read_within(path, most));
     let found = all.find(|read| !matches!(read, Err(fault) if fault.kind() == ErrorKind::NotFound));
     let none = || Err(ErrorKind::NotFound.into());
     found
         .unwrap_or_else(none)
         .map_err(|fault| match fault.kind() {
-            ErrorKind::NotFound => "which is not there".to_owned(),
+            ErrorKind::NotFound => NOT_THERE.to_owned(),
             _ => fault.to_string(),
         })
 }

@@ -1,6 +1,6 @@
 //! Colours over a surface, as described or read from PNG and JPEG files.
 
-use crate::files::{Fault, UNREAD};
+use crate::files::{Fault, UNREAD, read_within};
 use miette::Diagnostic;
 use png::{BitDepth, ColorType, DecodingError, Limits, Transformations};
 use shisen_core::scene::format::LARGEST_SIDE;
@@ -105,8 +105,12 @@ impl Image {
         let told = |fault: &dyn fmt::Display, help: &str| {
             ImageError(Fault::new(format!("{}: {fault}", path.display()), help))
         };
-        let bytes = crate::files::read(path).map_err(|fault| told(&fault, UNREAD))?;
         let help = "save it again as PNG or JPEG, smaller if it is too large";
+        let bytes = read_within(path, Self::MOST_BYTES >> 20);
+        let bytes = bytes.map_err(|fault| match fault.kind() {
+            std::io::ErrorKind::FileTooLarge => told(&fault, help),
+            _ => told(&fault, UNREAD),
+        })?;
         Self::decode(&bytes, left).map_err(|fault| told(&fault, help))
     }
 

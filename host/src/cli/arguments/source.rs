@@ -11,7 +11,7 @@ use crate::files::{MOST, MOST_OF_TEXT, begins_with, read_within};
 use crate::scene::Scene;
 use crate::scene::builtin::{grid, paper_scene, prism, spheres};
 use crate::scene::file::{BuiltInMesh, MeshSource};
-use crate::scene::import::{self, Camera, ImportError, Model};
+use crate::scene::import::{self, Camera, EXPORT, ImportError, Model};
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::quadruped::quadruped;
 use glam::DVec3;
@@ -351,8 +351,22 @@ fn baked(path: &Path, bytes: &[u8]) -> Result<BakedScene, Failure> {
     })
 }
 
+/// Extensions of common files of models that are not read.
+const NOT_READ: [&str; 16] = [
+    "fbx", "dae", "blend", "usd", "usda", "usdc", "usdz", "3ds", "vtu", "vtk", "abc", "step",
+    "stp", "iges", "x3d", "ifc",
+];
+
 fn load_scene(path: &Path, told: &mut Told) -> Result<Loaded, Failure> {
     let shown = path.display();
+    let extension = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
+    if let Some(name) = NOT_READ
+        .iter()
+        .find(|name| extension.as_deref() == Some(name.as_ref()))
+    {
+        let message = format!("{shown}: files of the format .{name} are not read");
+        return Err(Fault::new(message, EXPORT).into());
+    }
     let most = if begins_with(path, &MAGIC) {
         MOST
     } else {
@@ -386,5 +400,11 @@ fn load_scene(path: &Path, told: &mut Told) -> Result<Loaded, Failure> {
     };
     let name = path.to_string_lossy();
     let scene = Scene::from_toml(&text, &name, folder, load)?;
+    if scene.is_dark() {
+        warn(&format!(
+            "{shown}: nothing lights the scene: add a [[light]], or give ambient or a material's \
+             emission"
+        ));
+    }
     Ok(Loaded::Described(scene))
 }

@@ -4,6 +4,7 @@ use super::files::{Files, Log};
 use super::shortfall::Shortfall;
 use super::watch::{Command, Watch, Watched};
 use super::{Arguments, View};
+use crate::cli::arguments::SceneName;
 use crate::cli::arguments::filling::Fill;
 use crate::cli::output::Warner;
 use crate::cli::play::{Change, Prepared};
@@ -51,7 +52,14 @@ impl<'s> Frames<'s> {
     ) -> Result<Self, Failure> {
         let (out, stereo, cave) = (&arguments.out, arguments.stereo, &prepared.cave);
         let output = match arguments.view() {
-            View::None => Output::None,
+            View::None => {
+                let lacks_display = !arguments.cluster && !super::watch::is_possible();
+                let is_file = matches!(arguments.live.scene, SceneName::File(_));
+                if arguments.view.is_none() && is_file && lacks_display {
+                    say("no display: frames are only measured; --view png writes pictures");
+                }
+                Output::None
+            }
             View::Png => {
                 make_writable(out)?;
                 Output::Files(Files {

@@ -2,6 +2,7 @@
 
 use crate::cli::arguments::lod::Choice;
 use crate::live::{FrameRecord, Quality};
+use shisen_core::gaze::VisualField;
 
 /// Fewest frames over their time for a warning: one or two may have been held up.
 const FEWEST: u64 = 5;
@@ -71,9 +72,11 @@ impl Shortfall {
     pub(super) fn hear(&mut self, record: &FrameRecord) -> Option<String> {
         let (all, unfinished) = (record.tiles.max(1), record.unfinished_tiles);
         let finished = all.saturating_sub(unfinished) as f64 / all as f64;
+        let quality = Quality::LADDER[record.rung];
         let field = match self.lod {
-            Choice::Paper | Choice::PaperEllipse => Quality::LADDER[record.rung].field_left(),
-            Choice::Off | Choice::Foveated => 1.0,
+            Choice::Off => 1.0,
+            Choice::Paper | Choice::PaperEllipse => quality.field_left(VisualField::PAPER),
+            Choice::Foveated => quality.field_left(VisualField::WIDEST),
         };
         self.frames += 1;
         self.shown += finished * field;
@@ -143,8 +146,8 @@ mod tests {
 
     #[test]
     fn each_shortfall_is_told_once() {
-        let half = |i: u64| frame(LEAST, if i.is_multiple_of(2) { 3_400 } else { 1_900 });
-        let seldom = |i: u64| frame(LEAST, if i % 10 == 9 { 3_000 } else { 1_000 });
+        let half = |i: u64| frame(1, if i.is_multiple_of(2) { 3_400 } else { 1_900 });
+        let seldom = |i: u64| frame(1, if i % 10 == 9 { 3_000 } else { 1_000 });
         let missing = |unfinished_tiles, rung| FrameRecord {
             tiles: 20,
             unfinished_tiles,
@@ -160,22 +163,20 @@ mod tests {
         let times = "5 of 9 frames of lowered quality took longer, frame 0 3.40 ms instead of 2.00";
         let steps = "900 steps in the least quality, and may take 1;";
         let most = "shows 5 % of the visual field; give smaller pictures with --size, --lod fov";
-        let cases: [(Choice, Frames<'_>, &[&str]); 9] = [
+        let narrowed = "the budget shows less than 1 % of the visual field; give smaller";
+        let cases: [(Choice, Frames<'_>, &[&str]); 10] = [
             (Foveated, &half, &[times]),
             // Full quality will be lowered, and one frame in ten was held up.
             (Foveated, &|_| frame(0, 9_000), &[]),
             (Foveated, &seldom, &[]),
             (Off, &|_| missing(19, 0), &[most]),
             (Paper, &|_| missing(17, 0), &[]),
-            // Its field has narrowed.
-            (Foveated, &|_| missing(0, LEAST), &[]),
-            (
-                PaperEllipse,
-                &|_| missing(0, LEAST),
-                &["most of the picture is missing"],
-            ),
-            (Foveated, &|_| hole(false), &[steps]),
-            (Foveated, &|_| hole(true), &[steps, "too short"]),
+            // A narrowed field is missing, too.
+            (Off, &|_| missing(0, LEAST), &[]),
+            (Foveated, &|_| missing(0, LEAST), &[narrowed]),
+            (PaperEllipse, &|_| missing(0, LEAST), &[narrowed]),
+            (Foveated, &|_| hole(false), &[steps, narrowed]),
+            (Foveated, &|_| hole(true), &[steps, narrowed, "too short"]),
         ];
         for (lod, record, expected) in cases {
             let mut shortfall = Shortfall::of(lod);

@@ -273,6 +273,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
         faces: Faces::default(),
         places: Vec::new(),
         numbers: Vec::new(),
+        colours: Vec::new(),
         unused: Unused::default(),
     };
     let vertex = header.elements.iter().find(|one| one.name == "vertex");
@@ -309,8 +310,18 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
             "vertex" => reader.vertices(&mut numbers, element)?,
             "face" => {
                 let places = element.find("texcoord");
-                let wanted = [corner_list(element), places, element.find("texnumber")];
-                numbers.entries(element, wanted, |face| reader.face(face))?;
+                let [red, green, blue] = colour(element).map_or([None; 3], |all| all.map(Some));
+                let full = red.map_or(1.0, |red| full(element.properties[red].number));
+                let number = element.find("texnumber");
+                let wanted = [corner_list(element), places, number, red, green, blue];
+                numbers.entries(element, wanted, |[corners, places, number, r, g, b]| {
+                    if let ([r], [g], [b]) = (r, g, b) {
+                        reader.colours.resize(reader.faces.len(), [1.0; 3]);
+                        let seen = [r, g, b].map(|code| decoded(*code as f32 / full));
+                        reader.colours.push(seen);
+                    }
+                    reader.face([corners, places, number]);
+                })?;
             }
             "tristrips" => {
                 numbers.entries(element, [corner_list(element)], |[entries]| {
@@ -340,6 +351,21 @@ fn corner_list(element: &Element) -> Option<usize> {
     names.find_map(|name| element.find(name).filter(is_list))
 }
 
+/// Returns the places of an element's red, green and blue.
+fn colour(element: &Element) -> Option<[usize; 3]> {
+    let named = element.scalars(["red", "green", "blue"]);
+    named.or_else(|| element.scalars(["r", "g", "b"]))
+}
+
+/// Returns the number that stands for a full channel of a colour.
+fn full(number: Number) -> f32 {
+    match number {
+        Number::U8 => f32::from(u8::MAX),
+        Number::U16 => f32::from(u16::MAX),
+        _ => 1.0,
+    }
+}
+
 struct Reader<'p> {
     path: &'p Path,
     mesh: TriangleMesh,
@@ -348,6 +374,8 @@ struct Reader<'p> {
     places: Vec<[f32; 2]>,
     /// Numbers of the faces' textures, as far as they are said.
     numbers: Vec<u32>,
+    /// Colours of the faces, as far as they have some.
+    colours: Vec<[f32; 3]>,
     unused: Unused,
 }
 
@@ -362,9 +390,8 @@ impl Reader<'_> {
         // Two pairs would overwrite each other.
         let mut pairs = COORDINATES.iter().filter_map(|pair| element.scalars(*pair));
         let coordinate = pairs.next().filter(|_| pairs.next().is_none());
-        let colour = element.scalars(["red", "green", "blue"]);
-        let colour = colour.or_else(|| element.scalars(["r", "g", "b"]));
-        let colour_of = colour.map_or(Number::F32, |[red, ..]| element.properties[red].number);
+        let colour = colour(element);
+        let full = colour.map_or(1.0, |[red, ..]| full(element.properties[red].number));
         let mut used = position.to_vec();
         for places in [normal, colour] {
             used.extend(places.iter().flatten());
@@ -390,11 +417,6 @@ impl Reader<'_> {
                 .extend(normal.map(|places| places.map(at)));
             let place = coordinate.map(|places| places.map(at));
             self.mesh.coordinates.extend(place);
-            let full = match colour_of {
-                Number::U8 => f32::from(u8::MAX),
-                Number::U16 => f32::from(u16::MAX),
-                _ => 1.0,
-            };
             let seen = colour.map(|places| places.map(|place| decoded(at(place) / full)));
             self.mesh.colours.extend(seen);
         }
@@ -436,6 +458,16 @@ impl Reader<'_> {
             let place = |corner: u32| self.places.get(corner as usize).copied();
             let places = |triangle: usize| corners[triangle].map(|c| place(c).unwrap_or_default());
             mesh.coordinates = split(mesh, places);
+        }
+        if !mesh.colours.is_empty() {
+            let count = self.colours.len() as u64;
+            let kind = "colour{s} of faces, whose vertices have colours";
+            self.unused.add(kind, count);
+        } else if !self.colours.is_empty() {
+            let colour = |corner| self.colours.get(self.faces.face_of(corner));
+            let colours =
+                |triangle: usize| [colour(corners[triangle][0]).map_or([1.0; 3], |c| *c); 3];
+            mesh.colours = split(mesh, colours);
         }
         if mesh.coordinates.is_empty() {
             let kind = "texture{s} of faces without texture coordinates";

@@ -18,7 +18,9 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
     let claimed = count.map(|count| HEADER as u128 + u128::from(count) * RECORD as u128);
     // Records may begin with the word, too, but have zeros soon.
     let start = &bytes[..bytes.len().min(512)];
-    let is_text = start.trim_ascii_start().starts_with(b"solid") && !start.contains(&0);
+    let word = start.trim_ascii_start().first_chunk();
+    let is_solid = word.is_some_and(|word: &[u8; 5]| word.eq_ignore_ascii_case(b"solid"));
+    let is_text = is_solid && !start.contains(&0);
     let corners = if is_text {
         from_text(path, &String::from_utf8_lossy(bytes))?
     } else {
@@ -58,14 +60,17 @@ fn from_records(records: &[u8], unused: &mut Unused) -> Vec<[f32; 3]> {
 }
 
 fn from_text(path: &Path, text: &str) -> Result<Vec<[f32; 3]>, ImportError> {
-    let mut corners = Vec::new();
+    let (mut corners, mut has_end) = (Vec::new(), false);
     for (line, number) in text.lines().zip(1..) {
         let line = line.trim();
         let line_at = Place {
             path,
             line: Some(number),
         };
-        match line.split_whitespace().next() {
+        let keyword = line.split_whitespace().next();
+        let keyword = keyword.map(str::to_ascii_lowercase);
+        has_end |= keyword.as_deref() == Some("endsolid");
+        match keyword.as_deref() {
             Some("vertex") => {
                 let problem = "a vertex needs three numbers";
                 let words = line.split_whitespace().skip(1);
@@ -78,7 +83,7 @@ fn from_text(path: &Path, text: &str) -> Result<Vec<[f32; 3]>, ImportError> {
             _ => {}
         }
     }
-    if corners.len() % 3 == 0 && text.contains("endsolid") {
+    if corners.len() % 3 == 0 && has_end {
         Ok(corners)
     } else {
         Err(syntax(path, "the file is cut off: it has no endsolid"))
@@ -95,6 +100,8 @@ mod tests {
     #[test]
     fn text_and_records_give_the_same_flat_faces() {
         let text = parse(Path::new("a.stl"), TEXT.as_bytes()).unwrap();
+        let upper = parse(Path::new("a.stl"), TEXT.to_uppercase().as_bytes());
+        assert_eq!(upper.unwrap(), text);
         assert_eq!(text.mesh.positions[2], [0.0, 1.5, 0.0]);
         assert_eq!(text.mesh.normals, [[0.0, 0.0, 1.0]; 3]);
         // As some programs begin records.

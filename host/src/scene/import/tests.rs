@@ -98,6 +98,9 @@ fn materials_come_from_the_library_beside_the_mesh() {
     ];
     assert_eq!(bare.unused.names(), told);
     let library = folder.path().join("my own.mtl");
+    std::fs::write(&library, b"\xff\xfen\0").unwrap();
+    let told = load(&path).unwrap().unused.names().remove(0);
+    assert!(told.contains("UTF-16"), "{told}");
     std::fs::write(&library, "newmtl red\nKd 1 0 0\n").unwrap();
     let painted = load(&path).unwrap().mesh;
     assert_eq!(painted.triangle_materials, [1, 0, 1]);

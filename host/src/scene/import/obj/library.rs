@@ -1,8 +1,10 @@
 //! The material libraries of OBJ files (MTL), and the images that they name.
 
 use super::super::{
-    Textures, Unused, beside, bounded, bounded_colour, read_one_of, three_floats, without_comment,
+    NOT_THERE, Textures, Unused, beside, bounded, bounded_colour, is_utf16, read_one_within,
+    three_floats, without_comment,
 };
+use crate::files::MOST_OF_TEXT;
 use crate::scene::material::Material;
 use crate::scene::texture::{Pattern, Texture, Wrap};
 use palette::{IntoColor as _, LinSrgb, Xyz};
@@ -58,16 +60,20 @@ pub(super) fn read_all(
     let mut libraries = Vec::new();
     let mut read = |name: &str| {
         let paths = beside(path, name.trim_matches('"'));
-        let bytes = read_one_of(&paths)?;
+        let bytes = read_one_within(&paths, MOST_OF_TEXT)?;
+        if is_utf16(&bytes) {
+            return Err("which is text in UTF-16: save it as UTF-8".to_owned());
+        }
         let text = String::from_utf8_lossy(&bytes).into_owned();
         libraries.push((paths[0].clone(), text));
         Ok(())
     };
     for statement in statements {
-        if read(statement).is_ok() {
-            continue;
-        }
-        let names: Vec<&str> = statement.split_whitespace().collect();
+        let names: Vec<&str> = match read(statement) {
+            Ok(()) => continue,
+            Err(reason) if reason == NOT_THERE => statement.split_whitespace().collect(),
+            Err(_) => vec![statement],
+        };
         for name in names {
             if let Err::<(), String>(reason) = read(name) {
                 unused.add(format!("the material library {name} ({reason})"), 1);

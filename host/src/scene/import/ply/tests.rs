@@ -142,3 +142,15 @@ fn corners_of_faces_have_places_and_textures_of_their_own() {
     assert!(textured.eq([true, false, false]));
     assert_eq!(unused.names(), ["the texture b.png (which is not there)"]);
 }
+
+#[test]
+fn faces_have_colours_of_their_own() {
+    let colours = "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header";
+    let text = ascii(&["3 0 1 2 255 0 0", "3 0 2 3 0 0 255"]).replace("end_header", colours);
+    let mesh = mesh(text.as_bytes()).unwrap();
+    let seen = mesh.triangles.as_flattened().iter();
+    let seen: Vec<_> = seen.map(|v| mesh.colours[*v as usize]).collect();
+    let [red, blue] = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    assert_eq!(seen, [red, red, red, blue, blue, blue]);
+    assert!(mesh.materials[0].vertex_colours);
+}
