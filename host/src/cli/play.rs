@@ -84,7 +84,7 @@ pub struct TimeArguments {
     /// What a frame may take: a time such as 33ms, steps such as 2000000steps (which give the same
     /// frames for the same gazes), paper (the seconds of its Table 2), paper-scaled (the part of a
     /// full frame's time that level of detail takes in Table 2) or off [default: a refresh of
-    /// --hz; without it paper-scaled for scenes A to D]
+    /// --hz; without it paper-scaled for scenes A to D, and off for --view png of others]
     #[arg(long, value_name = "BUDGET")]
     budget: Option<FrameBudget>,
     /// Refreshes per second of the display, if it has one.
@@ -171,6 +171,16 @@ impl TimeArguments {
             hz: None,
             budget: Some(budget),
             refresh: None,
+        }
+    }
+
+    /// Returns the same without a limit, if neither a time nor a budget is given.
+    #[must_use]
+    pub fn or_unlimited(self) -> Self {
+        let unlimited = self.hz.is_none().then_some(FrameBudget::Off);
+        Self {
+            budget: self.budget.or(unlimited),
+            ..self
         }
     }
 

@@ -133,12 +133,18 @@ impl Arguments {
         }
     }
 
-    /// Returns `--hz` and `--budget`, with the refresh of the display that shows the frames.
+    /// Returns `--hz` and `--budget`, with the refresh of the display that shows the frames; files
+    /// of a file's scene have whole pictures unless told otherwise.
     fn time(&self) -> TimeArguments {
         let shown = (self.view() == View::Window).then(watch::refresh);
         let mut time = self.time;
         time.refresh = shown.flatten();
-        time
+        let is_file = matches!(self.live.scene, SceneName::File(_));
+        if is_file && self.view() == View::Png {
+            time.or_unlimited()
+        } else {
+            time
+        }
     }
 
     fn live(&self) -> LiveArguments {

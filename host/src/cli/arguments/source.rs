@@ -325,7 +325,12 @@ fn tell(path: &Path, model: &Model, told: &mut Told) {
 
 /// Reads the mesh of a model.
 pub fn load_mesh(path: &Path, told: &mut Told) -> Result<TriangleMesh, ImportError> {
-    Ok(load_model(path, told)?.mesh)
+    let mut model = import::load(path)?;
+    let (lights, cameras) = (model.lights.len(), model.cameras.len());
+    model.unused.add("light{s}", lights as u64);
+    model.unused.add("camera{s}", cameras as u64);
+    tell(path, &model, told);
+    Ok(model.mesh)
 }
 
 pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {

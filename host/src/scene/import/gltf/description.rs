@@ -162,7 +162,7 @@ fn leave_out(value: &mut Value, place: &str) -> bool {
         parts.pop();
     }
     let is_geometry = |table: &&str| ["accessors", "bufferViews", "buffers"].contains(table);
-    if parts.first().is_none_or(|table| is_geometry(table))
+    if parts.first().is_none_or(is_geometry)
         || !parts.iter().any(|part| DISPENSABLE.contains(part))
     {
         return false;
