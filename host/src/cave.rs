@@ -354,6 +354,20 @@ impl Cave {
         walls.chain(self.domes.iter().map(Screen::Dome))
     }
 
+    /// Returns the height of the lowest corner of a wall, or centre of a dome: metres, in the room.
+    pub fn floor(&self) -> f64 {
+        let heights = self.screens().map(|screen| match screen {
+            Screen::Wall(wall) => {
+                let (left, right) = (wall.lower_left.y, wall.lower_right.y);
+                left.min(right)
+                    .min(wall.upper_left.y)
+                    .min(wall.upper_left.y + right - left)
+            }
+            Screen::Dome(dome) => dome.centre.y,
+        });
+        heights.fold(f64::INFINITY, f64::min)
+    }
+
     /// Checks that an eye at `eye` (metres, in the room) sees the front of all screens.
     ///
     /// # Errors

@@ -11,7 +11,7 @@ pub mod tracing;
 
 use crate::bake::Layout;
 use crate::bake::simplify::PolygonLevels;
-use crate::cave::{BuiltInCave, Wall};
+use crate::cave::{BuiltInCave, Cave, Wall};
 use crate::cli::prelude::*;
 use crate::render::effects::Effects;
 use crate::scene::builtin::PaperScene;
@@ -130,9 +130,20 @@ pub struct ModelArguments {
     /// Normals of the built-in scenes' mesh [default: smooth]
     #[arg(long, value_enum)]
     pub normals: Option<Normals>,
+    /// Height of the floor that a model stands on: metres, in the room.
+    #[arg(skip)]
+    pub floor: Option<f64>,
 }
 
 impl ModelArguments {
+    /// Returns the same for models that stand in a room.
+    pub fn within(&self, room: &Cave) -> Self {
+        Self {
+            floor: Some(room.floor()),
+            ..self.clone()
+        }
+    }
+
     pub const fn is_given(&self) -> bool {
         let size = self.scale.is_some() || self.exposure.is_some();
         size || self.camera.is_some() || self.mesh.is_some() || self.normals.is_some()

@@ -111,8 +111,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let mut cameras = arguments.cameras(&observers, (forward, up))?;
     let quiet = arguments.quiet;
-    let ready =
-        (arguments.lod).ready(&arguments.scene, &arguments.model, &arguments.cache, quiet)?;
+    let model = arguments.model.within(&cave);
+    let ready = (arguments.lod).ready(&arguments.scene, &model, &arguments.cache, quiet)?;
     if let Some(look) = ready.look() {
         let directions = look.directions();
         observers = arguments.lod.observers(eyes.clone(), directions, 0.0)?;

@@ -128,8 +128,9 @@ impl LiveArguments {
         for (_, place) in self.room.eyes(self.room.head()) {
             cave.check_eye(place)?;
         }
+        let model = self.model.within(&cave);
         let Ready { baked, shown, .. } =
-            (self.lod).ready(&self.scene, &self.model, &self.cache, false)?;
+            (self.lod).ready(&self.scene, &model, &self.cache, false)?;
         let (options, _) = self.tracing.options(&baked)?;
         if matches!(options.dispersion, Dispersion::Images(..)) {
             return Err(misuse!(

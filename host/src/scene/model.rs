@@ -9,19 +9,28 @@ use glam::{DAffine3, DMat3, DVec3};
 /// Metres of a model's largest side.
 const SIDE: f64 = 2.0;
 
-/// Where the middle of a model's foot is: behind the front wall of the built-in room, on its floor.
-const PLACE: DVec3 = DVec3::new(0.0, -1.5, -2.5);
+/// Height of the floor of the built-in rooms: metres.
+const FLOOR: f64 = -1.5;
+
+/// Metres from the origin to the middle of a model's foot: behind the front wall of the built-in
+/// rooms.
+const AHEAD: f64 = 2.5;
 
 impl Scene {
-    /// Returns a scene of one model, which stands on the floor of the built-in room, before the
-    /// viewer. Its largest side is 2 m, or `metres` to a unit of its file. It is in its own light,
+    /// Returns a scene of one model, which stands before the viewer on a floor at the height `floor`
+    /// (metres, in the room), or on that of the built-in rooms. Its largest side is 2 m, or `metres` to a unit of its file. It is in its own light,
     /// or without any in that of [`Self::of_meshes`].
     ///
     /// With a camera the model stands upright so that the camera is at the origin and its heading
     /// is the front; a unit of its file is then 1 m, or `metres`.
-    pub fn of_model(model: Model, metres: Option<f64>, camera: Option<&Camera>) -> Self {
+    pub fn of_model(
+        model: Model,
+        metres: Option<f64>,
+        floor: Option<f64>,
+        camera: Option<&Camera>,
+    ) -> Self {
         let place = camera.map_or_else(
-            || placed(&model.mesh, metres),
+            || placed(&model.mesh, metres, floor.unwrap_or(FLOOR)),
             |camera| {
                 let turn = DMat3::from_diagonal(DVec3::splat(metres.unwrap_or(1.0)))
                     * camera.front_from_model();
@@ -77,7 +86,7 @@ impl Scene {
     }
 }
 
-fn placed(mesh: &TriangleMesh, metres: Option<f64>) -> DAffine3 {
+fn placed(mesh: &TriangleMesh, metres: Option<f64>, floor: f64) -> DAffine3 {
     let (low, high) = mesh.bounds();
     let [low, high] = [low, high].map(|corner| DVec3::from(corner.map(f64::from)));
     let fitted = || Normalisation::of(mesh).map_or(1.0, |of| SIDE / of.largest_side);
@@ -85,7 +94,7 @@ fn placed(mesh: &TriangleMesh, metres: Option<f64>) -> DAffine3 {
     let middle = 0.5 * (low + high);
     let foot = DVec3::new(middle.x, low.y, middle.z);
     DAffine3 {
-        translation: PLACE - scale * foot,
+        translation: DVec3::new(0.0, floor, -AHEAD) - scale * foot,
         ..DAffine3::from_scale(DVec3::splat(scale))
     }
 }
@@ -150,7 +159,7 @@ mod tests {
                 scene.objects[0].world_from_object.transform_point3(corner)
             })
         };
-        let scene = Scene::of_model(model.clone(), None, None);
+        let scene = Scene::of_model(model.clone(), None, None, None);
         let expected = [DVec3::new(-0.25, -1.5, -2.5), DVec3::new(0.25, 0.5, -2.5)];
         for (found, expected) in corners(&scene).into_iter().zip(expected) {
             assert!((found - expected).length() < 1e-12, "{found}");
@@ -158,7 +167,7 @@ mod tests {
         // It is a twentieth as large: what it absorbs in a unit, it absorbs in 5 cm.
         assert_eq!(scene.meshes[0].materials[0].absorption, [20.0; 3]);
         let foot = Light::Point {
-            position: PLACE,
+            position: DVec3::new(0.0, FLOOR, -AHEAD),
             colour: [1.0; 3],
             inverse_square: true,
         };
@@ -173,6 +182,7 @@ mod tests {
             },
             None,
             None,
+            None,
         );
         let stops = bright.suitable_exposure();
         assert!(stops < -9.0, "{stops}");
@@ -180,8 +190,8 @@ mod tests {
         let sky = Scene::of_meshes(Vec::new()).background.zenith;
         let error = bright.background.zenith[0] / sky[0];
         assert!((0.7..1.5).contains(&error), "{error}");
-        let [low, high] = corners(&Scene::of_model(model, Some(1.0), None));
+        let [low, high] = corners(&Scene::of_model(model, Some(1.0), Some(0.25), None));
         assert_eq!((high - low).y, 40.0);
-        assert_eq!(low.y, -1.5);
+        assert_eq!(low.y, 0.25);
     }
 }

@@ -172,7 +172,8 @@ impl Source {
                 let camera = arguments.camera.as_deref();
                 let camera = camera.map(|name| camera_of(&model, name)).transpose()?;
                 look = camera.as_ref().map(Camera::look);
-                let scene = Scene::of_model(model, arguments.scale, camera.as_ref());
+                let (metres, floor) = (arguments.scale, arguments.floor);
+                let scene = Scene::of_model(model, metres, floor, camera.as_ref());
                 (Loaded::Described(scene), None)
             }
             SceneName::File(path) => {

@@ -162,8 +162,7 @@ fn leave_out(value: &mut Value, place: &str) -> bool {
         parts.pop();
     }
     let is_geometry = |table: &&str| ["accessors", "bufferViews", "buffers"].contains(table);
-    if parts.first().is_none_or(is_geometry)
-        || !parts.iter().any(|part| DISPENSABLE.contains(part))
+    if parts.first().is_none_or(is_geometry) || !parts.iter().any(|part| DISPENSABLE.contains(part))
     {
         return false;
     }

@@ -355,7 +355,7 @@ fn a_camera_stands_where_its_node_does() {
         "{}",
         camera.look()
     );
-    let scene = crate::scene::Scene::of_model(model.clone(), Some(2.0), Some(camera));
+    let scene = crate::scene::Scene::of_model(model.clone(), Some(2.0), None, Some(camera));
     let place = scene.objects[0].world_from_object;
     assert!(looks(
         place.transform_point3(camera.position),
