@@ -34,7 +34,8 @@ impl<const W: usize> Tables<W> {
         let images = [
             (
                 &mut baked.texture,
-                source.texture.as_ref().filter(|_| shows(source.diffuse)),
+                (source.texture.as_ref())
+                    .filter(|_| shows(source.diffuse) || shows(source.transmission)),
                 0,
             ),
             (
