@@ -137,6 +137,7 @@ pub struct ModelArguments {
 
 impl ModelArguments {
     /// Returns the same for models that stand in a room.
+    #[must_use]
     pub fn within(&self, room: &Cave) -> Self {
         Self {
             floor: Some(room.floor()),

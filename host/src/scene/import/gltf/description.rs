@@ -101,7 +101,8 @@ fn strip(value: &mut Value) {
     if let Some(root) = value.as_object_mut() {
         root.remove("animations");
     }
-    for scene in value["scenes"].as_array_mut().into_iter().flatten() {
+    let scenes = value.get_mut("scenes").and_then(Value::as_array_mut);
+    for scene in scenes.into_iter().flatten() {
         if let Some(scene) = scene.as_object_mut() {
             scene
                 .entry("nodes")

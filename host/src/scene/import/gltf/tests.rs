@@ -581,6 +581,8 @@ fn what_is_wrong_and_no_geometry_is_left_out_and_named() {
             "{to}: {unused}"
         );
     }
+    let odd = parse(Path::new("a.gltf"), b"[3]").unwrap_err().to_string();
+    assert!(odd.contains("not a valid glTF"), "{odd}");
     // Legal, and nothing to be shown.
     for (from, to) in [
         (r#""NORMAL":1"#, r#""NORMAL":1,"_FOO":1"#),
