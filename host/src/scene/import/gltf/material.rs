@@ -91,7 +91,7 @@ impl Importer<'_> {
                 u64::from(painted.medium.is_none()),
             );
         }
-        // They colour what scatters; where nothing does, our emission would have their colour.
+        // Vertices colour what a lit surface scatters or lets through, not its emission.
         let scatters = painted.diffuse != [0.0; 3] || painted.transmission != [0.0; 3];
         painted.vertex_colours = !self.mesh.colours.is_empty() && (scatters || material.unlit());
         let mut texture = |info: Option<Info<'_>>| self.texture(document, &info?, textures);

@@ -518,95 +518,48 @@ fn compressed_views_are_decoded() {
     }
 }
 
-#[test]
-fn what_is_wrong_and_no_geometry_is_left_out_and_named() {
-    let root = r#"{"asset":"#;
-    let cases = [
-        (
-            r#""material":0"#,
-            r#""material":9"#,
-            "meshes[0].primitives[0].material",
-        ),
-        (
-            "[1,0.5,0.25,1]",
-            "[1,0.5,0.25]",
-            "materials[0].pbrMetallicRoughness.baseColorFactor",
-        ),
-        (r#""scene":0"#, r#""scene":7"#, "scene ("),
-        (
-            root,
-            r#"{"cameras":[{"type":"odd"}],"asset":"#,
-            "cameras[0]",
-        ),
-        (
-            root,
-            r#"{"samplers":[{"magFilter":1}],"asset":"#,
-            "samplers[0].magFilter",
-        ),
-        (
-            root,
-            r#"{"textures":[{"source":3}],"asset":"#,
-            "textures[0].source",
-        ),
-        (
-            root,
-            r#"{"images":[{"bufferView":8}],"asset":"#,
-            "images[0].bufferView",
-        ),
-        (
-            root,
-            r#"{"extensionsUsed":["FOO_bar"],"asset":"#,
-            "the extension FOO_bar",
-        ),
-        (
-            root,
-            r#"{"animations":[{"channels":[{"sampler":0,"target":{}}],"samplers":[]}],"asset":"#,
-            "1 animation",
-        ),
-        (
-            root,
-            r#"{"extensions":{"KHR_lights_punctual":{"lights":[{"type":"rect"}]}},"asset":"#,
-            "extensions.KHR_lights_punctual.lights[0]",
-        ),
-    ];
-    for (from, to, named) in cases {
-        let bytes = glb(
-            &triangle_json("", "").replacen(from, to, 1),
-            &triangle_bytes(),
-        );
-        let model = parse(Path::new("a.glb"), &bytes).unwrap();
-        let unused = model.unused.to_string();
-        assert!(
-            model.mesh.triangles.len() == 1 && unused.contains(named),
-            "{to}: {unused}"
-        );
-    }
-    let odd = parse(Path::new("a.gltf"), b"[3]").unwrap_err().to_string();
-    assert!(odd.contains("not a valid glTF"), "{odd}");
-    // Legal, and nothing to be shown.
-    for (from, to) in [
-        (r#""NORMAL":1"#, r#""NORMAL":1,"_FOO":1"#),
-        (root, r#"{"extras":3,"asset":"#),
-        (root, r#"{"scenes":[{}],"asset":"#),
-    ] {
-        let bytes = glb(
-            &triangle_json("", "").replacen(from, to, 1),
-            &triangle_bytes(),
-        );
-        let model = parse(Path::new("a.glb"), &bytes).unwrap();
-        assert!(model.unused.is_empty(), "{to}: {}", model.unused);
-    }
+fn changed(from: &str, to: &str) -> Result<Model, ImportError> {
+    let json = triangle_json("", "").replacen(from, to, 1);
+    parse(Path::new("a.glb"), &glb(&json, &triangle_bytes()))
 }
 
 #[test]
-fn materials_keep_their_names_for_what_they_do() {
-    let of = |from: &str, to: &str| {
-        let json = triangle_json("", "").replacen(r#""NORMAL":1"#, r#""NORMAL":1,"COLOR_0":1"#, 1);
-        mesh(&json.replacen(from, to, 1)).unwrap()
-    };
+fn what_is_wrong_and_no_geometry_is_left_out_and_named() {
+    let cases = r#""material":0 => "material":9 => meshes[0].primitives[0].material
+[1,0.5,0.25,1] => [1,0.5,0.25] => materials[0].pbrMetallicRoughness.baseColorFactor
+"scene":0 => "scene":7 => scene (
+{"asset" => {"cameras":[{"type":"odd"}],"asset" => cameras[0]
+{"asset" => {"samplers":[{"magFilter":1}],"asset" => samplers[0].magFilter
+{"asset" => {"textures":[{"source":3}],"asset" => textures[0].source
+{"asset" => {"images":[{"bufferView":8}],"asset" => images[0].bufferView
+{"asset" => {"extensionsUsed":["FOO_bar"],"asset" => the extension FOO_bar
+{"asset" => {"animations":[{"channels":[{"sampler":0,"target":{}}]}],"asset" => 1 animation
+{"asset" => {"extensions":{"KHR_lights_punctual":{"lights":[{"type":"rect"}]}},"asset" => lights[0]
+"NORMAL":1 => "NORMAL":1,"_FOO":1 =>
+{"asset" => {"extras":3,"asset" =>
+"scene":0,"scenes":[{ => "scene":1,"scenes":[{},{ => 1 scene besides the first"#;
+    for case in cases.lines() {
+        let parts: Vec<&str> = case.split(" =>").map(str::trim).collect();
+        let model = changed(parts[0], parts[1]).unwrap();
+        let unused = model.unused.to_string();
+        assert_eq!(model.mesh.triangles.len(), 1, "{case}");
+        // Without a name it is legal, and nothing to be shown.
+        let is_told = unused.contains(parts[2]) && unused.is_empty() == parts[2].is_empty();
+        assert!(is_told, "{case}: {unused}");
+    }
+    let odd = parse(Path::new("a.gltf"), b"[3]").unwrap_err().to_string();
+    assert!(odd.contains("not a valid glTF"), "{odd}");
+}
+
+#[test]
+fn vertices_veils_metals_and_masks_are_as_their_materials_say() {
     let plain =
         r#"{"pbrMetallicRoughness":{"baseColorFactor":[1,0.5,0.25,1],"roughnessFactor":0.1}}"#;
-    let material = |json: &str| of(plain, json).materials[0].clone();
+    let material = |json: &str| {
+        let coloured =
+            triangle_json("", "").replacen("\"NORMAL\":1", "\"NORMAL\":1,\"COLOR_0\":1", 1);
+        mesh(&coloured.replacen(plain, json, 1)).unwrap().materials[0].clone()
+    };
     // Vertices colour no emission of what is lit.
     let black =
         r#"{"emissiveFactor":[0,1,0],"pbrMetallicRoughness":{"baseColorFactor":[0,0,0,1]}}"#;
@@ -619,9 +572,5 @@ fn materials_keep_their_names_for_what_they_do() {
     assert_eq!(gold.metal.map(|metal| metal.metalness), Some(1.0));
     assert!((gold.diffuse[1] - 0.75).abs() < 1e-6, "{:?}", gold.diffuse);
     let hidden = r#"{"alphaMode":"MASK","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.25]}}"#;
-    let bytes = glb(
-        &triangle_json("", "").replacen(plain, hidden, 1),
-        &triangle_bytes(),
-    );
-    assert!(parse(Path::new("a.glb"), &bytes).is_err());
+    assert!(changed(plain, hidden).is_err());
 }
