@@ -245,15 +245,16 @@ pub fn lone_mesh(mesh: TriangleMesh) -> Scene {
     }
 }
 
-/// Refuses a scene whose triangles and normals alone would take more bytes than a scene may.
+/// Refuses a scene whose meshes would take more bytes than a scene may, before trees are built:
+/// they fill seven of eight places in their leaves at most, and have a node for `4 * W` triangles.
 fn check_size<const W: usize>(scene: &Scene) -> Result<(), BakeError> {
-    // No leaf has more than `W` triangles.
     let leaf = if W == 8 {
         size_of::<LeafBlock<8>>()
     } else {
         size_of::<IdLeaf>()
     };
-    let triangle = (size_of::<format::Triangle>() + leaf / W) as u64;
+    let tree = leaf * 8 / (7 * W) + size_of::<Node<W>>() / (4 * W);
+    let triangle = (size_of::<format::Triangle>() + tree) as u64;
     let meshes = scene.meshes.iter().map(|mesh| {
         mesh.triangles.len() as u64 * triangle + size_of_val(mesh.positions.as_slice()) as u64
     });

@@ -4,36 +4,36 @@
 //! that differ from EMPTY in TRUE or in the first FOUND. Prints their number, and the mean of FLIP
 //! over them for each FOUND.
 
-use image::{Rgb, RgbImage};
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8};
+use shisen_tests::png_file::PngFile;
 
 /// Most codes of 255 between pixels that show the same sky.
 const SLACK: u8 = 2;
 
 fn main() {
-    let pictures: Vec<RgbImage> = std::env::args().skip(1).map(|path| read(&path)).collect();
-    let [empty, truth, found @ ..] = pictures.as_slice() else {
+    let pictures = std::env::args().skip(1).map(PngFile::open);
+    let rgb = |picture: PngFile| ((picture.width, picture.height), picture.rgb());
+    let pictures: Vec<_> = pictures.map(rgb).collect();
+    let [(_, empty), (size, truth), found @ ..] = pictures.as_slice() else {
         panic!("the arguments are PNG files: EMPTY TRUE FOUND...");
     };
-    let first = found.first().expect("a third picture is needed");
-    let differs = |one: &Rgb<u8>, other: &Rgb<u8>| {
-        let codes = one.0.into_iter().zip(other.0);
-        codes.map(|(a, b)| a.abs_diff(b)).any(|apart| apart > SLACK)
+    let (_, first) = found.first().expect("a third picture is needed");
+    let differs = |one: &[u8; 3], other: &[u8; 3]| {
+        let codes = one.iter().zip(other);
+        codes
+            .map(|(a, b)| a.abs_diff(*b))
+            .any(|apart| apart > SLACK)
     };
-    let pixels = truth.pixels().zip(first.pixels()).zip(empty.pixels());
+    let pixels = truth.iter().zip(first).zip(empty);
     let object: Vec<bool> = pixels
         .map(|((truth, first), empty)| differs(truth, empty) || differs(first, empty))
         .collect();
     let count = object.iter().filter(|&&is_object| is_object).count();
     print!("{count}");
-    let (width, height) = truth.dimensions();
-    let flipped = |picture: &RgbImage| FlipImageRgb8::with_data(width, height, picture);
-    for picture in found {
-        assert_eq!(
-            picture.dimensions(),
-            (width, height),
-            "pictures of one size"
-        );
+    let flipped =
+        |picture: &[[u8; 3]]| FlipImageRgb8::with_data(size.0, size.1, picture.as_flattened());
+    for (own, picture) in found {
+        assert_eq!(own, size, "pictures of one size");
         let map = nv_flip::flip(flipped(truth), flipped(picture), DEFAULT_PIXELS_PER_DEGREE);
         let all = map.to_vec();
         let own = all.iter().zip(&object).filter(|(_, is_object)| **is_object);
@@ -41,9 +41,4 @@ fn main() {
         print!(" {}", sum / count as f32);
     }
     println!();
-}
-
-fn read(path: &str) -> RgbImage {
-    let opened = image::open(path).unwrap_or_else(|error| panic!("{path}: {error}"));
-    opened.into_rgb8()
 }

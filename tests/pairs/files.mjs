@@ -2,11 +2,23 @@
 //
 //   node tests/pairs/files.mjs FOLDER [TRIANGLES]
 //
-// writes helmet.glb, truck.glb and room.glb, each of about so many triangles (50,000).
+// writes helmet.glb, truck.glb and room.glb, each of about so many triangles (50,000). Their
+// geometries are three.js's, which `tests/pairs/run --prepare` installs; THREE names its folder
+// where CARGO_TARGET_DIR is set.
 
 import { mkdirSync, writeFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
 import { fileURLToPath } from 'node:url';
-import { box, Glb, grid, sphere, squares, torus, tube } from './glb.mjs';
+import { Glb, squares, surface } from './glb.mjs';
+
+const require = createRequire(import.meta.url);
+const { BoxGeometry, CylinderGeometry, PlaneGeometry, SphereGeometry, TorusGeometry } =
+  require(`${process.env.THREE ?? '../../target/pairs/node_modules/three'}/build/three.cjs`);
+
+const sphere = (columns, radius, ...part) => surface(new SphereGeometry(radius, columns, columns >> 1, ...part));
+/** A ring round the Z axis. */
+const torus = (columns, radius, tube) => surface(new TorusGeometry(radius, tube, columns >> 1, columns));
+const cube = (cells) => new BoxGeometry(1, 1, 1, cells, cells, cells);
 
 const [red, white, blue, green, black] = [[200, 40, 30], [230, 225, 215], [40, 70, 180], [60, 160, 70], [0, 0, 0]];
 
@@ -29,10 +41,10 @@ export const files = {
     file.use('KHR_texture_transform');
     const moved = { offset: [0.2, 0.1], rotation: 0.3, scale: [2, 2] };
     const baseColorTexture = { index, texCoord: 1, extensions: { KHR_texture_transform: moved } };
-    const surface = sphere(96, 0.95);
-    const own = surface.attributes.TEXCOORD_0;
-    surface.attributes.TEXCOORD_1 = [own[0].map((x, at) => (at % 2 ? x : 1 - x)), 2];
-    file.node({ mesh: file.mesh(file.primitive(surface, file.material({ baseColorTexture }))) });
+    const ball = sphere(96, 0.95);
+    const own = ball.attributes.TEXCOORD_0;
+    ball.attributes.TEXCOORD_1 = [own[0].map((x, at) => (at % 2 ? x : 1 - x)), 2];
+    file.node({ mesh: file.mesh(file.primitive(ball, file.material({ baseColorTexture }))) });
     return file;
   } },
   emission: { feature: 'emission', make: (has) => {
@@ -59,8 +71,8 @@ export const files = {
     const file = new Glb();
     const baseColorTexture = { index: file.texture(64, squares(8, white, [150, 150, 140])) };
     const material = file.material({ baseColorTexture });
-    const screen = grid(8, 8, (u, v) => [1.9 * (u - 0.5), 1.7 * v, 0]);
-    file.node({ mesh: file.mesh(file.primitive(screen, material)) });
+    const screen = surface(new PlaneGeometry(1.9, 1.7, 8, 8));
+    file.node({ mesh: file.mesh(file.primitive(screen, material)), translation: [0, 0.85, 0] });
     file.node({ mesh: file.mesh(file.primitive(sphere(64, 0.35), material)), translation: [0, 0.8, 0.5] });
     if (has) file.light({ type: 'point', intensity: 4, color: [1, 0.8, 0.5] }, [0.7, 1.3, 0.9]);
     return file;
@@ -73,6 +85,7 @@ const side = (triangles, grids) => Math.max(4, Math.round(Math.sqrt(triangles / 
 function helmet(triangles) {
   const file = new Glb();
   const columns = side(triangles, 4.5);
+  const half = Math.PI / 2;
   const noise = (u, v) => 0.5 + 0.5 * Math.sin(40 * u + 9 * Math.sin(23 * v)) * Math.sin(31 * v);
   const tones = [[110, 60, 35], [190, 190, 195], [60, 62, 58], [150, 110, 50]];
   const materials = tones.map((tone, number) => {
@@ -82,23 +95,17 @@ function helmet(triangles) {
     const metallicRoughnessTexture = { index: metal };
     return file.material({ baseColorTexture: { index: base }, metallicRoughnessTexture, metallicFactor: 1, roughnessFactor: 1 });
   });
-  // A shell between two heights of a ball that is narrower at the sides.
-  const shell = (radius, from, to, open) => grid(2 * columns, columns >> 1, (u, v) => {
-    const [high, about] = [from + (to - from) * v, (u - 0.5) * open];
-    const out = radius * Math.cos(high) * (1 + 0.02 * Math.sin(60 * u));
-    return [0.85 * out * Math.sin(about), radius * Math.sin(high), out * Math.cos(about)];
-  });
-  const turned = (about) => [0, Math.sin(about / 2), 0, Math.cos(about / 2)];
-  const half = Math.PI / 2;
+  // A part of a ball between two heights, in radians, as wide as `open` about the front.
+  const shell = (radius, from, to, open) => sphere(2 * columns, radius, half - open / 2, open, half - to, to - from);
   const parts = [
     [shell(0.5, -0.2, half, 4 * half), 0, {}],
-    [shell(0.52, -0.9, 0.1, 2.6 * half), 2, { rotation: turned(Math.PI) }],
+    [shell(0.52, -0.9, 0.1, 2.6 * half), 2, { rotation: [0, 1, 0, 0] }],
     [shell(0.54, 0.25, 0.45, 4 * half), 1, {}],
     [torus(columns, 0.14, 0.04), 3, { translation: [-0.17, 0.05, 0.46] }],
     [torus(columns, 0.14, 0.04), 3, { translation: [0.17, 0.05, 0.46] }],
     [sphere(columns, 0.3), 0, { translation: [0, -0.3, 0] }],
   ];
-  const head = { children: [] };
+  const head = { children: [], scale: [0.85, 1, 1] };
   file.node(head);
   for (const [surface, material, node] of parts) {
     const mesh = file.mesh(file.primitive(surface, materials[material]));
@@ -117,10 +124,10 @@ function truck(triangles) {
   const wood = file.material({ baseColorTexture: { index: file.texture(64, squares(8, [150, 105, 60], [120, 80, 45])) } });
   const glass = file.material({ roughnessFactor: 0 }, { extensions: { KHR_materials_transmission: { transmissionFactor: 0.9 } } });
   const lamp = file.material({}, { emissiveFactor: [1, 0.9, 0.6] });
-  const cube = box(cells);
+  const block = surface(cube(cells));
   const plain = ['TEXCOORD_0'];
   const [painted, shiny, planks, pane] = [[paint, plain], [chrome, plain], [wood, []], [glass, plain]]
-    .map(([material, leaves]) => file.mesh(file.primitive(cube, material, leaves)));
+    .map(([material, leaves]) => file.mesh(file.primitive(block, material, leaves)));
   const wheel = file.mesh(
     file.primitive(torus(2 * cells, 0.3, 0.12), rubber, plain),
     file.primitive(sphere(cells, 0.17), chrome, plain),
@@ -153,15 +160,19 @@ function truck(triangles) {
 function room(triangles) {
   const file = new Glb();
   const cells = side(triangles, 46);
-  const wall = file.material({ baseColorTexture: { index: file.texture(64, squares(16, [205, 190, 165], [195, 178, 150])) } });
+  const paper = { index: file.texture(64, squares(16, [205, 190, 165], [195, 178, 150])) };
+  const wall = file.material({ baseColorTexture: paper }, { doubleSided: true });
   const table = file.material({ baseColorFactor: [0.4, 0.22, 0.1, 1], roughnessFactor: 0.5 });
   const mirror = file.material({ baseColorFactor: [0.95, 0.95, 0.95, 1], metallicFactor: 1, roughnessFactor: 0 });
   const cup = file.material({ baseColorFactor: [0.2, 0.35, 0.6, 1], roughnessFactor: 0.3 });
   const bulb = file.material({}, { emissiveFactor: [1, 0.85, 0.6] });
-  const cube = file.primitive(box(cells), table);
-  file.node({ mesh: file.mesh(file.primitive(box(cells, true), wall)), translation: [0, 1.4, 0], scale: [4, 2.8, 3] });
-  file.node({ mesh: file.mesh(cube), translation: [0, 0.75, 0], scale: [1.6, 0.06, 0.9] });
-  file.node({ mesh: file.mesh({ ...cube, material: mirror }), translation: [0, 1.7, -1.47], scale: [1.2, 0.8, 0.04] });
+  const block = file.primitive(surface(cube(cells)), table);
+  // Its first face is moved to the front, which is open.
+  const walls = file.primitive(surface(cube(cells), 6 * cells * cells), wall);
+  const turned = [0, -Math.SQRT1_2, 0, Math.SQRT1_2];
+  file.node({ mesh: file.mesh(walls), translation: [0, 1.4, 0], rotation: turned, scale: [3, 2.8, 4] });
+  file.node({ mesh: file.mesh(block), translation: [0, 0.75, 0], scale: [1.6, 0.06, 0.9] });
+  file.node({ mesh: file.mesh({ ...block, material: mirror }), translation: [0, 1.7, -1.47], scale: [1.2, 0.8, 0.04] });
   const instances = (mesh, places, size) => {
     file.use('EXT_mesh_gpu_instancing');
     const attributes = {
@@ -170,10 +181,11 @@ function room(triangles) {
     };
     file.node({ mesh, extensions: { EXT_mesh_gpu_instancing: { attributes } } });
   };
-  instances(file.mesh(cube), [[-0.7, 0.37, -0.35], [0.7, 0.37, -0.35], [-0.7, 0.37, 0.35], [0.7, 0.37, 0.35]], [0.07, 0.74, 0.07]);
+  instances(file.mesh(block), [[-0.7, 0.37, -0.35], [0.7, 0.37, -0.35], [-0.7, 0.37, 0.35], [0.7, 0.37, 0.35]], [0.07, 0.74, 0.07]);
+  const tube = surface(new CylinderGeometry(1, 1, 1, cells, 1, true));
   const row = [-3, -2, -1, 0, 1, 2, 3];
   instances(file.mesh(file.primitive(sphere(cells, 1), cup)), row.map((x) => [0.2 * x, 0.86, 0.1]), [0.08, 0.08, 0.08]);
-  instances(file.mesh(file.primitive(tube(cells), mirror)), row.map((x) => [0.2 * x, 0.9, -0.2]), [0.05, 0.24, 0.05]);
+  instances(file.mesh(file.primitive(tube, mirror)), row.map((x) => [0.2 * x, 0.9, -0.2]), [0.05, 0.24, 0.05]);
   const ball = file.mesh(file.primitive(sphere(cells, 0.08), bulb));
   for (const x of [-1.2, 1.2]) {
     file.node({ mesh: ball, translation: [x, 2.4, -0.6] });

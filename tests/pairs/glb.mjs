@@ -1,4 +1,4 @@
-// Writes binary glTF files and PNG pictures, and makes the surfaces that they hold.
+// Writes binary glTF files and PNG pictures.
 
 import { deflateSync, crc32 } from 'node:zlib';
 
@@ -129,77 +129,10 @@ export const squares = (count, one, other, corner = one) => (u, v) => {
   return (Math.floor(u * count) + Math.floor(v * count)) % 2 ? one : other;
 };
 
-/** A grid of columns × rows quads over `at(u, v)`, u and v from 0 to 1, whose front is where
- * u × v points. */
-export function grid(columns, rows, at) {
-  const count = (columns + 1) * (rows + 1);
-  const arrays = [3, 3, 2].map((width) => new Float32Array(count * width));
-  const indices = [];
-  for (let row = 0, vertex = 0; row <= rows; row++) {
-    for (let column = 0; column <= columns; column++, vertex++) {
-      const [u, v] = [column / columns, row / rows];
-      arrays[0].set(at(u, v), 3 * vertex);
-      arrays[1].set(normal(at, u, v), 3 * vertex);
-      arrays[2].set([u, 1 - v], 2 * vertex);
-      if (row < rows && column < columns) {
-        const above = vertex + columns + 1;
-        indices.push(vertex, vertex + 1, above + 1, vertex, above + 1, above);
-      }
-    }
-  }
-  const [positions, normals, places] = arrays;
-  const attributes = { POSITION: [positions, 3], NORMAL: [normals, 3], TEXCOORD_0: [places, 2] };
-  return { attributes, indices: new Uint32Array(indices) };
-}
-
-function normal(at, u, v) {
-  // A step away from the ends: where a side of the grid is one point there is no slope.
-  const [s, t] = [u, v].map((x) => Math.min(Math.max(x, 1e-3), 1 - 1e-3));
-  const slope = (one, other) => at(...one).map((x, axis) => x - at(...other)[axis]);
-  const [a, b, c] = slope([s + 1e-4, t], [s - 1e-4, t]);
-  const [d, e, f] = slope([s, t + 1e-4], [s, t - 1e-4]);
-  const cross = [b * f - c * e, c * d - a * f, a * e - b * d];
-  return cross.map((x) => x / Math.hypot(...cross));
-}
-
-const turn = 2 * Math.PI;
-
-export const sphere = (columns, radius = 1) => grid(columns, columns >> 1, (u, v) => {
-  const [sin, y] = [Math.sin(Math.PI * v), -Math.cos(Math.PI * v)];
-  return [Math.sin(turn * u) * sin, y, Math.cos(turn * u) * sin].map((x) => radius * x);
-});
-
-/** A ring round the Z axis. */
-export const torus = (columns, radius, tube) => grid(columns, columns >> 1, (u, v) => {
-  const across = radius + tube * Math.cos(turn * v);
-  return [across * Math.cos(turn * u), across * Math.sin(turn * u), tube * Math.sin(turn * v)];
-});
-
-/** An open tube along Y from −½ to ½, of radius 1. */
-export const tube = (columns) => grid(columns, 1, (u, v) => [Math.sin(turn * u), v - 0.5, Math.cos(turn * u)]);
-
-/** Five or six faces of the cube from −½ to ½, of `cells`² quads each; inside out for a room, and
- * then without the face to the viewer. */
-export function box(cells, isRoom = false) {
-  const sides = [[0, 1, 2], [1, 2, 0], [2, 0, 1]].flatMap((axes) => [[axes, 0.5], [axes, -0.5]]);
-  const faces = sides.filter(([axes, side]) => !(isRoom && axes[2] === 2 && side > 0));
-  const grids = faces.map(([axes, side]) => grid(cells, cells, (u, v) => {
-    const point = [0, 0, 0];
-    const flip = (side < 0) !== isRoom;
-    point[axes[0]] = (flip ? 1 - u : u) - 0.5;
-    point[axes[1]] = v - 0.5;
-    point[axes[2]] = side;
-    return point;
-  }));
-  return grids.reduce(joined);
-}
-
-function joined(one, other) {
-  const first = one.attributes.POSITION[0].length / 3;
-  const attributes = {};
-  for (const [name, [array, width]] of Object.entries(one.attributes)) {
-    attributes[name] = [new Float32Array([...array, ...other.attributes[name][0]]), width];
-  }
-  const indices = [...one.indices, ...other.indices.map((index) => index + first)];
-  return { attributes, indices: new Uint32Array(indices) };
+/** A geometry of three.js, from the index `first` on, with v up. */
+export function surface(geometry, first = 0) {
+  const { position, normal, uv } = geometry.attributes;
+  const places = uv.array.map((x, at) => (at % 2 ? 1 - x : x));
+  const attributes = { POSITION: [position.array, 3], NORMAL: [normal.array, 3], TEXCOORD_0: [places, 2] };
+  return { attributes, indices: new Uint32Array(geometry.index.array.slice(first)) };
 }

@@ -76,28 +76,10 @@ function shadowed(light) {
   return light;
 }
 
-/** The box round all vertices of all instances. */
-function bounds(model) {
-  const [box, corner, pose] = [new three.Box3(), new three.Vector3(), new three.Matrix4()];
-  model.updateMatrixWorld(true);
-  model.traverse((node) => {
-    const place = node.geometry?.getAttribute('position');
-    for (let instance = 0; place && instance < (node.count ?? 1); instance++) {
-      if (node.isInstancedMesh) node.getMatrixAt(instance, pose);
-      else pose.identity();
-      pose.premultiply(node.matrixWorld);
-      for (let vertex = 0; vertex < place.count; vertex++) {
-        box.expandByPoint(corner.fromBufferAttribute(place, vertex).applyMatrix4(pose));
-      }
-    }
-  });
-  return box;
-}
-
 /** A file as Shisen places and lights it. */
 async function scene(path) {
   const model = (await new GLTFLoader().loadAsync(path)).scene;
-  const box = bounds(model);
+  const box = new three.Box3().setFromObject(model, true);
   const middle = box.getCenter(new three.Vector3());
   model.position.set(-middle.x, -1.5 - box.min.y, -2.5 - middle.z);
   let hasLight = false;

@@ -10,6 +10,7 @@ pub mod firmware;
 pub mod limits;
 pub mod meshes;
 pub mod paths;
+pub mod png_file;
 pub mod rays;
 pub mod scenes;
 pub mod sizes;

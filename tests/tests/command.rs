@@ -271,6 +271,7 @@ fn rays_are_traced_and_their_hits_written() {
 /// Steps of scenes A to D in states 1 and 2, at the size of the paper's pictures: smaller ones
 /// have blocks of pixels that span more levels.
 #[test]
+#[ignore = "takes ten seconds: tests/run --all runs it"]
 fn the_steps_of_the_papers_table_are_as_few_as_asked_for() {
     // The project's aim for ratios of times: that of plain tracing where nothing can be
     // saved, and three hundredths for the clock.

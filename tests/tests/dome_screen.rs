@@ -13,6 +13,7 @@ use shisen::scene::{Background, Scene};
 use shisen::show::overview::viewer::{self, ViewerCamera};
 use shisen_tests::command::{folder, list, number, refused, report};
 use shisen_tests::meshes::icosphere;
+use shisen_tests::png_file::PngFile;
 use shisen_tests::scenes::{empty, frame, sphere, three_walls};
 use std::fs;
 
@@ -172,8 +173,8 @@ fn a_cave_with_a_dome_is_reported_and_drawn_whole() {
         "{report}"
     );
     for name in ["cave", "viewer", "levels", "polygons", "difference"] {
-        let picture = image::open(folder.join(format!("shisen-out/{name}.png")));
-        assert!(picture.expect("a picture").width() > 96, "{name}");
+        let picture = PngFile::open(folder.join(format!("shisen-out/{name}.png")));
+        assert!(picture.width > 96, "{name}");
     }
     // Shares are of the pixels that the dome has.
     for field in list(&report["lod"], "field") {

@@ -2,6 +2,7 @@
 //! computed, and here is looked at what it prints and writes.
 
 use shisen_tests::command::{example, folder};
+use shisen_tests::png_file::PngFile;
 use std::path::Path;
 
 /// Returns what an example prints, run in a folder.
@@ -37,7 +38,7 @@ fn each_example_does_what_it_shows() {
         let text = String::from_utf8(printed(folder.path(), name)).unwrap();
         assert!(text.contains(expected), "{name}: {text}");
     }
-    let open = |name: &str| image::open(folder.path().join(name)).unwrap();
+    let open = |name: &str| PngFile::open(folder.path().join(name)).bytes;
     assert!(open("front-left.png") != open("front-right.png"));
     assert!(open("fisheye.png") != open("mirror.png"));
 }

@@ -7,6 +7,7 @@
 use serde_json::Value;
 use shisen_tests::command::{evidence, shisen};
 use shisen_tests::meshes::write_ball;
+use shisen_tests::png_file::PngFile;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -50,10 +51,11 @@ fn hash_of(name: &str, bytes: &[u8]) -> u64 {
         .extension()
         .is_some_and(|kind| kind == "png")
     {
-        let picture = image::load_from_memory(bytes).expect("a picture");
-        let form = (picture.width(), picture.height(), picture.color());
-        hasher.update(format!("{form:?}").as_bytes());
-        hasher.update(picture.as_bytes());
+        let picture = PngFile::decode(bytes);
+        let PngFile { width, height, .. } = picture;
+        let form = format!("({width}, {height}, {:?}8)", picture.channels);
+        hasher.update(form.as_bytes());
+        hasher.update(&picture.bytes);
     } else {
         match std::str::from_utf8(bytes) {
             Ok(text) => {

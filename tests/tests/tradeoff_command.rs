@@ -186,6 +186,7 @@ fn steps_and_single_precision_have_their_price() {
 }
 
 #[test]
+#[ignore = "takes ten seconds: tests/run --all runs it"]
 fn effects_have_their_price() {
     let found = measured("effects");
     let comparisons = &found.section()["comparisons"];

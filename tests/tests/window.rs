@@ -2,9 +2,9 @@
 //!
 //! `tests/window/run` runs these: they need `Xvfb` and `xdotool`.
 
-use image::RgbImage;
 use serde_json::Value;
 use shisen_tests::command::{line, refusal, shisen};
+use shisen_tests::png_file::PngFile;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -114,18 +114,18 @@ impl Run {
     }
 
     /// Takes a screenshot of a frame after the keys pressed before.
-    fn screenshot(&mut self, server: &Server) -> RgbImage {
+    fn screenshot(&mut self, server: &Server) -> PngFile {
         std::thread::sleep(Duration::from_millis(400));
         self.key(server, "s");
         self.screenshots += 1;
         let name = format!("shisen-out/window-{:06}.png", self.screenshots);
         let path = self.folder.path().join(name);
         until(|| path.is_file().then_some(()));
-        image::open(path).expect("a picture").into_rgb8()
+        PngFile::open(path)
     }
 
     /// Takes screenshots until one shows what it should, and returns that.
-    fn shows(&mut self, server: &Server, is: impl Fn(&RgbImage) -> bool) -> RgbImage {
+    fn shows(&mut self, server: &Server, is: impl Fn(&PngFile) -> bool) -> PngFile {
         until(|| Some(self.screenshot(server)).filter(&is))
     }
 
@@ -160,25 +160,26 @@ fn until<T>(mut is_there: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-fn colours(picture: &RgbImage) -> usize {
-    let colours: std::collections::BTreeSet<_> = picture.pixels().map(|pixel| pixel.0).collect();
+fn colours(picture: &PngFile) -> usize {
+    let colours: std::collections::BTreeSet<_> = picture.rgb().into_iter().collect();
     colours.len()
 }
 
 /// Counts the walls' yellow pixels: the colour of full detail.
-fn yellow(picture: &RgbImage) -> usize {
-    let walls = picture.enumerate_pixels();
-    let walls = walls.filter(|(_, row, _)| (20..600).contains(row));
-    let is_yellow = |(.., pixel): &(u32, u32, &image::Rgb<u8>)| {
-        let [red, green, blue] = pixel.0;
+fn yellow(picture: &PngFile) -> usize {
+    let pixels = picture.rgb();
+    let row = picture.width as usize;
+    let is_yellow = |&&[red, green, blue]: &&[u8; 3]| {
         red > 150 && green > 150 && u16::from(blue) + 40 < u16::from(green)
     };
+    let walls = pixels[20 * row..600 * row].iter();
     walls.filter(is_yellow).count()
 }
 
 /// Returns whether the middle of the gaze's cross is at a place, give or take a block or two.
-fn is_marked(picture: &RgbImage, x: u32, y: u32) -> bool {
-    let white = |x: u32, y: u32| picture.get_pixel(x, y).0 == [255; 3];
+fn is_marked(picture: &PngFile, x: u32, y: u32) -> bool {
+    let pixels = picture.rgb();
+    let white = |x: u32, y: u32| pixels[(y * picture.width + x) as usize] == [255; 3];
     let crosses = |x: u32, y: u32| (x - 10..=x + 10).all(|x| white(x, y));
     (y - 6..=y + 6).any(|y| (x - 6..=x + 6).any(|x| crosses(x, y)))
 }
@@ -189,7 +190,7 @@ fn keys_change_what_is_seen_and_a_closed_window_ends_only_the_showing() {
     let server = Server::start();
     let mut run = Run::start(&server, &["--seconds", "40", "--threads", "1"]);
     let plain = run.screenshot(&server);
-    assert_eq!(plain.dimensions(), (960, 720));
+    assert_eq!((plain.width, plain.height), (960, 720));
     run.key(&server, "h");
     assert!(yellow(&plain) < 2_000);
     run.shows(&server, |picture| yellow(picture) > 20_000);
@@ -200,8 +201,8 @@ fn keys_change_what_is_seen_and_a_closed_window_ends_only_the_showing() {
     run.shows(&server, |picture| is_marked(picture, 400, 200));
     run.key(&server, "v");
     run.shows(&server, |viewer| {
-        let differing = viewer.pixels().zip(plain.pixels());
-        differing.filter(|(a, b)| a != b).count() > 100_000
+        let both = viewer.rgb().into_iter().zip(plain.rgb());
+        both.filter(|(a, b)| a != b).count() > 100_000
     });
     run.key(&server, "f");
     // Each of these keys changes the scene or its detail, and so begins another run of frames.

@@ -172,7 +172,8 @@ impl fmt::Display for Report {
         let objects = counted(objects as u64, "object");
         write!(
             f,
-            "{path}: {objects}, {}, ",
+            "{path}: {}, {objects}, {}, ",
+            self.shown,
             counted(triangles as u64, "triangle")
         )?;
         write!(f, "{bytes} bytes in the {layout} layout, ")?;

@@ -1,6 +1,5 @@
 //! Other programs.
 
-use serde_json::Value;
 use std::error::Error;
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -29,13 +28,5 @@ impl Shisen {
         let mut command = Command::new(&self.0);
         command.args(arguments).arg("--json");
         command
-    }
-
-    pub fn report(
-        &self,
-        arguments: impl IntoIterator<Item = impl AsRef<OsStr>>,
-    ) -> Result<Value, Box<dyn Error>> {
-        let output = run(&mut self.command(arguments))?;
-        Ok(serde_json::from_slice(&output.stdout)?)
     }
 }

@@ -3,7 +3,6 @@
 mod clock;
 mod command;
 mod contender;
-mod growth;
 #[path = "../../../host/evidence/src/measure.rs"]
 #[allow(dead_code, reason = "shared with the evidence")]
 mod measure;
@@ -37,8 +36,8 @@ use std::process::ExitCode;
 /// paths of ours differ, or something cannot be measured at all. Speed that misses its mark is
 /// reported, and is no failure.
 ///
-/// With --json, one object: processor, caches (level and bytes), rounds, seed, rows,
-/// marks, missing (peer and reason), failures and charts. A row has part, subject, what,
+/// With --json, one object: processor, rounds, seed, rows,
+/// marks, missing (peer and reason) and failures. A row has part, subject, what,
 /// peer, mode, version, simd, value, unit, `default_ratio` and `native_ratio` (how many
 /// times as fast as this row ours is, by build), differ (rays whose hits are not ours)
 /// and rays; a mark has what, measured, mark, `at_least` and met. The tables go to
@@ -58,7 +57,7 @@ struct Arguments {
     /// Seed of random rays
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// The folder for peers.csv, peers.json and charts
+    /// The folder for peers.csv, peers.json and pictures
     #[arg(long, value_name = "DIR", default_value = "shisen-out/peers")]
     out: PathBuf,
     /// Print one JSON object
@@ -90,8 +89,6 @@ enum Part {
     Watertight,
     /// Two threads, checking a scene and baking one.
     Alone,
-    /// How cost grows with triangles, instances, lights, pixels and threads.
-    Growth,
     /// Whole pictures, beside POV-Ray.
     Pictures,
 }
@@ -133,7 +130,6 @@ fn run(arguments: &Arguments) -> Result<Report, Box<dyn Error>> {
     let mut contenders = Vec::new();
     let mut report = Report {
         processor: processor(),
-        caches: caches(),
         rounds: if arguments.quick { 3 } else { 7 },
         seed: arguments.seed,
         ..Report::default()
@@ -172,7 +168,7 @@ fn run(arguments: &Arguments) -> Result<Report, Box<dyn Error>> {
         let count = if arguments.quick { 250_000 } else { 5_000_000 };
         watertight::measure(&contenders, count, arguments.seed, &mut report)?;
     }
-    let ours = measure_ours(arguments, &contenders, &subjects, &mut report);
+    let ours = measure_ours(arguments, &subjects, &mut report);
     report.write_csv(&arguments.out.join("peers.csv"))?;
     let json = serde_json::to_string_pretty(&report)?;
     shisen::files::write_atomically(&arguments.out.join("peers.json"), |file| {
@@ -190,7 +186,6 @@ fn run(arguments: &Arguments) -> Result<Report, Box<dyn Error>> {
 /// Measures the parts that need no library of a peer.
 fn measure_ours(
     arguments: &Arguments,
-    contenders: &[Contender],
     subjects: &[Subject],
     report: &mut Report,
 ) -> Result<(), Box<dyn Error>> {
@@ -207,16 +202,6 @@ fn measure_ours(
             let count = if arguments.quick { 1 << 18 } else { 1 << 20 };
             product::two_threads(&evidence, subject, count, folder.path(), report)?;
         }
-    }
-    if asked(Part::Growth) {
-        let extent = growth::Extent {
-            side: if arguments.quick { 256 } else { 512 },
-            quick: arguments.quick,
-            rounds: if arguments.quick { 1 } else { 3 },
-        };
-        growth::triangles(contenders, extent, &out, report)?;
-        growth::instances(extent, &out, report)?;
-        growth::frames(&shisen, extent, folder.path(), &out, report)?;
     }
     if let (true, Some(povray), Some(subject)) =
         (asked(Part::Pictures), &arguments.povray, subjects.first())
@@ -237,24 +222,4 @@ fn processor() -> String {
     } else {
         name.to_owned()
     }
-}
-
-/// Levels and bytes of the caches that hold data, where the system says it.
-fn caches() -> Vec<(u32, u64)> {
-    let folder = Path::new("/sys/devices/system/cpu/cpu0/cache");
-    (0..8)
-        .filter_map(|index| {
-            let read = |file: &str| {
-                let path = folder.join(format!("index{index}")).join(file);
-                Some(std::fs::read_to_string(path).ok()?.trim().to_owned())
-            };
-            let size = read("size")?;
-            let (digits, factor) = match size.strip_suffix('K') {
-                Some(digits) => (digits, 1024),
-                None => (size.strip_suffix('M')?, 1024 * 1024),
-            };
-            let bytes = digits.parse::<u64>().ok()? * factor;
-            (read("type")? != "Instruction").then_some((read("level")?.parse().ok()?, bytes))
-        })
-        .collect()
 }

@@ -75,8 +75,6 @@ pub struct Missing {
 pub struct Report {
     /// The processor's name, as the system gives it.
     pub processor: String,
-    /// Its caches of data: level and bytes.
-    pub caches: Vec<(u32, u64)>,
     pub rounds: usize,
     pub seed: u64,
     pub rows: Vec<Row>,
@@ -84,8 +82,6 @@ pub struct Report {
     pub missing: Vec<Missing>,
     /// Rays of ours that are lost, and paths of ours that differ.
     pub failures: Vec<String>,
-    /// Charts in the folder.
-    pub charts: Vec<String>,
 }
 
 impl Report {

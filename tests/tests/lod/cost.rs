@@ -93,6 +93,7 @@ fn looks(which: PaperScene, stride: usize) -> Vec<Vec3> {
 }
 
 #[test]
+#[ignore = "takes half a minute: tests/run --all runs it"]
 fn no_gaze_is_dearer_than_plain_tracing() {
     let stride = cases("every nth of 200 lines of sight", 41, 5);
     let mut dearer = Vec::new();

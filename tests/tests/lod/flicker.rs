@@ -119,6 +119,7 @@ const MEAN: f64 = 0.06;
 const MOST: f64 = 0.12;
 
 #[test]
+#[ignore = "takes half a minute: tests/run --all runs it"]
 fn a_smoothly_moving_gaze_makes_nothing_flicker() {
     let side = cases("pixels a side", 64, 128) as u32;
     for (name, mesh) in meshes() {

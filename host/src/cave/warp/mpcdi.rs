@@ -12,7 +12,6 @@
 
 use super::Warp;
 use glam::DVec3;
-use quick_xml::escape::escape;
 use std::io::{self, Seek, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
@@ -146,6 +145,12 @@ fn description(warp: &Warp<'_>, points: &str, weights: &str) -> String {
   </files>
 </MPCDI>"#
     )
+}
+
+/// Returns a text as XML has it in attributes and elements.
+fn escape(text: &str) -> String {
+    let escaped = text.replace('&', "&amp;").replace('<', "&lt;");
+    escaped.replace('>', "&gt;").replace('"', "&quot;")
 }
 
 fn values(values: &[(&str, f64)]) -> String {

@@ -137,14 +137,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let position = arguments.at.map_or(glam::DVec3::ZERO, |at| at.0);
         DomeCamera::tilted(position, arguments.tilt.unwrap_or(0.0).to_radians())
     });
-    // Checked before anything large is loaded.
     let camera = placed.unwrap_or(DomeCamera::UPRIGHT);
+    // A dome shows nothing that is lower than its camera.
+    let model = ModelArguments {
+        floor: Some(camera.position.y),
+        ..arguments.model.clone()
+    };
+    // Checked before anything large is loaded.
     view(optics.projection, &camera, arguments.size)?;
     let mut path = CameraPath::default();
     let mut make = || {
         let name = &arguments.scene;
         let ticker = Ticker::start(format!("reading {name}"), arguments.output.quiet);
-        let mut source = Source::load(name, &arguments.model)?;
+        let mut source = Source::load(name, &model)?;
         if let Some(distance) = distance {
             source.scene = Loaded::Described(optics.grid(distance, &camera)?);
         }
@@ -156,7 +161,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     // Other scenes have cameras, which are not kept.
     let is_model = matches!(&arguments.scene, SceneName::File(path) if is_model(path));
     let ready = if is_model {
-        let request = format!("dome {:?} {:?}", arguments.scene, arguments.model);
+        let request = format!("dome {:?} {model:?}", arguments.scene);
         arguments.cache.kept(&request, make)
     } else {
         make()
@@ -251,7 +256,7 @@ fn field_of_view(arguments: &Arguments) -> Result<f32, Failure> {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let masters = counted(self.frames.into(), "dome master");
-        write!(f, "scene {}: {masters}", self.shown.scene)?;
+        write!(f, "{}: {masters}", self.shown)?;
         match self.config {
             Some(config) => write!(f, " by {config} ({})", self.mapping)?,
             None => write!(f, " of {} degrees without a mirror", self.fov)?,

@@ -300,8 +300,8 @@ impl Report {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let threads = counted(self.surroundings.threads as u64, "thread");
-        let (scene, pixels, tracker) = (&self.shown.scene, self.pixels, &self.tracker);
-        write!(f, "scene {scene}, {pixels} pixels for each eye, ")?;
+        let (shown, pixels, tracker) = (&self.shown, self.pixels, &self.tracker);
+        write!(f, "{shown}, {pixels} pixels for each eye, ")?;
         let (hz, lod) = (self.hz, self.lod);
         write!(f, "{threads}, tracker {tracker}, {hz} Hz, ")?;
         writeln!(f, "level of detail {lod}")?;

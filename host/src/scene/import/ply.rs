@@ -360,9 +360,9 @@ fn colour(element: &Element) -> Option<[usize; 3]> {
 /// Returns the number that stands for a full channel of a colour.
 fn full(number: Number) -> f32 {
     match number {
-        Number::U8 => f32::from(u8::MAX),
         Number::U16 => f32::from(u16::MAX),
-        _ => 1.0,
+        Number::F32 | Number::F64 => 1.0,
+        _ => f32::from(u8::MAX),
     }
 }
 
@@ -392,36 +392,24 @@ impl Reader<'_> {
         let coordinate = pairs.next().filter(|_| pairs.next().is_none());
         let colour = colour(element);
         let full = colour.map_or(1.0, |[red, ..]| full(element.properties[red].number));
-        let mut used = position.to_vec();
-        for places in [normal, colour] {
-            used.extend(places.iter().flatten());
-        }
-        used.extend(coordinate.iter().flatten());
-        let mut values = vec![0.0; element.properties.len()];
-        for _ in 0..element.count {
-            for (place, property) in element.properties.iter().enumerate() {
-                if let Some(length) = property.length {
-                    for _ in 0..numbers.length(length)? {
-                        numbers.skip(property.number)?;
-                    }
-                } else if used.contains(&place) {
-                    values[place] = numbers.next(property.number)? as f32;
-                } else {
-                    numbers.skip(property.number)?;
-                }
-            }
-            let at = |place: usize| values[place];
-            self.mesh.positions.push(position.map(at));
-            self.mesh
-                .normals
-                .extend(normal.map(|places| places.map(at)));
-            let place = coordinate.map(|places| places.map(at));
-            self.mesh.coordinates.extend(place);
-            let seen = colour.map(|places| places.map(|place| decoded(at(place) / full)));
-            self.mesh.colours.extend(seen);
-        }
+        let places = |of: Option<[usize; 3]>| of.map_or([None; 3], |all| all.map(Some));
+        let [x, y, z] = position.map(Some);
+        let ([nx, ny, nz], [r, g, b]) = (places(normal), places(colour));
+        let [u, v] = coordinate.map_or([None; 2], |pair| pair.map(Some));
+        let used = [x, y, z, nx, ny, nz, r, g, b, u, v];
+        let mesh = &mut self.mesh;
+        numbers.entries(element, used, |all| {
+            let has = |from: usize| !all[from].is_empty();
+            let at = |from: usize| [0, 1, 2].map(|n| all[from + n][0] as f32);
+            mesh.positions.push(at(0));
+            mesh.normals.extend(has(3).then(|| at(3)));
+            let seen = has(6).then(|| at(6).map(|code| decoded(code / full)));
+            mesh.colours.extend(seen);
+            let place = has(9).then(|| [9, 10].map(|n| all[n][0] as f32));
+            mesh.coordinates.extend(place);
+        })?;
         for (place, property) in element.properties.iter().enumerate() {
-            if !used.contains(&place) {
+            if !used.contains(&Some(place)) {
                 self.unused
                     .add(format!("the vertices' {}", property.name), 1);
             }

@@ -8,7 +8,7 @@ use super::{
     ImportError, Model, Scalar, Unused, decoded, fault, finished, no_vertex, syntax, unusable,
 };
 use crate::scene::mesh::TriangleMesh;
-use arrays::{Element, File};
+use arrays::{Element, File, document, split as split_appended};
 use colorous::VIRIDIS;
 use std::path::Path;
 
@@ -19,7 +19,9 @@ const MOST: usize = 3 * TriangleMesh::MOST_TRIANGLES;
 const NO_NUMBER: [f32; 3] = [0.5; 3];
 
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
-    let file = File::read(path, bytes)?;
+    let (text, appended) = split_appended(bytes);
+    let document = document(path, &text)?;
+    let file = File::read(path, &document, appended)?;
     let mut reader = Reader {
         path,
         shown: Shown::of(&file),
@@ -46,7 +48,7 @@ struct Shown<'b> {
 
 impl<'b> Shown<'b> {
     /// Returns the active scalar of points, else of cells; else the first that can be shown.
-    fn of(file: &'b File<'_>) -> Option<Self> {
+    fn of(file: &File<'b>) -> Option<Self> {
         let find = |is_of_cells: bool, is_active: bool| {
             let part = if is_of_cells { "CellData" } else { "PointData" };
             let mut parts = file.pieces().flat_map(|piece| piece.all(part));
@@ -67,7 +69,7 @@ impl<'b> Shown<'b> {
     }
 
     /// Describes an array that colours can show.
-    fn from(is_of_cells: bool, array: &'b Element) -> Option<Self> {
+    fn from(is_of_cells: bool, array: Element<'b>) -> Option<Self> {
         let (number, components) = (array.number()?, array.components());
         let is_colour = number == Number::U8 && matches!(components, 3 | 4);
         (components == 1 || is_colour).then_some(Self {
@@ -91,7 +93,7 @@ struct Reader<'b> {
 }
 
 impl Reader<'_> {
-    fn piece(&mut self, piece: &Element) -> Result<(), ImportError> {
+    fn piece(&mut self, piece: Element<'_>) -> Result<(), ImportError> {
         let (file, first) = (self.file, self.mesh.positions.len());
         let count = piece.count("NumberOfPoints");
         if count > MOST - first {
@@ -150,9 +152,9 @@ impl Reader<'_> {
     /// Adds a piece's polygons and strips with their numbers. Its points come after the `first`.
     fn cells(
         &mut self,
-        piece: &Element,
+        piece: Element<'_>,
         first: usize,
-        numbers: Option<&Element>,
+        numbers: Option<Element<'_>>,
     ) -> Result<(), ImportError> {
         let parts = ["Verts", "Lines", "Polys", "Strips"];
         let counts = parts.map(|part| piece.count(&format!("NumberOf{part}")));

@@ -10,52 +10,23 @@ use std::path::Path;
 const MOST_FAULTS: usize = 64;
 
 /// Extensions that are carried out, or counted where they are used.
-const KNOWN: [&str; 29] = [
-    "EXT_mesh_gpu_instancing",
-    "EXT_meshopt_compression",
-    "EXT_texture_avif",
-    "EXT_texture_webp",
-    "KHR_animation_pointer",
-    "KHR_draco_mesh_compression",
-    "KHR_lights_punctual",
-    "KHR_materials_anisotropy",
-    "KHR_materials_clearcoat",
-    "KHR_materials_diffuse_transmission",
-    "KHR_materials_dispersion",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_iridescence",
-    "KHR_materials_pbrSpecularGlossiness",
-    "KHR_materials_sheen",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
-    "KHR_materials_variants",
-    "KHR_materials_volume",
-    "KHR_mesh_quantization",
-    "KHR_meshopt_compression",
-    "KHR_node_visibility",
-    "KHR_texture_basisu",
-    "KHR_texture_transform",
-    "KHR_xmp",
-    "KHR_xmp_json_ld",
-    "MSFT_texture_dds",
-];
+const KNOWN: &str = "EXT_mesh_gpu_instancing EXT_meshopt_compression EXT_texture_avif \
+    EXT_texture_webp KHR_animation_pointer KHR_draco_mesh_compression KHR_lights_punctual \
+    KHR_materials_anisotropy KHR_materials_clearcoat KHR_materials_diffuse_transmission \
+    KHR_materials_dispersion KHR_materials_emissive_strength KHR_materials_ior \
+    KHR_materials_iridescence KHR_materials_pbrSpecularGlossiness KHR_materials_sheen \
+    KHR_materials_specular KHR_materials_transmission KHR_materials_unlit KHR_materials_variants \
+    KHR_materials_volume KHR_mesh_quantization KHR_meshopt_compression KHR_node_visibility \
+    KHR_texture_basisu KHR_texture_transform KHR_xmp KHR_xmp_json_ld MSFT_texture_dds";
 
 /// Tables, and parts of others, that geometry does without.
-const DISPENSABLE: [&str; 11] = [
-    "camera",
-    "cameras",
-    "extensions",
-    "images",
-    "light",
-    "material",
-    "materials",
-    "samplers",
-    "scene",
-    "scenes",
-    "textures",
-];
+const DISPENSABLE: &str =
+    "camera cameras extensions images light material materials samplers scene scenes textures";
+
+/// Returns whether a name is one of several with blanks between.
+fn is_among(names: &str, name: &str) -> bool {
+    names.split(' ').any(|one| one == name)
+}
 
 /// Reads a description; what it says wrongly of other things than geometry is not used.
 pub(super) fn read(path: &Path, json: &[u8], unused: &mut Unused) -> Result<Document, ImportError> {
@@ -73,7 +44,7 @@ pub(super) fn read(path: &Path, json: &[u8], unused: &mut Unused) -> Result<Docu
         let problem = "it is compressed with Draco, which is not read";
         return Err(fault(path, problem, "export it without, or with meshopt"));
     }
-    for name in names("extensionsUsed").filter(|name| !KNOWN.contains(name)) {
+    for name in names("extensionsUsed").filter(|name| !is_among(KNOWN, name)) {
         unused.add(format!("the extension {name}"), 1);
     }
     unused.add("animation{s}", named("animations").count() as u64);
@@ -162,14 +133,14 @@ fn leave_out(value: &mut Value, place: &str) -> bool {
     if parts.last() == Some(&"index") {
         parts.pop();
     }
-    let is_geometry = |table: &&str| ["accessors", "bufferViews", "buffers"].contains(table);
-    if parts.first().is_none_or(is_geometry) || !parts.iter().any(|part| DISPENSABLE.contains(part))
-    {
-        return false;
-    }
     let Some((last, parents)) = parts.split_last() else {
         return false;
     };
+    if is_among("accessors bufferViews buffers", parts[0])
+        || !parts.iter().any(|part| is_among(DISPENSABLE, part))
+    {
+        return false;
+    }
     let mut at = value;
     for part in parents {
         let next = match at {

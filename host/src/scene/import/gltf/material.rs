@@ -83,6 +83,7 @@ impl Importer<'_> {
         let older = material.pbr_specular_glossiness();
         let mut painted = whitted(material);
         if painted.transmission != [0.0; 3]
+            && volume(material).is_some()
             && let Some(dispersion) = dispersion(material)
         {
             painted.medium = medium(painted.index_of_refraction, dispersion);
@@ -288,6 +289,10 @@ fn map(moved: &gltf::texture::TextureTransform<'_>) -> [[f32; 2]; 3] {
     map.map(|axis| axis.map(|number| bounded(number, -1.0e6, 1.0e6)))
 }
 
+/// The index of refraction of walls without thickness: light goes straight on, and unlike behind a
+/// veil of index 1 it takes their colour.
+const THIN: f32 = 1.0 + 1.0e-6;
+
 /// Maps a material onto ours, without its textures.
 fn whitted(material: &gltf::Material<'_>) -> Material {
     let default = Material::default();
@@ -344,14 +349,15 @@ fn whitted(material: &gltf::Material<'_>) -> Material {
             ..lit
         };
     }
+    let volume = volume(material);
     // 0 is the extension's mark for a surface without Fresnel's terms.
     let index = material.ior();
     let index = index.filter(|index| *index > 0.0 && index.is_finite());
-    let index = index.map_or(default.index_of_refraction, |index| {
-        bounded(index, 0.01, 100.0)
-    });
-    let volume = material.volume();
-    let volume = volume.filter(|volume| volume.thickness_factor() > 0.0);
+    let index = match index {
+        _ if transmission > 0.0 && volume.is_none() => THIN,
+        Some(index) => bounded(index, 0.01, 100.0),
+        None => default.index_of_refraction,
+    };
     Material {
         diffuse: base.map(|channel| channel * (1.0 - transmission)),
         transmission: base.map(|channel| channel * transmission),
@@ -359,6 +365,12 @@ fn whitted(material: &gltf::Material<'_>) -> Material {
         absorption: volume.map_or(default.absorption, |volume| absorption(&volume)),
         ..lit
     }
+}
+
+/// Returns what fills a material's surface, if that is not a thin wall.
+fn volume<'d>(material: &gltf::Material<'d>) -> Option<gltf::material::Volume<'d>> {
+    let volume = material.volume();
+    volume.filter(|volume| volume.thickness_factor() > 0.0)
 }
 
 /// Returns a material's metalness, roughness and reflectance where it is no metal.

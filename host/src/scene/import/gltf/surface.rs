@@ -175,13 +175,10 @@ impl Surface {
                 corners.to_vec()
             }
         };
-        let before = self.triangles.len();
-        let has_area = |&[a, b, c]: &[u32; 3]| a != b && b != c && a != c;
-        self.triangles.retain(has_area);
-        // Strips are joined by such triangles.
-        if primitive.mode() != Mode::TriangleStrip {
-            let without = before - self.triangles.len();
-            importer.unused.add("face{s} without area", without as u64);
+        // Triangles without area join strips, and are counted elsewhere.
+        if primitive.mode() == Mode::TriangleStrip {
+            let has_area = |&[a, b, c]: &[u32; 3]| a != b && b != c && a != c;
+            self.triangles.retain(has_area);
         }
         Ok(())
     }

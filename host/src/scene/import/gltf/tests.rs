@@ -201,6 +201,7 @@ fn materials_are_metal_glass_veils_lamps_or_dull() {
     let prism = |dispersion: f32| {
         of(&format!(
             r#""metallicFactor":0}},"extensions":{{"KHR_materials_ior":{{"ior":1.7}},
+            "KHR_materials_volume":{{"thicknessFactor":1}},
             "KHR_materials_transmission":{{"transmissionFactor":1}},
             "KHR_materials_dispersion":{{"dispersion":{dispersion}}}}}"#
         ))
@@ -212,6 +213,9 @@ fn materials_are_metal_glass_veils_lamps_or_dull() {
         "{index}, {abbe}"
     );
     assert_eq!([prism(0.0).medium, prism(1.0e3).medium], [None; 2]);
+    let thin = of(r#""metallicFactor":0},"extensions":{
+        "KHR_materials_transmission":{"transmissionFactor":1}}"#);
+    assert!((thin.index_of_refraction - 1.0) < 1.0e-5 && thin.transmission[1] == 0.5);
     let older = of(
         r#""metallicFactor":1},"extensions":{"KHR_materials_pbrSpecularGlossiness":{
         "diffuseFactor":[1,0.5,0.25,1],"specularFactor":[0.04,0.04,0.04],"glossinessFactor":0.5}}"#,

@@ -4,110 +4,84 @@ use super::super::number::Number;
 use super::super::{BASE64, ImportError, fault, syntax};
 use base64::Engine as _;
 use flate2::read::ZlibDecoder;
-use quick_xml::XmlVersion::Implicit1_0;
-use quick_xml::events::Event;
-use quick_xml::reader::Reader;
+use roxmltree::{Document, Node, ParsingOptions};
 use std::borrow::Cow;
 use std::io::Read as _;
+use std::ops::Add as _;
 use std::path::Path;
 
-/// An element with its attributes, without blanks around them, and what is inside.
-#[derive(Default)]
-pub(super) struct Element {
-    kind: String,
-    attributes: Vec<(String, String)>,
-    inside: Vec<Self>,
-    text: String,
-}
+/// Most elements and texts of a file.
+const MOST: u32 = 1 << 20;
 
-impl Element {
-    /// Most elements, and most inside each other.
-    const MOST: [usize; 2] = [1 << 20, 16];
+/// An element of the file.
+#[derive(Clone, Copy)]
+pub(super) struct Element<'d>(Node<'d, 'd>);
 
-    /// Reads a text. Elements that are open at its end are whole, too.
-    fn read(text: &str) -> Result<Self, String> {
-        let mut reader = Reader::from_str(text);
-        let mut open = vec![Self::default()];
-        let mut count = 0;
-        loop {
-            let event = reader.read_event().map_err(|error| error.to_string())?;
-            let closes = matches!(event, Event::Empty(_) | Event::End(_) | Event::Eof);
-            let is_end = matches!(event, Event::Eof);
-            match event {
-                Event::Start(start) | Event::Empty(start) => {
-                    count += 1;
-                    if count > Self::MOST[0] || open.len() > Self::MOST[1] {
-                        return Err("it has too many elements".to_owned());
-                    }
-                    let mut element = Self::default();
-                    start.name().as_ref().clone_into(&mut element.kind);
-                    for attribute in start.attributes().flatten() {
-                        let key = attribute.key.as_ref().to_owned();
-                        let value = attribute.normalized_value(Implicit1_0);
-                        let value = value.map_err(|error| error.to_string())?;
-                        element.attributes.push((key, value.trim().to_owned()));
-                    }
-                    open.push(element);
-                }
-                Event::Text(text) => {
-                    let array = open.last_mut().filter(|last| last.kind == "DataArray");
-                    if let Some(array) = array {
-                        array.text += &text;
-                    }
-                }
-                _ => {}
-            }
-            while closes && open.len() > 1 {
-                let done = open.pop();
-                if let Some(parent) = open.last_mut() {
-                    parent.inside.extend(done);
-                }
-                if !is_end {
-                    break;
-                }
-            }
-            if is_end {
-                return Ok(open.swap_remove(0));
-            }
-        }
-    }
-
-    pub(super) fn said(&self, name: &str) -> Option<&str> {
-        let mut attributes = self.attributes.iter();
-        let found = attributes.find(|(key, _)| key == name);
-        found.map(|(_, value)| value.as_str())
+impl<'d> Element<'d> {
+    /// Returns an attribute without blanks around it.
+    pub(super) fn said(self, name: &str) -> Option<&'d str> {
+        self.0.attribute(name).map(str::trim)
     }
 
     /// Returns an attribute's number; 0 if it is missing or no whole number.
-    pub(super) fn count(&self, name: &str) -> usize {
+    pub(super) fn count(self, name: &str) -> usize {
         let said = self.said(name).map(str::parse);
         said.and_then(Result::ok).unwrap_or(0)
     }
 
     /// Returns the elements of a kind inside.
-    pub(super) fn all(&self, kind: &str) -> impl Iterator<Item = &Self> {
-        self.inside.iter().filter(move |one| one.kind == kind)
+    pub(super) fn all(self, kind: &str) -> impl Iterator<Item = Self> {
+        let inside = self.0.children();
+        inside.filter(move |one| one.has_tag_name(kind)).map(Self)
     }
 
-    pub(super) fn name(&self) -> &str {
+    /// Returns the texts inside, one after another.
+    fn texts(self) -> impl Iterator<Item = &'d str> {
+        let inside = self.0.children().filter(Node::is_text);
+        inside.filter_map(|one| one.text())
+    }
+
+    pub(super) fn name(self) -> &'d str {
         self.said("Name").unwrap_or_default()
     }
 
     /// Returns the type of an array's numbers; `None` where it has text or bits.
-    pub(super) fn number(&self) -> Option<Number> {
+    pub(super) fn number(self) -> Option<Number> {
         Number::named(&self.said("type")?.to_ascii_lowercase())
     }
 
     /// Returns how many numbers of an array are for each point or cell.
-    pub(super) fn components(&self) -> usize {
+    pub(super) fn components(self) -> usize {
         self.said("NumberOfComponents")
             .map_or(1, |_| self.count("NumberOfComponents"))
     }
 }
 
+/// Returns a file's text, without the appended bytes, which are no text, and those bytes.
+pub(super) fn split(bytes: &[u8]) -> (Cow<'_, str>, &[u8]) {
+    let tag = b"<AppendedData";
+    let start = bytes.windows(tag.len()).position(|part| part == tag);
+    let (text, appended) = bytes.split_at(start.unwrap_or(bytes.len()));
+    let text = String::from_utf8_lossy(text);
+    match start {
+        None => (text, appended),
+        Some(_) => (text.into_owned().add("</VTKFile>").into(), appended),
+    }
+}
+
+/// Returns the elements of a file's text.
+pub(super) fn document<'t>(path: &Path, text: &'t str) -> Result<Document<'t>, ImportError> {
+    let options = ParsingOptions {
+        nodes_limit: MOST,
+        ..ParsingOptions::default()
+    };
+    Document::parse_with_options(text, options)
+        .map_err(|error| syntax(path, format!("not a VTK XML file: {error}")))
+}
+
 pub(super) struct File<'b> {
     path: &'b Path,
-    root: Element,
+    root: Element<'b>,
     /// The appended data, in base64 or not.
     appended: Option<(&'b [u8], bool)>,
     /// Where arrays begin in them, in order.
@@ -119,15 +93,13 @@ pub(super) struct File<'b> {
 }
 
 impl<'b> File<'b> {
-    pub(super) fn read(path: &'b Path, bytes: &'b [u8]) -> Result<Self, ImportError> {
-        // Appended bytes are no text.
-        let tag = b"<AppendedData";
-        let start = bytes.windows(tag.len()).position(|part| part == tag);
-        let (text, appended) = bytes.split_at(start.unwrap_or(bytes.len()));
-        let root = Element::read(&String::from_utf8_lossy(text))
-            .map_err(|error| syntax(path, format!("not a VTK XML file: {error}")))?;
-        let mut roots = root.inside.into_iter();
-        let root = roots.find(|one| one.kind == "VTKFile").unwrap_or_default();
+    /// Reads what a document says of its arrays, some of whose bytes may be appended.
+    pub(super) fn read(
+        path: &'b Path,
+        document: &'b Document<'b>,
+        appended: &'b [u8],
+    ) -> Result<Self, ImportError> {
+        let root = Element(document.root_element());
         let kind = root.said("type").unwrap_or("nothing");
         if kind != "PolyData" {
             let advice = "extract its surface in ParaView, and save that as .vtp";
@@ -143,8 +115,8 @@ impl<'b> File<'b> {
         let pieces = root
             .all("PolyData")
             .flat_map(|surface| surface.all("Piece"));
-        let parts = pieces.flat_map(|piece| &piece.inside);
-        let arrays = parts.flat_map(|part| part.all("DataArray"));
+        let parts = pieces.flat_map(|piece| piece.0.children());
+        let arrays = parts.flat_map(|part| Element(part).all("DataArray"));
         let mut offsets: Vec<usize> = arrays.map(|array| array.count("offset")).collect();
         offsets.sort_unstable();
         Ok(Self {
@@ -162,7 +134,7 @@ impl<'b> File<'b> {
         })
     }
 
-    pub(super) fn pieces(&self) -> impl Iterator<Item = &Element> {
+    pub(super) fn pieces(&self) -> impl Iterator<Item = Element<'b>> {
         self.root
             .all("PolyData")
             .flat_map(|surface| surface.all("Piece"))
@@ -171,14 +143,15 @@ impl<'b> File<'b> {
     /// Returns the first `count` numbers of an array.
     pub(super) fn numbers<T>(
         &self,
-        array: &Element,
+        array: Element<'_>,
         count: usize,
         convert: impl Fn(f64) -> T,
     ) -> Result<Vec<T>, ImportError> {
         let wrong = |what: &str| syntax(self.path, format!("the array '{}' {what}", array.name()));
         let number = array.number().ok_or_else(|| wrong("has no numbers"))?;
         let numbers: Vec<T> = if matches!(array.said("format"), None | Some("ascii")) {
-            let words = array.text.split_ascii_whitespace().take(count);
+            let words = array.texts().flat_map(str::split_ascii_whitespace);
+            let words = words.take(count);
             let numbers = words.map(|word| match word.parse::<f64>() {
                 Ok(value) if !number.is_whole() || value.fract() == 0.0 => Ok(convert(value)),
                 _ => Err(wrong(&format!("has '{word}', no number of its type"))),
@@ -211,7 +184,7 @@ impl<'b> File<'b> {
     }
 
     /// Returns the bytes of an array: where it is compressed up to `most`, and the rest of a block.
-    fn bytes(&self, array: &Element, most: usize) -> Option<Cow<'b, [u8]>> {
+    fn bytes(&self, array: Element<'_>, most: usize) -> Option<Cow<'b, [u8]>> {
         let stream = self.stream(array)?;
         let word = |place: usize| {
             let start = place.checked_mul(self.word)?;
@@ -246,9 +219,10 @@ impl<'b> File<'b> {
     }
 
     /// Returns the bytes from the beginning of an array on.
-    fn stream(&self, array: &Element) -> Option<Cow<'b, [u8]>> {
+    fn stream(&self, array: Element<'_>) -> Option<Cow<'b, [u8]>> {
         if array.said("format") == Some("binary") {
-            return from_base64(array.text.as_bytes()).map(Cow::Owned);
+            let text: String = array.texts().collect();
+            return from_base64(text.as_bytes()).map(Cow::Owned);
         }
         let (data, is_base64) = self.appended?;
         let start = array.count("offset");
