@@ -81,7 +81,7 @@ async function scene(path) {
   const model = (await new GLTFLoader().loadAsync(path)).scene;
   const box = new three.Box3().setFromObject(model, true);
   const middle = box.getCenter(new three.Vector3());
-  model.position.set(-middle.x, -1.5 - box.min.y, -2.5 - middle.z);
+  model.position.set(-middle.x, wall.bottom - box.min.y, -2.5 - middle.z);
   let hasLight = false;
   model.traverse((node) => {
     node.castShadow = node.receiveShadow = node.isMesh === true;

@@ -10,8 +10,8 @@ import { files } from './files.mjs';
 
 const [shisen, flip, three, browser, out] = process.argv.slice(2);
 const here = import.meta.dirname;
-const wall = { left: -0.8, right: 0.8, bottom: -1.12, top: 0.48, z: -1.5 };
-const pixels = 384;
+const wall = { left: -0.99, right: 0.99, bottom: -1.5, top: 0.48, z: -1.5 };
+const pixels = 475;
 const run = async (...words) => (await promisify(execFile)(words[0], words.slice(1))).stdout;
 
 for (const folder of ['file', 'picture']) mkdirSync(join(out, folder), { recursive: true });
