@@ -191,7 +191,7 @@ fn a_model_is_a_scene_and_what_no_picture_shows_of_it_is_told_once() {
         format!("cave --scene a.obj {small} --out out"),
         "dome render --scene a.obj --size 16 --out out --quiet --json".to_owned(),
         "explain a.obj --size 16 --repeat 1 --json".to_owned(),
-        "bake a.obj --output a.shisen --json".to_owned(),
+        "bake --scene a.obj --output a.shisen --json".to_owned(),
         "run --scene a.obj --size 16 --view none --frames 1 --json".to_owned(),
     ] {
         let said = run(folder, &command);

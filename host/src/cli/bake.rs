@@ -10,12 +10,15 @@ use crate::files::write_atomically;
 use crate::scene::Scene;
 
 /// Bakes a scene for tracing
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct Arguments {
     /// A model, a TOML scene or a built-in one such as A or prism; or several models, each of which
     /// becomes an object where its file places it
-    #[arg(required = true)]
+    #[arg(required_unless_present = "scene", conflicts_with = "scene")]
     input: Vec<SceneName>,
+    /// One input, as other commands take it
+    #[arg(long, value_name = "SCENE")]
+    scene: Option<SceneName>,
     /// File of the baked scene
     #[arg(short, long, visible_alias = "out", value_name = "FILE")]
     output: PathBuf,
@@ -80,6 +83,9 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let mut arguments = arguments.clone();
+    arguments.input.extend(arguments.scene.take());
+    let arguments = &arguments;
     check(arguments)?;
     let start = Instant::now();
     let names: Vec<_> = arguments.input.iter().map(ToString::to_string).collect();

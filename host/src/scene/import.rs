@@ -59,6 +59,15 @@ impl fmt::Display for Place<'_> {
 #[diagnostic(transparent)]
 pub struct ImportError(Fault);
 
+impl ImportError {
+    /// Returns what is wrong in words that need not name the file.
+    fn within(&self, file: &Path) -> String {
+        let whole = self.to_string();
+        let rest = whole.strip_prefix(&format!("{}: ", file.display()));
+        rest.unwrap_or(&whole).to_owned()
+    }
+}
+
 /// What a file describes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
@@ -224,16 +233,27 @@ fn no_vertex<'p>(
 
 /// Leaves out what cannot be drawn of a mesh, whose faces name known vertices, and checks the rest.
 fn finished(path: &Path, mut mesh: TriangleMesh, mut unused: Unused) -> Result<Model, ImportError> {
-    let has_area = |&[a, b, c]: &[u32; 3]| a != b && b != c && a != c;
-    let kept: Vec<bool> = mesh.triangles.iter().map(has_area).collect();
-    let without_area = kept.iter().filter(|kept| !**kept).count();
-    if without_area > 0 {
-        unused.add("face{s} without area", without_area as u64);
-        mesh.triangles.retain(has_area);
-        let mut kept = kept.into_iter();
-        mesh.triangle_materials
-            .retain(|_| kept.next().unwrap_or(true));
+    let places = mesh.positions.iter();
+    let are_places: Vec<bool> = places
+        .map(|place| TriangleMesh::check_position(*place).is_ok())
+        .collect();
+    let exists = |three: &[u32; 3]| three.iter().all(|v| are_places[*v as usize]);
+    if are_places.contains(&false) && mesh.triangles.iter().any(exists) {
+        let count = retain(&mut mesh, exists);
+        unused.add(
+            "face{s} with a vertex that is no number or too far out",
+            count,
+        );
+        let some = mesh.positions[mesh.triangles[0][0] as usize];
+        for (position, is_place) in mesh.positions.iter_mut().zip(are_places) {
+            if !is_place {
+                *position = some;
+            }
+        }
     }
+    let has_area = |&[a, b, c]: &[u32; 3]| a != b && b != c && a != c;
+    let count = retain(&mut mesh, has_area);
+    unused.add("face{s} without area", count);
     if !mesh.normals.is_empty() {
         complete_normals(&mut mesh);
     }
@@ -259,6 +279,20 @@ fn finished(path: &Path, mut mesh: TriangleMesh, mut unused: Unused) -> Result<M
         scalar: None,
         unused,
     })
+}
+
+/// Keeps some triangles, with their materials; returns the number of others.
+fn retain(mesh: &mut TriangleMesh, is_kept: impl Fn(&[u32; 3]) -> bool) -> u64 {
+    let kept: Vec<bool> = mesh.triangles.iter().map(is_kept).collect();
+    let others = kept.iter().filter(|kept| !**kept).count();
+    if others > 0 {
+        let (mut of_triangles, mut of_materials) = (kept.iter(), kept.iter());
+        mesh.triangles
+            .retain(|_| of_triangles.next() == Some(&true));
+        let materials = &mut mesh.triangle_materials;
+        materials.retain(|_| of_materials.next() == Some(&true));
+    }
+    others as u64
 }
 
 /// Makes normals unit length; one without a direction becomes the mean of the faces around it.

@@ -135,10 +135,17 @@ impl Importer<'_> {
 
     /// Returns the nodes of the scene in the document's order, with their places in the world.
     fn placed<'d>(&self, document: &'d Document) -> Result<Vec<(Node<'d>, Mat4)>, ImportError> {
-        let scene = document
-            .default_scene()
-            .or_else(|| document.scenes().next());
-        let roots = scene.iter().flat_map(gltf::Scene::nodes);
+        let scene = document.default_scene().or(document.scenes().next());
+        let roots: Vec<Node<'_>> = scene.map_or_else(
+            || {
+                let children = document.nodes().flat_map(|node| node.children());
+                let children: BTreeSet<usize> = children.map(|node| node.index()).collect();
+                let is_root = |node: &Node<'_>| !children.contains(&node.index());
+                document.nodes().filter(is_root).collect()
+            },
+            |scene| scene.nodes().collect(),
+        );
+        let roots = roots.into_iter();
         let mut open: Vec<(Node<'_>, Mat4)> = roots.map(|node| (node, Mat4::IDENTITY)).collect();
         // The last is taken first: this keeps the document's order.
         open.reverse();
@@ -190,6 +197,9 @@ impl Importer<'_> {
             scaled.transpose()?.unwrap_or_default(),
         );
         let count = moved.len().max(turned.len()).max(scaled.len());
+        if count == 0 {
+            return Ok(vec![Pose::Rigid(place)]);
+        }
         let poses = (0..count).map(|number| {
             let own = Mat4::from_scale_rotation_translation(
                 scaled

@@ -64,3 +64,13 @@ impl Number {
         }
     }
 }
+
+/// Reads a number as programs print it: also `-nan(ind)` and `-1.#IND`, which are no numbers.
+pub(super) fn parsed(word: &str) -> Option<f64> {
+    let is_none = || {
+        ["nan", "#IND", "#QNAN"]
+            .iter()
+            .any(|mark| word.contains(mark))
+    };
+    word.parse().ok().or_else(|| is_none().then_some(f64::NAN))
+}

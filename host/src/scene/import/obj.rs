@@ -5,7 +5,7 @@ mod library;
 use super::polygon::{Polygons, twins};
 use super::{
     EXPORT, ImportError, Model, Place, Textures, Unused, decoded, fault, finished, no_vertex,
-    syntax, three_floats, unusable, without_comment,
+    syntax, three_floats, without_comment,
 };
 use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
@@ -110,8 +110,6 @@ impl Geometry {
                     let problem = "a vertex needs three coordinates that are numbers";
                     let position = three_floats(words.clone());
                     let position = position.ok_or_else(|| syntax(at, problem))?;
-                    TriangleMesh::check_position(position)
-                        .map_err(|fault| unusable(at, format_args!("the vertex {fault}")))?;
                     if let Some(colour) = three_floats(words.skip(3)) {
                         geometry.colours.resize(geometry.positions.len(), [1.0; 3]);
                         geometry.colours.push(colour);

@@ -1,6 +1,6 @@
 //! PLY, ASCII and binary.
 
-use super::number::Number;
+use super::number::{Number, parsed};
 use super::polygon::{Faces, split};
 use super::{ImportError, Model, Place, Textures, Unused, claim, decoded, fault, finished, syntax};
 use crate::scene::material::Material;
@@ -213,9 +213,7 @@ impl<'b> Numbers<'b> {
     fn next(&mut self, number: Number) -> Result<f64, ImportError> {
         if self.encoding == Encoding::Ascii {
             let word = String::from_utf8_lossy(self.word()?);
-            let value = word.parse::<f64>().ok();
-            let value = value.filter(|value| !number.is_whole() || value.fract() == 0.0);
-            return value.ok_or_else(|| self.fault(format!("'{word}' is no number of its type")));
+            return parsed(&word).ok_or_else(|| self.fault(format!("'{word}' is no number")));
         }
         let size = number.size();
         let Some(bytes) = self.bytes.get(self.at..self.at + size) else {
@@ -232,7 +230,7 @@ impl<'b> Numbers<'b> {
 
     fn length(&mut self, number: Number) -> Result<u64, ImportError> {
         let length = self.next(number)?;
-        if length < 0.0 {
+        if length.is_nan() || length < 0.0 {
             return Err(self.fault(format!("a list has {length} entries")));
         }
         Ok(length as u64)
@@ -296,7 +294,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
             let problem = "the header declares no element 'face': these are points alone";
             return Err(fault(path, problem, "make a mesh of them, and export that"));
         }
-        Some(None) => return Err(missing("list of integers 'vertex_indices' of 'face'")),
+        Some(None) => return Err(missing("list 'vertex_indices' of 'face'")),
         Some(Some(_)) => {}
     }
     let mut numbers = Numbers {
@@ -343,10 +341,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
 }
 
 fn corner_list(element: &Element) -> Option<usize> {
-    let is_list = |place: &usize| {
-        let property = &element.properties[*place];
-        property.length.is_some() && property.number.is_whole()
-    };
+    let is_list = |place: &usize| element.properties[*place].length.is_some();
     let mut names = CORNER_LISTS.iter();
     names.find_map(|name| element.find(name).filter(is_list))
 }
@@ -387,9 +382,8 @@ impl Reader<'_> {
     ) -> Result<(), ImportError> {
         let position = element.scalars(["x", "y", "z"]).unwrap_or_default();
         let normal = element.scalars(["nx", "ny", "nz"]);
-        // Two pairs would overwrite each other.
-        let mut pairs = COORDINATES.iter().filter_map(|pair| element.scalars(*pair));
-        let coordinate = pairs.next().filter(|_| pairs.next().is_none());
+        let mut pairs = COORDINATES.iter();
+        let coordinate = pairs.find_map(|pair| element.scalars(*pair));
         let colour = colour(element);
         let full = colour.map_or(1.0, |[red, ..]| full(element.properties[red].number));
         let places = |of: Option<[usize; 3]>| of.map_or([None; 3], |all| all.map(Some));
@@ -434,7 +428,10 @@ impl Reader<'_> {
             };
             self.numbers.push(number);
         }
-        self.faces.push(corners.iter().map(|corner| *corner as i64));
+        // What is no whole number names no vertex.
+        let whole = |corner: &f64| Some(*corner as i64).filter(|whole| *whole as f64 == *corner);
+        self.faces
+            .push(corners.iter().map(|corner| whole(corner).unwrap_or(-1)));
     }
 
     fn finish(mut self, names: &[String]) -> Result<Model, ImportError> {

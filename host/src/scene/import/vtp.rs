@@ -112,6 +112,10 @@ impl Reader<'_> {
                 .flat_map(|part| part.all("DataArray").map(move |array| (part, array)))
         };
         for (part, array) in arrays("PointData") {
+            if let Err(error) = file.numbers(array, array.components() * count, |_| ()) {
+                self.unused.add(error.within(self.path), 1);
+                continue;
+            }
             let is_for = |role| part.said(role).unwrap_or(role) == array.name();
             let shown = Shown::from(false, array).filter(|shown| Some(*shown) == self.shown);
             if is_for("Normals") && array.components() == 3 {

@@ -270,15 +270,12 @@ fn read_uri(path: &Path, uri: &str) -> Result<Vec<u8>, ImportError> {
     if let Some(data) = data_of(uri) {
         return data.map_err(|reason| syntax(path, format!("a buffer's data {reason}")));
     }
-    let name = percent_decoded(uri).filter(|name| is_below(name));
-    let name = name.ok_or_else(|| {
+    let name = file_name(uri);
+    if !is_below(&name) {
         let problem = format!("the buffer URI '{uri}' is neither data nor a file beside this one");
-        fault(
-            path,
-            problem,
-            "put the file there, and export the mesh again",
-        )
-    })?;
+        let advice = "put the file there, and export the mesh again";
+        return Err(fault(path, problem, advice));
+    }
     read(&path.with_file_name(name))
 }
 
@@ -293,12 +290,27 @@ pub(super) fn data_of(uri: &str) -> Option<Result<Vec<u8>, &'static str>> {
 
 /// Returns whether a path leads to nothing but a folder and what is below it.
 pub(super) fn is_below(name: &str) -> bool {
-    use std::path::Component::{CurDir, Normal};
-    let mut parts = Path::new(name).components();
-    !name.contains("://") && parts.all(|part| matches!(part, Normal(_) | CurDir))
+    use std::path::Component::{CurDir, Normal, ParentDir};
+    let mut depth = 0;
+    let mut stays = |part| {
+        depth += match part {
+            Normal(_) => 1,
+            CurDir => 0,
+            ParentDir => -1,
+            _ => return false,
+        };
+        depth >= 0
+    };
+    !name.contains("://") && Path::new(name).components().all(&mut stays)
 }
 
-pub(super) fn percent_decoded(uri: &str) -> Option<String> {
+/// Returns the name of the file that a URI means, also with what is no URI's.
+pub(super) fn file_name(uri: &str) -> String {
+    let name = percent_decoded(uri).unwrap_or_else(|| uri.to_owned());
+    name.replace('\\', "/")
+}
+
+fn percent_decoded(uri: &str) -> Option<String> {
     let mut parts = uri.split('%');
     let mut bytes = parts.next()?.as_bytes().to_vec();
     for part in parts {

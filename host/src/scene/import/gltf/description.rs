@@ -2,12 +2,13 @@
 
 use crate::scene::import::{ImportError, Unused, fault, syntax};
 use gltf::{Document, json};
-use json::validation::{Error, Validate as _};
+use json::mesh::Semantic;
+use json::validation::{Checked, Error, Validate as _};
 use serde_json::Value;
 use std::path::Path;
 
-/// Most faults that are left out of a file.
-const MOST_FAULTS: usize = 64;
+/// Most rounds of leaving out what is wrong: a part without another may be wrong, too.
+const MOST_ROUNDS: usize = 64;
 
 /// Extensions that are carried out, or counted where they are used.
 const KNOWN: &str = "EXT_mesh_gpu_instancing EXT_meshopt_compression EXT_texture_avif \
@@ -20,8 +21,8 @@ const KNOWN: &str = "EXT_mesh_gpu_instancing EXT_meshopt_compression EXT_texture
     KHR_texture_basisu KHR_texture_transform KHR_xmp KHR_xmp_json_ld MSFT_texture_dds";
 
 /// Tables, and parts of others, that geometry does without.
-const DISPENSABLE: &str =
-    "camera cameras extensions images light material materials samplers scene scenes textures";
+const DISPENSABLE: &str = "camera cameras extensions images light material materials mesh name samplers scene scenes skin \
+     target textures";
 
 /// Returns whether a name is one of several with blanks between.
 fn is_among(names: &str, name: &str) -> bool {
@@ -48,14 +49,22 @@ pub(super) fn read(path: &Path, json: &[u8], unused: &mut Unused) -> Result<Docu
         unused.add(format!("the extension {name}"), 1);
     }
     unused.add("animation{s}", named("animations").count() as u64);
-    strip(&mut value);
-    for _ in 0..MOST_FAULTS {
-        match checked(&value) {
+    strip(&mut value, unused);
+    for _ in 0..MOST_ROUNDS {
+        let faults = match checked(&value) {
             Ok(root) => return Ok(Document::from_json_without_validation(root)),
-            Err((place, error)) if leave_out(&mut value, &place) => {
-                unused.add(format!("{place} ({error})"), 1);
-            }
-            Err((place, error)) => return Err(wrong(&format!("{place}: {error}"))),
+            Err(faults) => faults,
+        };
+        // From the last: numbers of parts before stay.
+        let mut left_out = faults.clone();
+        left_out.reverse();
+        left_out.retain(|(place, _)| leave_out(&mut value, place));
+        if left_out.is_empty() {
+            let (place, error) = &faults[0];
+            return Err(wrong(&format!("{place}: {error}")));
+        }
+        for (place, error) in left_out.into_iter().rev() {
+            unused.add(format!("{place} ({error})"), 1);
         }
     }
     Err(wrong("it has too many faults"))
@@ -67,8 +76,8 @@ pub(super) fn outdated(path: &Path, version: &str) -> ImportError {
     fault(path, problem, "export the mesh again as glTF 2.0")
 }
 
-/// Removes what applications add for themselves, and animations.
-fn strip(value: &mut Value) {
+/// Removes what applications add for themselves, animations, and attributes of unknown names.
+fn strip(value: &mut Value, unused: &mut Unused) {
     if let Some(root) = value.as_object_mut() {
         root.remove("animations");
     }
@@ -87,7 +96,13 @@ fn strip(value: &mut Value) {
             Value::Object(members) => {
                 members.remove("extras");
                 if let Some(Value::Object(attributes)) = members.get_mut("attributes") {
-                    attributes.retain(|name, _| !name.starts_with('_'));
+                    attributes.retain(|name, _| {
+                        let known = serde_json::from_value(name.as_str().into());
+                        let is_known = matches!(known, Ok(Checked::<Semantic>::Valid(_)));
+                        let is_told = !is_known && !name.starts_with('_');
+                        unused.add(format!("the attribute {name}"), u64::from(is_told));
+                        is_known
+                    });
                 }
                 open.extend(members.values_mut());
             }
@@ -96,18 +111,21 @@ fn strip(value: &mut Value) {
     }
 }
 
-/// Returns the tables of a description, or the place of its first fault, and what is wrong.
-fn checked(value: &Value) -> Result<json::Root, (String, String)> {
+/// Returns the tables of a description, or the places of faults, and what is wrong.
+fn checked(value: &Value) -> Result<json::Root, Vec<(String, String)>> {
     let root: json::Root = serde_path_to_error::deserialize(value)
-        .map_err(|error| (error.path().to_string(), error.inner().to_string()))?;
+        .map_err(|error| vec![(error.path().to_string(), error.inner().to_string())])?;
     // The validator looks positions up before it has checked their index.
     let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let accessors = root.accessors.len();
     if primitives.any(|p| p.attributes.values().any(|i| i.value() >= accessors)) {
         let problem = "a primitive names an accessor that is not among the file's";
-        return Err(("meshes".to_owned(), format!("{problem} {accessors}")));
+        return Err(vec![(
+            "meshes".to_owned(),
+            format!("{problem} {accessors}"),
+        )]);
     }
-    let mut first = None;
+    let mut faults = Vec::new();
     root.validate(&root, json::Path::new, &mut |place, error| {
         let place = place().to_string();
         // Bounds are not needed; accessors without a view are zero, and primitives without
@@ -117,10 +135,14 @@ fn checked(value: &Value) -> Result<json::Root, (String, String)> {
         let is_absent = error == Error::Missing
             && (field == Some("bufferView") || place.contains("primitives"));
         if is_needed && !is_absent {
-            first.get_or_insert((place, error.to_string()));
+            faults.push((place, error.to_string()));
         }
     });
-    first.map_or(Ok(root), Err)
+    faults.dedup();
+    if faults.is_empty() {
+        return Ok(root);
+    }
+    Err(faults)
 }
 
 /// Removes a faulty part, or puts an empty one in its place; false for parts that geometry needs.
@@ -136,7 +158,8 @@ fn leave_out(value: &mut Value, place: &str) -> bool {
     let Some((last, parents)) = parts.split_last() else {
         return false;
     };
-    if is_among("accessors bufferViews buffers", parts[0])
+    let is_geometry = is_among("accessors bufferViews buffers", parts[0]);
+    if is_geometry && !is_among("name target", last)
         || !parts.iter().any(|part| is_among(DISPENSABLE, part))
     {
         return false;

@@ -1,7 +1,7 @@
 //! Materials of glTF files, and their images.
 
 use super::Importer;
-use super::accessors::{data_of, is_below, percent_decoded};
+use super::accessors::{data_of, file_name, is_below};
 use crate::scene::import::{Textures, beside, bounded, bounded_colour, read_one_of};
 use crate::scene::material::{Material, Metal};
 use crate::scene::texture::{Pattern, Texture, Wrap};
@@ -168,8 +168,7 @@ impl Importer<'_> {
                 if let Some(data) = data_of(uri) {
                     return Ok(Cow::Owned(data?));
                 }
-                let name = percent_decoded(uri).unwrap_or_else(|| uri.to_owned());
-                let name = name.replace('\\', "/");
+                let name = file_name(uri);
                 let [named, beside] = beside(self.path, &name);
                 let paths = if is_below(&name) {
                     vec![named, beside]

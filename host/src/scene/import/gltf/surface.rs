@@ -61,28 +61,35 @@ impl Surface {
             material: primitive.material().index(),
             ..Self::default()
         };
+        let (unused, path) = (&mut importer.unused, importer.path);
+        let mut unread = |error: ImportError| unused.add(error.within(path), 1);
         if let Some(accessor) = with_all(Semantic::Normals) {
-            surface.normals = buffers.floats(&accessor)?;
+            let read = buffers.floats(&accessor).map_err(&mut unread);
+            surface.normals = read.unwrap_or_default();
         }
         for (set, places) in (0..).zip(&mut surface.coordinates) {
             if let Some(accessor) = with_all(Semantic::TexCoords(set)) {
-                let read = buffers.floats::<2>(&accessor)?;
+                let read = buffers.floats::<2>(&accessor).map_err(&mut unread);
                 // glTF counts v from the top.
-                *places = read.into_iter().map(|[u, v]| [u, 1.0 - v]).collect();
+                *places = read
+                    .into_iter()
+                    .flatten()
+                    .map(|[u, v]| [u, 1.0 - v])
+                    .collect();
             }
         }
         if let Some(accessor) = with_all(Semantic::Colors(0)) {
-            surface.colours = match accessor.dimensions() {
-                Dimensions::Vec4 => {
-                    let colours = buffers.floats::<4>(&accessor)?;
-                    let has_alpha = primitive.material().alpha_mode() != AlphaMode::Opaque
-                        && colours.iter().any(|colour| colour[3] < 1.0);
-                    importer
-                        .unused
-                        .add("surface{s} with alpha of vertices", u64::from(has_alpha));
-                    colours.into_iter().map(|[r, g, b, _]| [r, g, b]).collect()
-                }
-                _ => buffers.floats(&accessor)?,
+            surface.colours = if accessor.dimensions() == Dimensions::Vec4 {
+                let read = buffers.floats::<4>(&accessor).map_err(&mut unread);
+                let colours = read.unwrap_or_default();
+                let has_alpha = primitive.material().alpha_mode() != AlphaMode::Opaque
+                    && colours.iter().any(|colour| colour[3] < 1.0);
+                let kind = "surface{s} with alpha of vertices";
+                importer.unused.add(kind, u64::from(has_alpha));
+                colours.into_iter().map(|[r, g, b, _]| [r, g, b]).collect()
+            } else {
+                let read = buffers.floats(&accessor).map_err(&mut unread);
+                read.unwrap_or_default()
             };
         }
         for set in 0.. {
@@ -175,10 +182,13 @@ impl Surface {
                 corners.to_vec()
             }
         };
-        // Triangles without area join strips, and are counted elsewhere.
-        if primitive.mode() == Mode::TriangleStrip {
-            let has_area = |&[a, b, c]: &[u32; 3]| a != b && b != c && a != c;
-            self.triangles.retain(has_area);
+        let before = self.triangles.len();
+        let has_area = |&[a, b, c]: &[u32; 3]| a != b && b != c && a != c;
+        self.triangles.retain(has_area);
+        // Strips are joined by such triangles.
+        if primitive.mode() != Mode::TriangleStrip {
+            let without = before - self.triangles.len();
+            importer.unused.add("face{s} without area", without as u64);
         }
         Ok(())
     }

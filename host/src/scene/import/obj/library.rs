@@ -65,7 +65,8 @@ pub(super) fn read_all(
             return Err("which is text in UTF-16: save it as UTF-8".to_owned());
         }
         let text = String::from_utf8_lossy(&bytes).into_owned();
-        libraries.push((paths[0].clone(), text));
+        let found = paths.iter().find(|path| path.is_file());
+        libraries.push((found.unwrap_or(&paths[0]).clone(), text));
         Ok(())
     };
     for statement in statements {
@@ -164,7 +165,11 @@ impl<'t> Statements<'t> {
         // A picture without a colour is shown as it is.
         let plain = self.map.as_ref().map_or(default.diffuse, |_| [1.0; 3]);
         let diffuse = bounded_colour(self.diffuse.unwrap_or(plain));
-        let specular = bounded_colour(self.specular.unwrap_or(default.specular));
+        // 0 and 1 have no highlights.
+        let specular = match illumination {
+            ..2.0 => [0.0; 3],
+            _ => bounded_colour(self.specular.unwrap_or(default.specular)),
+        };
         let shininess = self.shininess.unwrap_or(default.shininess);
         let index = match self.index {
             Some(index) if opacity < 1.0 && index > 0.0 => bounded(index, 0.01, 100.0),
@@ -270,7 +275,7 @@ mod tests {
                     newmtl glass\nKd 1 1 1\nNi 1.33\nillum 7\nTf .5 1 1\n\
                     newmtl veil\nKd 1\nTr 0.75\nNi 0\nKe 3 0 0\n\
                     newmtl odd\nKd nan -1 7\nNs 1e9\nd nan\n\
-                    newmtl plain\nNi 0\nd -halo 1\n";
+                    newmtl plain\nNi 0\nd -halo 1\nKs 1\nillum 1\n";
         let (library, unused) = described(text);
         let library: Vec<Material> = library.into_iter().map(|one| one.material).collect();
         let [mirror, glass, veil, odd, plain] = &library[..] else {
@@ -288,6 +293,7 @@ mod tests {
             (plain.index_of_refraction, plain.transmission),
             (1.5, [0.0; 3])
         );
+        assert_eq!(plain.specular, [0.0; 3]);
         assert_eq!(unused, ["1 line of d"]);
     }
 

@@ -83,7 +83,7 @@ fn tells_what_is_wrong() {
         (ascii(&["2 0 1"]), "no triangles"),
         (ascii(&["3 0 1"]), "a.ply:15: the file is cut off"),
         (whole.replace("double z", "double w"), "'z'"),
-        (whole.replace("uchar int", "uchar float"), "integers"),
+        (ascii(&["3 0 1 2.5"]), "names vertex -1, but"),
         (whole.replace("1 1 0", "1 1e999 0"), "finite"),
     ] {
         let fault = mesh(text.as_bytes()).unwrap_err().to_string();
@@ -146,7 +146,8 @@ fn corners_of_faces_have_places_and_textures_of_their_own() {
 #[test]
 fn faces_have_colours_of_their_own() {
     let colours = "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header";
-    let text = ascii(&["3 0 1 2 255 0 0", "3 0 2 3 0 0 255"]).replace("end_header", colours);
+    let text =
+        ascii(&["3 0 1 2 255 -nan(ind) 0", "3 0 2 3 0 0 255"]).replace("end_header", colours);
     let mesh = mesh(text.as_bytes()).unwrap();
     let seen = mesh.triangles.as_flattened().iter();
     let seen: Vec<_> = seen.map(|v| mesh.colours[*v as usize]).collect();

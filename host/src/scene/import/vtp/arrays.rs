@@ -1,6 +1,6 @@
 //! The elements of a VTK XML file and the numbers of its arrays.
 
-use super::super::number::Number;
+use super::super::number::{Number, parsed};
 use super::super::{BASE64, ImportError, fault, syntax};
 use base64::Engine as _;
 use flate2::read::ZlibDecoder;
@@ -152,9 +152,9 @@ impl<'b> File<'b> {
         let numbers: Vec<T> = if matches!(array.said("format"), None | Some("ascii")) {
             let words = array.texts().flat_map(str::split_ascii_whitespace);
             let words = words.take(count);
-            let numbers = words.map(|word| match word.parse::<f64>() {
-                Ok(value) if !number.is_whole() || value.fract() == 0.0 => Ok(convert(value)),
-                _ => Err(wrong(&format!("has '{word}', no number of its type"))),
+            let numbers = words.map(|word| {
+                let value = parsed(word).map(&convert);
+                value.ok_or_else(|| wrong(&format!("has '{word}', no number")))
             });
             numbers.collect::<Result<_, _>>()?
         } else {

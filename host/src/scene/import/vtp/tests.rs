@@ -5,7 +5,7 @@ use base64::Engine as _;
 /// Numbers of points, twice, and of cells; then points, a strip and a square.
 const ASCII: [&str; 8] = [
     "0 1 2 3 4",
-    "1 2 3 nan 5",
+    "1 2 3 -nan(ind) 5",
     "9 7 8",
     "0 0 0 1 0 0 1 1 0 0 1 0 2 0.5 0",
     "1 4 2",
@@ -105,6 +105,10 @@ fn all_ways_give_the_same_surface_and_colours() {
     let (least, greatest) = (expected.mesh.colours[0], expected.mesh.colours[4]);
     assert!(least[2] > least[1] && greatest[1] > greatest[2]);
     assert_eq!(expected.mesh.colours[3], NO_NUMBER);
+    let text = String::from_utf8(files().swap_remove(0)).unwrap();
+    let odd = read(text.replace("\n0 1 2 3 4\n", "0 x").as_bytes()).unwrap();
+    assert_eq!(odd.mesh, expected.mesh);
+    assert!(odd.unused.names()[0].contains("'x', no number"));
     for bytes in files() {
         assert_eq!(read(&bytes).unwrap(), expected);
     }
