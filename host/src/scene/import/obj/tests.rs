@@ -140,7 +140,8 @@ fn libraries_are_named_in_many_ways() {
         "mtllib \"g g.mtl\"\nmtllib .\\r.mtl",
         "mtllib D:\\models\\g g.mtl\nmtllib none.mtl r.mtl",
     ] {
-        let text = format!("{statements}\n{SQUARE}usemtl r # red\nf 1 2 3\nusemtl g\nf 1 3 4\n");
+        let text =
+            format!("{statements}\n{SQUARE}vt 0 0\nusemtl r # red\nf 1/1 2 3\nusemtl g\nf 1 3 4\n");
         let mesh = parse(&path, text.as_bytes()).unwrap().mesh;
         let colours = mesh.triangle_materials.iter();
         let colours: Vec<_> = colours
