@@ -204,7 +204,7 @@ fn broken_meshes_are_named() {
             ("words.glb", b"this is not a mesh", "words.glb"),
             ("empty.obj", b"", "no line describes"),
             ("points.obj", TRIANGLE.as_bytes(), "no triangles"),
-            ("nan.obj", &face("v nan 0 0\nf 1 2 3"), "nan.obj"),
+            ("nan.obj", &face("v nan 0 0\nf 1 2 4"), "nan.obj"),
             ("infinite.obj", &face("v 0 inf 0\nf 1 2 4"), "infinite.obj"),
             ("range.obj", &face("f 1 2 4"), "1 to 3"),
             ("twice.obj", &face("f 1 2 2"), "no triangles"),

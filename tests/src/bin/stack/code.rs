@@ -205,15 +205,24 @@ impl Program {
         let is_function = |word: u32| word & 1 == 1 && self.functions.contains_key(&(word & !1));
         let mut taken = BTreeSet::new();
         let mut methods: BTreeMap<i32, BTreeSet<u32>> = BTreeMap::new();
-        for (_, data, hardware) in &self.sections {
+        let begins = |at: u32| {
+            let function = self.functions.range(..=at).next_back();
+            function.is_some_and(|(_, one)| one.instructions.contains_key(&at))
+        };
+        for (start, data, hardware) in &self.sections {
             if *hardware {
                 continue;
             }
-            // Code is searched, too: constants lie between functions.
+            // Code is searched, too: constants lie between functions. An instruction may look like an
+            // address.
             let words = data.as_chunks::<4>().0;
             let words: Vec<u32> = words.iter().map(|&word| u32::from_le_bytes(word)).collect();
             let mut at = 0;
             while let Some(&word) = words.get(at) {
+                if begins(start + 4 * at as u32) {
+                    at += 1;
+                    continue;
+                }
                 let rest = &words[at..];
                 let count = methods_of(rest, &is_function);
                 for (offset, &method) in (0..).step_by(4).zip(&rest[..count]) {
