@@ -213,8 +213,7 @@ impl Program {
             if *hardware {
                 continue;
             }
-            // Code is searched, too: constants lie between functions. An instruction may look like an
-            // address.
+            // Code is searched, too: constants lie between its instructions.
             let words = data.as_chunks::<4>().0;
             let words: Vec<u32> = words.iter().map(|&word| u32::from_le_bytes(word)).collect();
             let mut at = 0;
