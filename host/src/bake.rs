@@ -245,8 +245,8 @@ pub fn lone_mesh(mesh: TriangleMesh) -> Scene {
     }
 }
 
-/// Refuses a scene whose meshes would take more bytes than a scene may, before trees are built:
-/// they fill seven of eight places in their leaves at most, and have a node for `4 * W` triangles.
+/// Refuses a scene whose meshes would take more bytes than a scene may, before trees are built. It
+/// estimates that leaves are filled to seven eighths, and that a node is for `4 * W` triangles.
 fn check_size<const W: usize>(scene: &Scene) -> Result<(), BakeError> {
     let leaf = if W == 8 {
         size_of::<LeafBlock<8>>()

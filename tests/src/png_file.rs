@@ -18,14 +18,18 @@ pub struct PngFile {
 }
 
 impl PngFile {
+    /// Reads a file.
+    ///
     /// # Panics
     /// If there is no PNG file.
     pub fn open(path: impl AsRef<Path>) -> Self {
         Self::decode(&std::fs::read(path).expect("a picture"))
     }
 
+    /// Decodes the bytes of a file.
+    ///
     /// # Panics
-    /// If the bytes are no PNG file.
+    /// If they are no PNG file.
     pub fn decode(bytes: &[u8]) -> Self {
         let mut decoder = Decoder::new(Cursor::new(bytes));
         decoder.set_transformations(Transformations::EXPAND | Transformations::STRIP_16);

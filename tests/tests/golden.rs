@@ -52,9 +52,8 @@ fn hash_of(name: &str, bytes: &[u8]) -> u64 {
         .is_some_and(|kind| kind == "png")
     {
         let picture = PngFile::decode(bytes);
-        let PngFile { width, height, .. } = picture;
-        let form = format!("({width}, {height}, {:?}8)", picture.channels);
-        hasher.update(form.as_bytes());
+        let form = (picture.width, picture.height, picture.channels);
+        hasher.update(format!("({}, {}, {:?}8)", form.0, form.1, form.2).as_bytes());
         hasher.update(&picture.bytes);
     } else {
         match std::str::from_utf8(bytes) {

@@ -60,8 +60,8 @@ impl fmt::Display for Place<'_> {
 pub struct ImportError(Fault);
 
 impl ImportError {
-    /// Returns what is wrong in words that need not name the file.
-    fn within(&self, file: &Path) -> String {
+    /// Returns what is wrong, without the name of the file.
+    fn without(&self, file: &Path) -> String {
         let whole = self.to_string();
         let rest = whole.strip_prefix(&format!("{}: ", file.display()));
         rest.unwrap_or(&whole).to_owned()
@@ -144,8 +144,8 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 ///   first), in world space, skins and morph targets at rest. The base colour is the diffuse
 ///   reflectance, and with metalness and roughness that of [metal](crate::scene::material::Metal);
 ///   blending by its alpha shows what is straight behind. `KHR_materials_transmission`, `_ior`,
-///   `_dispersion` and `_volume` give transmission, index of refraction, its change with the
-///   wavelength and absorption, `_unlit` emission alone,
+///   `_dispersion` and `_volume` give transmission (of a thin wall where there is no volume), index of
+///   refraction, its change with the wavelength and absorption, `_unlit` emission alone,
 ///   `_pbrSpecularGlossiness` the diffuse and specular reflectance and the shininess.
 ///   Textures of colour, metal and emission may use two sets of coordinates. Primitives without
 ///   normals are flat. Buffer views may be compressed with meshopt, not with Draco.

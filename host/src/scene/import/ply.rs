@@ -244,10 +244,11 @@ impl<'b> Numbers<'b> {
         mut each: impl FnMut([&[f64]; N]),
     ) -> Result<(), ImportError> {
         let mut entries = [const { Vec::new() }; N];
+        let slot = |place| wanted.iter().position(|wanted| *wanted == Some(place));
+        let slots: Vec<_> = (0..element.properties.len()).map(slot).collect();
         for _ in 0..element.count {
             entries.iter_mut().for_each(Vec::clear);
-            for (place, property) in element.properties.iter().enumerate() {
-                let slot = wanted.iter().position(|wanted| *wanted == Some(place));
+            for (property, &slot) in element.properties.iter().zip(&slots) {
                 let length = property.length.map(|length| self.length(length));
                 for _ in 0..length.transpose()?.unwrap_or(1) {
                     match slot {

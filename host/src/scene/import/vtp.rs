@@ -8,7 +8,7 @@ use super::{
     ImportError, Model, Scalar, Unused, decoded, fault, finished, no_vertex, syntax, unusable,
 };
 use crate::scene::mesh::TriangleMesh;
-use arrays::{Element, File, document, split as split_appended};
+use arrays::{Element, File, document, without_appended};
 use colorous::VIRIDIS;
 use std::path::Path;
 
@@ -19,7 +19,7 @@ const MOST: usize = 3 * TriangleMesh::MOST_TRIANGLES;
 const NO_NUMBER: [f32; 3] = [0.5; 3];
 
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
-    let (text, appended) = split_appended(bytes);
+    let (text, appended) = without_appended(bytes);
     let document = document(path, &text)?;
     let file = File::read(path, &document, appended)?;
     let mut reader = Reader {
@@ -112,28 +112,30 @@ impl Reader<'_> {
                 .flat_map(|part| part.all("DataArray").map(move |array| (part, array)))
         };
         for (part, array) in arrays("PointData") {
-            if let Err(error) = file.numbers(array, array.components() * count, |_| ()) {
-                self.unused.add(error.within(self.path), 1);
-                continue;
-            }
             let is_for = |role| part.said(role).unwrap_or(role) == array.name();
             let shown = Shown::from(false, array).filter(|shown| Some(*shown) == self.shown);
-            if is_for("Normals") && array.components() == 3 {
-                self.mesh.normals.resize(first, [0.0; 3]);
-                self.mesh
-                    .normals
-                    .extend(floats(array, 3)?.as_chunks::<3>().0);
+            let read = if is_for("Normals") && array.components() == 3 {
+                floats(array, 3).map(|numbers| {
+                    self.mesh.normals.resize(first, [0.0; 3]);
+                    self.mesh.normals.extend(numbers.as_chunks::<3>().0);
+                })
             } else if is_for("TCoords") && array.components() == 2 {
-                self.mesh.coordinates.resize(first, [0.0; 2]);
-                self.mesh
-                    .coordinates
-                    .extend(floats(array, 2)?.as_chunks::<2>().0);
+                floats(array, 2).map(|numbers| {
+                    self.mesh.coordinates.resize(first, [0.0; 2]);
+                    self.mesh.coordinates.extend(numbers.as_chunks::<2>().0);
+                })
             } else if let Some(Shown { components, .. }) = shown {
-                self.values.resize(components * first, f64::NAN);
-                let numbers = file.numbers(array, components * count, |x| x)?;
-                self.values.extend(numbers);
+                let numbers = file.numbers(array, components * count, |x| x);
+                numbers.map(|numbers| {
+                    self.values.resize(components * first, f64::NAN);
+                    self.values.extend(numbers);
+                })
             } else {
                 self.unused.add(format!("the points' {}", array.name()), 1);
+                continue;
+            };
+            if let Err(error) = read {
+                self.unused.add(error.without(self.path), 1);
             }
         }
         let mut of_cells = None;

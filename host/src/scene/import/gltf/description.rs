@@ -21,8 +21,8 @@ const KNOWN: &str = "EXT_mesh_gpu_instancing EXT_meshopt_compression EXT_texture
     KHR_texture_basisu KHR_texture_transform KHR_xmp KHR_xmp_json_ld MSFT_texture_dds";
 
 /// Tables, and parts of others, that geometry does without.
-const DISPENSABLE: &str = "camera cameras extensions images light material materials mesh name samplers scene scenes skin \
-     target textures";
+const DISPENSABLE: &str = "camera cameras extensions images light material materials mesh name \
+    samplers scene scenes skin target textures";
 
 /// Returns whether a name is one of several with blanks between.
 fn is_among(names: &str, name: &str) -> bool {

@@ -62,7 +62,7 @@ impl Surface {
             ..Self::default()
         };
         let (unused, path) = (&mut importer.unused, importer.path);
-        let mut unread = |error: ImportError| unused.add(error.within(path), 1);
+        let mut unread = |error: ImportError| unused.add(error.without(path), 1);
         if let Some(accessor) = with_all(Semantic::Normals) {
             let read = buffers.floats(&accessor).map_err(&mut unread);
             surface.normals = read.unwrap_or_default();
@@ -70,12 +70,9 @@ impl Surface {
         for (set, places) in (0..).zip(&mut surface.coordinates) {
             if let Some(accessor) = with_all(Semantic::TexCoords(set)) {
                 let read = buffers.floats::<2>(&accessor).map_err(&mut unread);
+                let read = read.into_iter().flatten();
                 // glTF counts v from the top.
-                *places = read
-                    .into_iter()
-                    .flatten()
-                    .map(|[u, v]| [u, 1.0 - v])
-                    .collect();
+                *places = read.map(|[u, v]| [u, 1.0 - v]).collect();
             }
         }
         if let Some(accessor) = with_all(Semantic::Colors(0)) {

@@ -7,7 +7,6 @@ use flate2::read::ZlibDecoder;
 use roxmltree::{Document, Node, ParsingOptions};
 use std::borrow::Cow;
 use std::io::Read as _;
-use std::ops::Add as _;
 use std::path::Path;
 
 /// Most elements and texts of a file.
@@ -57,16 +56,16 @@ impl<'d> Element<'d> {
     }
 }
 
-/// Returns a file's text, without the appended bytes, which are no text, and those bytes.
-pub(super) fn split(bytes: &[u8]) -> (Cow<'_, str>, &[u8]) {
+/// Returns a file's elements as text, and its appended bytes, which are no text.
+pub(super) fn without_appended(bytes: &[u8]) -> (Cow<'_, str>, &[u8]) {
     let tag = b"<AppendedData";
     let start = bytes.windows(tag.len()).position(|part| part == tag);
     let (text, appended) = bytes.split_at(start.unwrap_or(bytes.len()));
-    let text = String::from_utf8_lossy(text);
-    match start {
-        None => (text, appended),
-        Some(_) => (text.into_owned().add("</VTKFile>").into(), appended),
+    let mut text = String::from_utf8_lossy(text);
+    if start.is_some() {
+        text.to_mut().push_str("</VTKFile>");
     }
+    (text, appended)
 }
 
 /// Returns the elements of a file's text.
