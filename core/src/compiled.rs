@@ -4,8 +4,8 @@
 //! not generic, and the public functions of renderers, tracers and tiles call them, so that no
 //! other crate compiles the tracer again.
 
-use crate::frame::{LevelOfDetail, Outcome, Renderer, Settings, Tile, TileError, TileJob, View};
-use crate::gaze::Acuity;
+use crate::frame::{Outcome, Renderer, Settings, Tile, TileError, TileJob, View};
+use crate::gaze::{Acuity, LineOfSight};
 use crate::scene::{EffectSet, Scene, SceneError};
 use crate::shape::Ray;
 use crate::simd::{self, Simd};
@@ -72,8 +72,8 @@ compiled! {
             None => <Simd as Runs<W>>::renderer(scene, simd, settings),
         }
     }
-    fn foveated(renderer: Renderer<'_, W>, lod: LevelOfDetail, acuity: Acuity) -> Renderer<'_, W> {
-        renderer.foveated(lod, acuity)
+    fn foveated(renderer: Renderer<'_, W>, sight: LineOfSight, acuity: Acuity) -> Renderer<'_, W> {
+        renderer.foveated(sight, acuity)
     }
     fn render(
         job: &mut TileJob,

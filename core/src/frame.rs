@@ -16,11 +16,11 @@ mod foveation;
 #[cfg(test)]
 mod hostile;
 mod job;
-mod lattice;
 mod ledger;
 mod past;
 #[cfg(test)]
 mod slices;
+mod square;
 mod tile;
 mod view;
 
@@ -36,15 +36,15 @@ use detail::{BlockDetail, BlockLevels, Ladder, PATCH, region_of};
 use dome::{goes_in_blocks, hits_together};
 pub use fill::{Fill, Surroundings, SurroundingsError};
 use foveation::Foveation;
-pub use foveation::LARGEST_STRIDE;
 pub use job::{FrameError, FrameJob, Part, Pictures, Place, Progress, Tiles};
+pub use square::LARGEST_UNIT;
 use tile::{BLOCK, Block, Target};
 pub use tile::{Tile, TileError};
 pub use view::{
     DomeError, DomePose, DomeProjection, DomeScreen, FlatScreen, MirrorCamera, View, ViewError,
 };
 
-use crate::gaze::{Detail, Gaze, Region};
+use crate::gaze::{Detail, Gaze, LineOfSight, Region};
 use crate::scene::{EffectSet, Scene};
 use crate::simd::{Runs, Simd};
 use crate::trace::{RowHits, Sample, Tracer};
@@ -126,7 +126,7 @@ enum Pixels<const W: usize> {
     All,
     /// The pixels that this gaze gives less than this level.
     Below(LevelOfDetail, f32),
-    /// Every pixel where the viewer looks, fewer in the periphery.
+    /// Squares of pixels, with the detail that an eye sees.
     Foveated(Foveation<W>),
 }
 
@@ -272,11 +272,12 @@ where
         self
     }
 
-    /// Returns the gaze that its detail follows, if it follows one.
-    pub const fn gaze(&self) -> Option<&Gaze> {
-        match &self.lod {
-            Some(lod) => Some(&lod.gaze),
-            None => None,
+    /// Returns the line of sight that its detail follows, if it follows one.
+    pub const fn line_of_sight(&self) -> Option<LineOfSight> {
+        match (&self.lod, &self.pixels) {
+            (Some(lod), _) => Some(lod.gaze.line_of_sight()),
+            (None, Pixels::Foveated(foveation)) => Some(foveation.sight),
+            (None, _) => None,
         }
     }
 
@@ -417,7 +418,7 @@ impl TileJob {
     /// S + P − 1, whatever [`Settings::samples`] is: the next call goes on with the next sample. P
     /// is one ray tree and at most 16 steps of a test for its block; in tile mode, besides, one
     /// sample's primary rays of the block, or eight of a dome master. With
-    /// [foveation](Renderer::with_foveation) a call takes at most S + 17² · P. A budget
+    /// [foveation](Renderer::with_foveation) P is what a square takes, up to 1024 ray trees. A budget
     /// [that has an overrun](Budget::with_overrun) bounds this too: a sample that is broken off is
     /// begun anew by the next call.
     ///

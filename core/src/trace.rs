@@ -1,6 +1,8 @@
 //! What a ray meets, and the light that comes back along it.
 
+pub(crate) mod apart;
 mod background;
+pub(crate) mod beam;
 pub(crate) mod budget;
 pub(crate) mod dispersion;
 mod graticule;
@@ -17,7 +19,7 @@ pub(crate) mod shading;
 mod soft_light;
 mod stack;
 mod surface;
-mod texture;
+pub(crate) mod texture;
 mod tile;
 mod tracer;
 mod walk;
@@ -34,6 +36,7 @@ pub use optics::{Refraction, reflect, refract};
 pub(crate) use row::{RowHits, RowRays};
 pub(crate) use sample::Sample;
 pub use stack::TraversalStack;
+pub(crate) use stack::Work as Steps;
 pub(crate) use tile::NOT_TRACED;
 pub use tile::{TileHits, TileRays};
 pub use tracer::Tracer;

@@ -16,6 +16,7 @@ use shisen::live::{Allowance, FrameCost, Governor, Share, with_engine};
 use shisen::render::{Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::quadruped::quadruped;
+use shisen_core::gaze::Acuity;
 use shisen_tracker::estimate::{Estimate, EstimatorConfig, GazeEstimator};
 use shisen_tracker::mock::{self, Tracker, TrackerConfig, ViewerConfig};
 use shisen_tracker::time::Micros;
@@ -36,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut gaze = GazeEstimator::new(EstimatorConfig::default())?;
     let mut governor = Governor::default();
 
-    // Rays as close together as the eye sees, which is coarsely beside what it looks at.
+    // Detail as large as each eye sees it: coarse beside what it looks at.
     let eyes = |estimate: &Estimate| {
         let viewer = Viewer {
             pose: estimate.head,
@@ -44,7 +45,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         };
         Eye::STEREO.map(|eye| {
             let sight = estimate.line_of_sight;
-            Observer::foveated(eye, viewer.eye(eye), sight, estimate.widen)
+            Observer::foveated(
+                eye,
+                viewer.eye(eye),
+                (sight, Acuity::GUENTER),
+                estimate.widen,
+            )
         })
     };
     let latency = TrackerConfig::default().latency;

@@ -7,8 +7,8 @@
 //! Mochizuki & Makino: 1 within 30°, falling to 0 at the border of the visual field (60° up, 70°
 //! down, 100° to the sides). The level says how often a ray is reflected or refracted and how
 //! many faces of a mesh it sees; beyond the border nothing is traced. [`Observer::foveated`]
-//! traces every ray in full instead, and fewer of them where the eye resolves less, by Guenter
-//! et al. (2012). In the middle of the gaze both leave pixels as they are without.
+//! makes detail as large as the eye sees it instead, by Guenter et al. (2012), and leaves nothing
+//! out.
 //!
 //! **Fills.** What shows where the gaze skips rays is a [`Filling`]: the background; the
 //! surroundings, captured once a frame through two mirrored spheroids at the head; or another
@@ -40,7 +40,7 @@ pub(crate) use fill::{hemispheres, pixels_of};
 use images::images;
 pub use ledger::{Account, account};
 use miette::Diagnostic;
-pub use observer::Observer;
+pub use observer::{Foveation, Observer};
 use rayon::ThreadPool;
 use shisen_core::frame::{
     Budget, LevelOfDetail, Pixel, Renderer, Settings, Spectrum, SpectrumError, Statistics,

@@ -31,7 +31,7 @@ fn each_example_does_what_it_shows() {
         // The same numbers from the same seeds.
         ("mock_tracker", "14692 samples, 165 damaged"),
         // The whole does not fit: the governor lowers quality until it does.
-        ("follow_a_tracker", ", 0 of 53 tiles unfinished"),
+        ("follow_a_tracker", ", 0 of 54 tiles unfinished"),
         ("wall", "131072 primary rays, frame "),
         ("dome_master", "mirror.png, "),
     ] {

@@ -60,7 +60,7 @@ fn renderers<'a>(baked: &'a Baked<8>, spectrum: Spectrum<'a>) -> Vec<Renderer<'a
         all.extend([
             plain,
             plain.with_level_of_detail(lod),
-            plain.with_foveation(lod, acuity),
+            plain.with_foveation(lod.gaze.line_of_sight(), acuity),
         ]);
     }
     all

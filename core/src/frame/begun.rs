@@ -1,4 +1,4 @@
-//! The state of a tile's unfinished pixel or square, kept from one slice to the next.
+//! The state of a tile's unfinished pixel, kept from one slice to the next.
 
 use super::tile::Target;
 use crate::trace::{Balance, Budget, Pixel, Workspace};
@@ -11,7 +11,7 @@ pub(super) struct Work<'w> {
     pub(super) target: Target<'w>,
 }
 
-/// The progress within the current block or square of a tile.
+/// The progress within the current block of a tile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Begun {
     /// Finished pixels of a block, row by row.
@@ -19,8 +19,6 @@ pub(super) struct Begun {
     /// Rendered samples of the unfinished pixel after them.
     pub(super) samples: u16,
     sum: Sum,
-    /// The cell at which a square with a stride above 1 goes on.
-    pub(super) cell: Cell,
 }
 
 impl Begun {
@@ -28,7 +26,6 @@ impl Begun {
         pixels: 0,
         samples: 0,
         sum: Sum::NONE,
-        cell: Cell::NONE,
     };
 
     /// Returns whether no sample of the block has been rendered.
@@ -91,47 +88,4 @@ impl Sum {
         self.pixel
             .zip(made_up, |sum, made_up| (sum + made_up) * share)
     }
-}
-
-/// The result of a sample of a square.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Node {
-    pub(super) pixel: Pixel,
-    /// The instance, [`MISSED`] or [`SKIPPED`].
-    pub(super) class: u32,
-}
-
-/// Instance of a sample that meets no object: each pixel computes its own background.
-pub(super) const MISSED: u32 = u32::MAX;
-
-/// Instance of a sample outside the visual field, or outside a dome master's rim.
-pub(super) const SKIPPED: u32 = u32::MAX - 1;
-
-impl Node {
-    pub(super) const SKIPPED: Self = Self {
-        pixel: Pixel::NONE,
-        class: SKIPPED,
-    };
-}
-
-/// The cell, between four samples, at which an interrupted square goes on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Cell {
-    pub(super) column: u8,
-    pub(super) row: u8,
-    /// Steps a side, a power of two; 0 if no square is interrupted.
-    pub(super) step: u8,
-    /// A bit for each corner whose sample is traced.
-    pub(super) known: u8,
-    pub(super) corners: [Node; 4],
-}
-
-impl Cell {
-    pub(super) const NONE: Self = Self {
-        column: 0,
-        row: 0,
-        step: 0,
-        known: 0,
-        corners: [Node::SKIPPED; 4],
-    };
 }

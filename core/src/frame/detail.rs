@@ -32,15 +32,6 @@ impl LevelOfDetail {
             faces: true,
         }
     }
-
-    /// Returns the rays of the visual field, each in full.
-    pub const fn in_full(gaze: Gaze) -> Self {
-        Self {
-            gaze,
-            bounces: false,
-            faces: false,
-        }
-    }
 }
 
 /// How far the faces that a pixel sees may be from eq. 10 for the sake of its block, as a share of

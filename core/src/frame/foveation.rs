@@ -1,37 +1,33 @@
-//! Fewer rays where the eye resolves less.
+//! Detail where the eye sees it.
 //!
-//! The acuity at a square of the view's grid determines its stride, the distance
-//! of its samples in pixels; [`lattice`](super::lattice) fills the pixels between
-//! them. The stride depends on the view and the gaze only: not on tiles, the budget
-//! or the frame before.
+//! The acuity at a square of the view's grid says how many of its pixels are one, and how far apart
+//! light is computed; [`square`](super::square) does the rest. Sizes depend on the view and the gaze
+//! only: not on tiles, the budget or the frame before.
 
 use super::begun::Work;
-use super::block::Rendering;
-use super::lattice::SquareRenderer;
 use super::past::CopyPast;
+use super::square::{Picture, Sizes, Square};
 use super::tile::{BLOCK, Piece, Target};
 use super::view::{Kind, View};
-use super::{LevelOfDetail, Outcome, Pixels, Renderer, Tile, TileJob};
-use crate::gaze::{Acuity, Gaze, Region};
-use crate::numeric::{max, normalize, sqrt};
+use super::{Outcome, Pixels, Renderer, Tile, TileJob};
+use crate::COMPILED;
+use crate::gaze::{Acuity, LineOfSight, Region};
+use crate::scene::EffectSet;
 use crate::simd::{Runs, Simd};
-use crate::trace::{Budget, Pixel, Workspace};
-use glam::Vec3;
+use crate::trace::apart::ShadeApart;
+use crate::trace::{Budget, Pixel, Sample, Workspace};
 
-/// Most pixels between two samples next to each other.
-pub const LARGEST_STRIDE: u32 = 16;
-
-/// Pixels a side of the squares, each of which has a stride of its own.
+/// Pixels a side of the squares that have one size, and of their quarters, which have sizes of
+/// their own where every pixel is rendered or where a dome bends; blocks do where it bends more.
 const SQUARE: u32 = 32;
 const QUARTER: u32 = SQUARE / 2;
-
-/// Least stride at which a square is not divided into quarters.
-const WHOLE_SQUARE: u32 = 4;
 
 /// Functions for foveation: pointers, so that programs without foveation have no code for it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Foveation<const W: usize> {
+    pub(super) sight: LineOfSight,
     acuity: Acuity,
+    shade: ShadeApart<W>,
     pub(super) render: RenderTile<W>,
     pub(super) give_up: GiveUpTile<W>,
 }
@@ -41,62 +37,63 @@ type RenderTile<const W: usize> =
 
 type GiveUpTile<const W: usize> = fn(&Renderer<'_, W>, &mut TileJob, &View, &mut [Pixel]);
 
-impl<const W: usize> Rendering<'_, '_, W>
-where
-    Simd: Runs<W>,
-{
-    /// Gives its pixels from number `first` on the background.
-    fn show_background(&self, first: u32, target: &mut Target<'_>) {
-        if let (Kind::Screen(screen), 0) = (self.view.kind(), first) {
-            let past = self.past(screen, (0.0, 0.0));
-            let copy = CopyPast { past, target };
-            if <Simd as Runs<8>>::run(self.renderer.tracer.simd(), copy).is_some() {
-                return;
-            }
-        }
-        for (column, row) in self.block.places_from(first) {
-            let (x, y) = self.block.at(column, row, (0.0, 0.0));
-            target.write(column, row, self.renderer.past(self.view, x, y));
-        }
-    }
-}
-
 impl<const W: usize> Renderer<'_, W>
 where
     Simd: Runs<W>,
 {
-    /// Returns the same renderer with a [level of detail](Self::with_level_of_detail), and with
-    /// samples as far apart as `acuity` resolves: in the periphery not every pixel has a ray.
+    /// Returns the same renderer with the detail that an eye of an acuity sees around a line of
+    /// sight. There is no border: all of a view is rendered, behind the viewer, too.
     ///
-    /// Samples are 1, 2, 4, 8 or at most [`LARGEST_STRIDE`] pixels apart, on the view's own grid,
-    /// by squares of 32 pixels a side or their quarters. Where neighbouring samples show different
-    /// things or light, two more halvings of their distance follow. Pixels between samples of one
-    /// instance are interpolated; others take the nearest sample's. Where samples are a pixel
-    /// apart, around the line of sight, every pixel is the same as without foveation.
+    /// Each pixel has four samples, at the same places in each frame; in the periphery 2², 4² or 8²
+    /// pixels are one. Samples of a square are tested against each shape together. Light is
+    /// computed at fewer points: on planes at those of a lattice, apart from shadows, which are
+    /// found for each sample; on other surfaces at each, or as far apart as light changes little.
+    /// Textures of dull meshes are averaged over pixels.
+    ///
+    /// Where rays have no common start, off a mirror into a dome, every pixel is rendered as
+    /// without foveation; so it is next to a dome's rim, and where a square bends too much.
     #[must_use]
-    pub fn with_foveation(self, lod: LevelOfDetail, acuity: Acuity) -> Self
+    pub fn with_foveation(self, sight: LineOfSight, acuity: Acuity) -> Self
     where
         Simd: crate::Runs<W>,
     {
-        <Simd as crate::Runs<W>>::foveated(self, lod, acuity)
+        <Simd as crate::Runs<W>>::foveated(self, sight, acuity)
     }
 
-    pub(crate) fn foveated(self, lod: LevelOfDetail, acuity: Acuity) -> Self {
+    pub(crate) fn foveated(self, sight: LineOfSight, acuity: Acuity) -> Self {
         Self {
+            lod: None,
             pixels: Pixels::Foveated(Foveation {
+                sight,
                 acuity,
+                shade: self.shade_apart(),
                 render: |renderer, job, view, pixels, budget, workspace| {
                     renderer.render_squares(job, view, pixels, budget, workspace)
                 },
                 give_up: |renderer, job, view, pixels| renderer.give_up_squares(job, view, pixels),
             }),
-            ..self.with_level_of_detail(lod)
+            ..self
         }
     }
 
-    /// Returns the stride around pixel (x, y) of a view, before refinement: a power of two; 1 if
-    /// every pixel has a sample, or the view has no such pixel.
-    pub fn stride(&self, view: &View, x: u32, y: u32) -> u32 {
+    /// Returns shading for the effects that the scene asks for.
+    fn shade_apart(&self) -> ShadeApart<W> {
+        const FIRST: u32 = COMPILED[0].bits();
+        const SECOND: u32 = COMPILED[1].bits();
+        let wanted = self
+            .tracer
+            .effects()
+            .intersection(self.tracer.scene().effects());
+        match COMPILED.iter().position(|set| set.contains(wanted)) {
+            Some(0) => ShadeApart::for_effects::<FIRST>(),
+            Some(_) => ShadeApart::for_effects::<SECOND>(),
+            None => ShadeApart::for_effects::<{ EffectSet::ALL.bits() }>(),
+        }
+    }
+
+    /// Returns how many pixels a side have one colour around pixel (x, y) of a view: a power of
+    /// two, at most [`LARGEST_UNIT`](super::LARGEST_UNIT); 1 if the view has no such pixel.
+    pub fn unit(&self, view: &View, x: u32, y: u32) -> u32 {
         let (width, height) = (1, 1);
         let tile = Tile {
             x,
@@ -104,47 +101,51 @@ where
             width,
             height,
         };
-        let mut stride = 1;
+        let mut unit = 1;
         if tile.check(view.size(), 1).is_ok() {
-            self.pieces(view, tile, |piece| {
-                stride = piece.stride;
+            self.pieces(view, tile, |_, how| {
+                unit = how.map_or(1, |(sizes, _)| sizes.unit);
                 true
             });
         }
-        stride
+        unit
     }
 
-    /// Calls `each` with the pieces of a tile until it returns false.
-    fn pieces(&self, view: &View, tile: Tile, mut each: impl FnMut(Piece) -> bool) -> bool {
-        let (Pixels::Foveated(foveation), Some(lod)) = (&self.pixels, &self.lod) else {
+    /// Calls `each` with the pieces of a tile, and how they are rendered, until it returns false:
+    /// squares, or blocks in which every pixel has its own rays.
+    fn pieces(
+        &self,
+        view: &View,
+        tile: Tile,
+        mut each: impl FnMut(Piece, Option<(Sizes, Picture)>) -> bool,
+    ) -> bool {
+        let Pixels::Foveated(Foveation { sight, acuity, .. }) = &self.pixels else {
             return true;
         };
-        let of = |square: Tile, side: u32| {
-            let corner = (square.x / side * side, square.y / side * side);
-            Piece {
-                tile: square,
-                corner,
-                side,
-                stride: stride(&foveation.acuity, &lod.gaze, view, corner, side),
-            }
+        let how = |corner, pixels| {
+            let sizes = Sizes::new(acuity, sight, view, corner, pixels)?;
+            Some((sizes, Picture::new(view, corner, &sizes)?))
         };
         tile.squares(SQUARE).all(|square| {
-            let whole = of(square, SQUARE);
-            if whole.stride >= WHOLE_SQUARE {
-                return each(whole);
+            let corner = square.corner_of(SQUARE);
+            if let Some(how) = how(corner, SQUARE).filter(|(sizes, _)| sizes.unit > 1) {
+                return each(
+                    Piece {
+                        tile: square,
+                        corner,
+                    },
+                    Some(how),
+                );
             }
-            square.squares(QUARTER).all(|square| {
-                let quarter = of(square, QUARTER);
-                if quarter.stride > 1 {
-                    return each(quarter);
+            square.squares(QUARTER).all(|part| {
+                let corner = part.corner_of(QUARTER);
+                match how(corner, QUARTER) {
+                    Some(how) => each(Piece { tile: part, corner }, Some(how)),
+                    None => part.blocks().all(|tile| {
+                        let corner = tile.corner_of(BLOCK);
+                        each(Piece { tile, corner }, how(corner, BLOCK))
+                    }),
                 }
-                square.blocks().all(|tile| {
-                    each(Piece {
-                        tile,
-                        side: BLOCK,
-                        ..quarter
-                    })
-                })
             })
         })
     }
@@ -157,8 +158,11 @@ where
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Outcome {
+        let Pixels::Foveated(foveation) = &self.pixels else {
+            return Outcome::Finished;
+        };
         let mut before = 0;
-        let finished = self.pieces(view, job.tile, |piece| {
+        let finished = self.pieces(view, job.tile, |piece, how| {
             let tile = piece.tile;
             before += tile.area();
             if job.finished >= before {
@@ -173,12 +177,14 @@ where
                 workspace,
                 target: Target::new(pixels, job.tile, tile),
             };
-            let is_finished = if piece.stride == 1 {
-                let patch = self.patch_region(view, tile.x, tile.y);
-                self.rendering(view, tile, patch).render(&mut work);
-                work.begun.pixels == tile.area()
+            let is_finished = if let Some(how) = how {
+                self.show_background(view, tile, &mut work.target);
+                Square::render(&piece, how, self, &foveation.shade, &mut work);
+                !work.budget.is_exhausted()
             } else {
-                SquareRenderer::render(piece, self, view, &mut work)
+                self.rendering(view, tile, Region::Central)
+                    .render(&mut work);
+                work.begun.pixels == tile.area()
             };
             if is_finished {
                 job.end_part(before);
@@ -192,83 +198,81 @@ where
         }
     }
 
+    /// Gives each unfinished piece the colour of its middle.
     fn give_up_squares(&self, job: &mut TileJob, view: &View, pixels: &mut [Pixel]) {
+        let mut workspace = Workspace::new();
         let mut before = 0;
-        self.pieces(view, job.tile, |piece| {
-            let area = piece.tile.area();
-            if job.finished < before + area {
-                let target = &mut Target::new(pixels, job.tile, piece.tile);
-                if piece.stride == 1 {
-                    let rendering = self.rendering(view, piece.tile, Region::Outside);
-                    rendering.show_background(job.begun.pixels, target);
-                } else {
-                    self.show_background(view, piece.tile, target);
+        self.pieces(view, job.tile, |piece, _| {
+            let tile = piece.tile;
+            before += tile.area();
+            if job.finished < before {
+                let target = &mut Target::new(pixels, job.tile, tile);
+                self.show_background(view, tile, target);
+                let middle = |first: u32, count: u32| first as f32 + 0.5 * count as f32 - 0.5;
+                let ray = view.ray(middle(tile.x, tile.width), middle(tile.y, tile.height));
+                let budget = &mut { Budget::UNLIMITED };
+                let hit = ray.and_then(|ray| {
+                    let searcher = &self.tracer.searcher;
+                    let hit = searcher.nearest_on(self.most.rung, &ray, budget, &mut workspace)?;
+                    Some((ray, hit))
+                });
+                if let Some((ray, hit)) = hit {
+                    let of = Sample::new(tile.x, tile.y, 0, 1);
+                    let seen = self.tracer.radiance_from(
+                        &ray,
+                        Some(hit),
+                        self.most,
+                        of,
+                        budget,
+                        &mut workspace,
+                    );
+                    for row in 0..tile.height {
+                        target.row(row, tile.width).fill(seen);
+                    }
                 }
-                job.end_part(before + area);
+                job.end_part(before);
             }
-            before += area;
             true
         });
     }
 
-    /// Gives the pixels of a square the background.
-    pub(super) fn show_background(&self, view: &View, square: Tile, target: &mut Target<'_>) {
-        // In blocks as high as the square.
-        for column in (0..square.width).step_by(BLOCK as usize) {
-            let part = Tile {
-                x: square.x + column,
-                width: BLOCK.min(square.width - column),
-                ..square
-            };
+    /// Gives the pixels of a square what is seen past everything.
+    fn show_background(&self, view: &View, square: Tile, target: &mut Target<'_>) {
+        for part in square.blocks() {
+            let (x, y) = (
+                target.x + (part.x - square.x) as usize,
+                target.y + (part.y - square.y) as usize,
+            );
             let mut target = Target {
                 pixels: &mut *target.pixels,
-                x: target.x + column as usize,
+                x,
+                y,
                 ..*target
             };
             let rendering = self.rendering(view, part, Region::Outside);
-            rendering.show_background(0, &mut target);
+            if let Kind::Screen(screen) = view.kind() {
+                let past = rendering.past(screen, (0.0, 0.0));
+                let copy = CopyPast {
+                    past,
+                    target: &mut target,
+                };
+                if <Simd as Runs<8>>::run(self.tracer.simd(), copy).is_some() {
+                    continue;
+                }
+            }
+            for (column, row) in rendering.block.places_from(0) {
+                let (x, y) = rendering.block.at(column, row, (0.0, 0.0));
+                target.write(column, row, self.past(view, x, y));
+            }
         }
     }
 }
 
-/// Returns the largest stride that the acuity does not resolve; 1 at a dome master's rim.
-fn stride(acuity: &Acuity, gaze: &Gaze, view: &View, (x, y): (u32, u32), side: u32) -> u32 {
-    let towards = |right: u32, below: u32| {
-        let place = |first: u32, by: u32| (first + by) as f32 - 0.5;
-        view.direction(place(x, right), place(y, below))
-            .and_then(normalize)
-    };
-    let (Some(first), Some(right), Some(below), Some(last), Some(middle)) = (
-        towards(0, 0),
-        towards(side, 0),
-        towards(0, side),
-        towards(side, side),
-        towards(side / 2, side / 2),
-    ) else {
-        return 1;
-    };
-    let corners = [first, right, last, below];
-    let reach = corners
-        .iter()
-        .map(|corner| angle(middle, *corner))
-        .fold(0.0, max);
-    let eccentricity = angle(middle, gaze.line_of_sight().forward()) - reach;
-    // Sides span a few degrees: a chord equals its angle to a few thousandths.
-    let sides = corners.into_iter().zip([right, last, below, first]);
-    let longest = sides
-        .map(|(from, to)| (to - from).dot(to - from))
-        .fold(0.0, max);
-    let pixel = sqrt(longest) / side as f32;
-    let seen = acuity.least_angle(eccentricity);
-    let mut stride = 1;
-    while stride < LARGEST_STRIDE.min(side / 2) && (2 * stride) as f32 * pixel <= seen {
-        stride *= 2;
+impl Tile {
+    /// Returns the first pixel of the square of the view's grid that it is a part of.
+    const fn corner_of(&self, side: u32) -> (u32, u32) {
+        (self.x / side * side, self.y / side * side)
     }
-    stride
 }
 
-/// Returns the angle between two unit vectors, radians.
-fn angle(a: Vec3, b: Vec3) -> f32 {
-    let across = a.cross(b);
-    libm::atan2f(sqrt(across.dot(across)), a.dot(b))
-}
+const _: () = assert!(SQUARE.is_multiple_of(BLOCK) && QUARTER.is_multiple_of(BLOCK));

@@ -94,7 +94,11 @@ fn pixels_of_any_views_and_gazes_are_finite() {
                     plain.with_level_of_detail(lod),
                     plain.below_level(*gaze, level),
                 ]);
-                renderers.extend(acuity.ok().map(|acuity| plain.with_foveation(lod, acuity)));
+                renderers.extend(
+                    acuity
+                        .ok()
+                        .map(|acuity| plain.with_foveation(gaze.line_of_sight(), acuity)),
+                );
             }
             for (view, renderer) in views
                 .iter()
@@ -111,7 +115,7 @@ fn pixels_of_any_views_and_gazes_are_finite() {
                     Ok(())
                 );
                 finite(&pixels);
-                assert!(renderer.stride(view, 3, 7) <= LARGEST_STRIDE);
+                assert!(renderer.unit(view, 3, 7) <= LARGEST_UNIT);
             }
         }
         if let Some(ray) = a_ray(n) {

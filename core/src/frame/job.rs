@@ -3,7 +3,7 @@
 
 use super::{Budget, Outcome, Pixel, Renderer, Tile, TileError, TileJob, View, Workspace};
 use crate::Runs;
-use crate::gaze::Gaze;
+use crate::gaze::LineOfSight;
 use crate::simd::Simd;
 use core::cmp::Ordering;
 use glam::Vec3;
@@ -156,7 +156,7 @@ impl<'p> FrameJob<'p> {
 
     /// Returns a frame of some pictures, in tiles of `side`² pixels, that begins no sample when
     /// `budget` is spent: with P as in [`render`](Self::render), give N − (P − 1) to take N steps
-    /// at most, or N − 17² · P with [foveation](Renderer::with_foveation). `places` keeps the order
+    /// at most, or N − P with [foveation](Renderer::with_foveation). `places` keeps the order
     /// of tiles, which takes time for each.
     ///
     /// # Errors
@@ -188,14 +188,15 @@ impl<'p> FrameJob<'p> {
         };
         let mut rest = places.iter_mut();
         for (number, view) in (0..count).zip(views) {
-            let gaze = pictures.renderer(number).and_then(Renderer::gaze);
+            let sight = pictures.renderer(number).and_then(Renderer::line_of_sight);
             let [columns, rows] = view
                 .size()
                 .map(|pixels| pixels.div_ceil(side.max(1)) as u16);
             for row in 0..rows {
                 for (column, place) in (0..columns).zip(&mut rest) {
                     *place = Place {
-                        cosine: gaze.map_or(1.0, |gaze| cosine(gaze, &view, side, (column, row))),
+                        cosine: sight
+                            .map_or(1.0, |sight| cosine(&sight, &view, side, (column, row))),
                         part: number as u16,
                         row,
                         column,
@@ -306,12 +307,12 @@ impl<'p> FrameJob<'p> {
 }
 
 /// Returns the cosine between the line of sight and a tile's centre; −2 outside a dome's rim.
-fn cosine(gaze: &Gaze, view: &View, side: u32, (column, row): (u16, u16)) -> f32 {
+fn cosine(sight: &LineOfSight, view: &View, side: u32, (column, row): (u16, u16)) -> f32 {
     // A tile that the picture's border cuts off counts as a full square.
     let middle = |tile: u16| (u32::from(tile) * side) as f32 + 0.5 * (side - 1) as f32;
     let towards = view.direction(middle(column), middle(row));
     let towards = towards.map(Vec3::normalize_or_zero);
-    towards.map_or(-2.0, |towards| towards.dot(gaze.line_of_sight().forward()))
+    towards.map_or(-2.0, |towards| towards.dot(sight.forward()))
 }
 
 /// Sorts places by a heap: no recursion, and a time bounded by their number.

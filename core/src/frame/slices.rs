@@ -3,7 +3,7 @@
 
 use super::tile::offset;
 use super::*;
-use crate::gaze::{Acuity, LineOfSight, VisualField};
+use crate::gaze::{Acuity, LineOfSight};
 use core::f32::consts::PI;
 use glam::{Mat3, Vec3};
 use zerocopy::IntoBytes as _;
@@ -110,7 +110,6 @@ fn slices_end_between_samples_and_change_no_bit() {
     let bytes = crate::ball::scene();
     let scene = Scene::<4>::from_bytes(bytes.as_bytes()).unwrap();
     let sight = LineOfSight::new(Vec3::ZERO, Vec3::new(1.0, 0.0, -1.0), Vec3::Y).unwrap();
-    let lod = LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER));
     let kinds = [(1, BLOCKS), (1, SMALL), (MOST, SMALL)];
     let ways = [Mode::Single, Mode::Tile].map(|mode| kinds.map(|kind| (mode, kind)));
     let ways = ways.as_flattened().iter();
@@ -122,13 +121,16 @@ fn slices_end_between_samples_and_change_no_bit() {
         };
         let plain = Renderer::new(scene, Simd::detect(), settings);
         let coarsest = Acuity::new(Acuity::STEEPEST, Acuity::COARSEST).unwrap();
-        let foveated = plain.with_foveation(lod, coarsest);
+        let foveated = plain.with_foveation(sight, coarsest);
         let tile = tile(plain.tracer(), &view, size);
-        assert!(foveated.stride(&view, tile.x, tile.y) > 1);
+        // So small a dome bends too much within a square.
+        let is_dome = view == views()[1];
+        assert_eq!(foveated.unit(&view, tile.x, tile.y) > 1, !is_dome);
         let [tree, primaries] = dearest(plain.tracer(), &view, tile, samples);
         let (whole, all) = in_slices(&plain, &view, tile, u64::MAX);
         let (sparse, _) = in_slices(&foveated, &view, tile, u64::MAX);
-        assert!(samples == 1 || whole != sparse && all > 100 * tree);
+        assert!(samples == 1 || all > 100 * tree);
+        assert_eq!(whole == sparse, is_dome, "{settings:?}");
         // Its block's test; in tile mode, too, the primary rays of the block.
         let dearest = match mode {
             Mode::Single => 16 + tree,
@@ -143,7 +145,7 @@ fn slices_end_between_samples_and_change_no_bit() {
             );
             let (pixels, most) = in_slices(&foveated, &view, tile, steps);
             assert!(pixels == sparse, "{settings:?}, {view:?}, {steps}");
-            let square = 17 * 17 * dearest;
+            let square = 1024 * dearest;
             assert!(
                 most <= steps + square,
                 "{settings:?}, {view:?}: {most} of {steps} + {dearest}"

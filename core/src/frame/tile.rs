@@ -90,16 +90,12 @@ pub(super) struct Block {
     pub(super) patch: Region,
 }
 
-/// The part in a tile of a square of the view's grid whose samples are equally far apart.
+/// The part in a tile of a square of the view's grid.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Piece {
     pub(super) tile: Tile,
     /// Column and row of the square's first pixel.
     pub(super) corner: (u32, u32),
-    /// Pixels a side of the square.
-    pub(super) side: u32,
-    /// Pixels between samples, a power of two.
-    pub(super) stride: u32,
 }
 
 /// Returns how far samples may be from their pixel's centre; a single one is there.

@@ -121,6 +121,14 @@ impl View {
         }
     }
 
+    /// Returns whether all rays start at the [eye](Self::eye).
+    pub(super) const fn is_from_one_point(&self) -> bool {
+        match &self.0 {
+            Kind::Screen(_) => true,
+            Kind::Dome(dome) => dome.is_from_one_point(),
+        }
+    }
+
     /// Returns whether a pixel shows anything: not outside a dome master's rim.
     pub(super) fn has(&self, column: u32, row: u32) -> bool {
         match &self.0 {

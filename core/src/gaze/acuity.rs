@@ -57,6 +57,24 @@ impl Acuity {
         inner: 0.0,
     };
 
+    /// Returns the acuity by which detail of a quality is chosen, 1 (coarse) to 5 (fine); 3 is
+    /// [`GUENTER`](Self::GUENTER). `None` for others.
+    pub fn of_quality(quality: u8) -> Option<Self> {
+        let factor = match quality {
+            1 => 2.5,
+            2 => 1.6,
+            3 => 1.0,
+            4 => 0.7,
+            5 => 0.45,
+            _ => return None,
+        };
+        let slope = Self::GUENTER.slope * factor;
+        Some(Self {
+            slope,
+            ..Self::GUENTER
+        })
+    }
+
     /// Returns an acuity of slope m (radians a radian, 0 to [`Self::STEEPEST`]) and an angle w₀ on
     /// the line of sight (radians, [`Self::FINEST`] to [`Self::COARSEST`]).
     ///

@@ -86,6 +86,11 @@ impl Budget {
 pub struct Statistics {
     /// Rays from the eye.
     pub primary: u64,
+    /// Points that such rays see, whose light was computed.
+    pub lit: u64,
+    /// Parts of a picture with a colour of their own, where their size follows the gaze: pixels,
+    /// or squares of them.
+    pub leaves: u64,
     /// Rays off mirrors and off glass.
     pub reflected: u64,
     /// Rays into and out of glass.
@@ -102,6 +107,8 @@ impl Statistics {
     /// Adds the counts of another part of the same frame, in any order.
     pub const fn add(&mut self, other: &Self) {
         self.primary += other.primary;
+        self.lit += other.lit;
+        self.leaves += other.leaves;
         self.reflected += other.reflected;
         self.refracted += other.refracted;
         self.shadow += other.shadow;

@@ -1,6 +1,7 @@
 //! The cost of each effect of a picture.
 
 use crate::scene::EffectSet;
+use glam::Vec3;
 
 /// Counts of one effect.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -76,6 +77,24 @@ pub(super) trait Record {
 
     /// Takes note of a ray traced for the effect with bit number `cause`.
     fn ray(&mut self, cause: u8, steps: u64);
+
+    /// Whether it keeps the diffuse light of a primary hit apart from the texture that colours it.
+    const SPLITS: bool = false;
+
+    /// Takes note of the texture of a primary hit, whose colour its diffuse light does not have.
+    #[inline(always)]
+    fn coat(&mut self, _texture: u32, _place: [f32; 2]) {}
+
+    /// Takes note of diffuse light of a primary hit.
+    #[inline(always)]
+    fn diffuse(&mut self, _light: Vec3) {}
+
+    /// Takes the light of a small source, and the diffuse part of it, if something else finds out
+    /// whether the source is seen; false if shading has to.
+    #[inline(always)]
+    fn source(&mut self, _number: u32, _light: Vec3, _diffuse: Vec3) -> bool {
+        false
+    }
 }
 
 /// Records nothing, and compiles to no code.

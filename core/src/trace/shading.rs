@@ -5,6 +5,7 @@
 mod fan;
 mod light;
 
+use super::apart::FacetPoint;
 use super::background;
 use super::budget::Budget;
 use super::dispersion::Balance;
@@ -23,6 +24,7 @@ use crate::simd::{Runs, Simd};
 use fan::Fan;
 use glam::Vec3;
 use light::Incidence;
+pub(super) use light::NOT_DULL;
 
 /// Least weight of a ray in some channel of a pixel: a quarter of a step of an eight-bit picture.
 /// Lighter rays are not traced; at a clear body's border the other ray gets their share.
@@ -69,27 +71,9 @@ pub(super) fn shade_and_record<const W: usize, const EFFECTS: u32, R: Record>(
 where
     Simd: Runs<W>,
 {
-    let mut tree = RayTree::<W, EFFECTS, R> {
-        shading: Shading {
-            searcher,
-            detail: primary.detail,
-            sample: primary.sample,
-            effects: searcher.effects.bits() & EFFECTS,
-        },
-        budget,
-        workspace,
-        record,
-        light: Vec3::ZERO,
-        alpha: 1.0,
-        nm: searcher.spectrum.single(),
-        tint: Vec3::ONE,
-        fan: None,
-        share: 0.0,
-        is_first: false,
-        reflected: Vec3::ONE,
-        through: Vec3::ZERO,
-        missing: None,
-    };
+    let (detail, sample) = (primary.detail, primary.sample);
+    let mut tree =
+        RayTree::<W, EFFECTS, R>::new(searcher, (detail, sample), budget, workspace, record);
     let first = Pending {
         ray: *primary.ray,
         weight: Vec3::ONE,
@@ -99,6 +83,35 @@ where
         is_tinted: false,
     };
     tree.trace(first, primary.hit)
+}
+
+/// Records the light of a point of a facet: its own, and that of lights.
+#[inline(always)]
+pub(super) fn light_of_facet<const W: usize, const EFFECTS: u32, R: Record>(
+    searcher: &Searcher<'_, W>,
+    at: &FacetPoint<'_>,
+    budget: &mut Budget,
+    workspace: &mut Workspace,
+    record: &mut R,
+) -> Vec3
+where
+    Simd: Runs<W>,
+{
+    let by = (searcher.detail, Sample::ALONE);
+    let mut tree = RayTree::<W, EFFECTS, R>::new(searcher, by, budget, workspace, record);
+    let surface = Surface::of_facet(at.point, at.normal, at.material);
+    let facing = if at.direction.dot(at.normal) > 0.0 {
+        -1.0
+    } else {
+        1.0
+    };
+    let incidence = Incidence {
+        direction: at.direction,
+        normal: at.normal * facing,
+        facing,
+    };
+    let look = tree.look(&surface, true);
+    tree.own_light(&surface, &look, incidence)
 }
 
 /// Effects that are recorded whenever a ray meets a surface that has them.
@@ -237,10 +250,41 @@ struct RayTree<'t, 'a, const W: usize, const EFFECTS: u32, R> {
     missing: Option<Vec3>,
 }
 
-impl<'a, const W: usize, const EFFECTS: u32, R: Record> RayTree<'_, 'a, W, EFFECTS, R>
+impl<'t, 'a, const W: usize, const EFFECTS: u32, R: Record> RayTree<'t, 'a, W, EFFECTS, R>
 where
     Simd: Runs<W>,
 {
+    #[inline(always)]
+    fn new(
+        searcher: &'t Searcher<'a, W>,
+        (detail, sample): (RayDetail, Sample),
+        budget: &'t mut Budget,
+        workspace: &'t mut Workspace,
+        record: &'t mut R,
+    ) -> Self {
+        Self {
+            shading: Shading {
+                searcher,
+                detail,
+                sample,
+                effects: searcher.effects.bits() & EFFECTS,
+            },
+            budget,
+            workspace,
+            record,
+            light: Vec3::ZERO,
+            alpha: 1.0,
+            nm: searcher.spectrum.single(),
+            tint: Vec3::ONE,
+            fan: None,
+            share: 0.0,
+            is_first: false,
+            reflected: Vec3::ONE,
+            through: Vec3::ZERO,
+            missing: None,
+        }
+    }
+
     /// Returns whether this is compiled for an effect.
     const fn has(bits: u32) -> bool {
         EFFECTS & bits != 0
@@ -312,7 +356,7 @@ where
             normal,
             facing,
         };
-        let look = self.look(&surface);
+        let look = self.look(&surface, from.bounces == 0);
         let own = self.own_light(&surface, &look, incidence);
         self.add(weight * own);
         let is_clear = Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0;

@@ -145,6 +145,19 @@ impl<'a> Surface<'a> {
         })
     }
 
+    /// Returns the surface at a point of a facet without coordinates, from which no ray is to start.
+    pub(super) const fn of_facet(point: Vec3, normal: Vec3, material: &'a Material) -> Self {
+        Self {
+            point,
+            geometric_normal: normal,
+            shading_normal: normal,
+            material,
+            coordinates: [[0.0; 2]; 2],
+            colour: Vec3::ONE,
+            error: 0.0,
+        }
+    }
+
     /// Returns a black, opaque surface, which no ray leaves.
     fn between_lines(point: Vec3) -> Self {
         Self {
@@ -176,7 +189,7 @@ impl<'a> Surface<'a> {
 /// Returns the first and second texture coordinates of a point of a triangle, from the corners'
 /// weights; a mesh with one set has it twice.
 #[inline(always)]
-fn coordinates<const W: usize>(
+pub(super) fn coordinates<const W: usize>(
     scene: &Scene<'_, W>,
     mesh: &Mesh,
     triangle: &Triangle,
@@ -228,7 +241,7 @@ fn vertex_colour<const W: usize>(
 }
 
 /// Maps a normal by the inverse transpose; both maps are stored.
-fn world_normal(instance: &Instance, normal: Vec3) -> Option<Vec3> {
+pub(super) fn world_normal(instance: &Instance, normal: Vec3) -> Option<Vec3> {
     let [x, y, z, _] = instance.object_from_world;
     let [x, y, z] = map3([x, y, z], Vec3::from_array);
     // Normalised first, since products of tiny triangles' edges underflow.

@@ -36,6 +36,66 @@ pub(super) fn colour<const W: usize, const EFFECTS: u32>(
     }
 }
 
+/// Returns the place on a texture of a surface's first or second coordinates.
+pub(super) fn place<const W: usize>(
+    scene: &Scene<'_, W>,
+    number: u32,
+    coordinates: &[[f32; 2]; 2],
+) -> Option<[f32; 2]> {
+    let texture = scene.textures.get(number as usize)?;
+    let [first, second] = *coordinates;
+    let is_second = texture.reading & reading::SECOND != 0;
+    Some(mapped(texture, if is_second { second } else { first }))
+}
+
+/// Most texels along each side of the box that a mean is taken of.
+const MOST_OF_MEAN: u32 = 8;
+
+/// Returns the mean colour of a texture over a box around a place: exact of a checker, of up to
+/// [`MOST_OF_MEAN`]² points of an image.
+pub(crate) fn mean<const W: usize>(
+    scene: &Scene<'_, W>,
+    number: u32,
+    [u, v]: [f32; 2],
+    [du, dv]: [f32; 2],
+) -> Vec3 {
+    let Some(texture) = scene.textures.get(number as usize) else {
+        return Vec3::ONE;
+    };
+    if texture.kind == kind::IMAGE {
+        let count =
+            |extent: f32, side: u32| (min(extent * side as f32, 64.0) as u32 + 1).min(MOST_OF_MEAN);
+        let (columns, rows) = (count(du, texture.width), count(dv, texture.height));
+        let mut sum = Vec3::ZERO;
+        for row in 0..rows {
+            for column in 0..columns {
+                let at = |middle: f32, extent: f32, n: u32, of: u32| {
+                    middle + extent * ((n as f32 + 0.5) / of as f32 - 0.5)
+                };
+                let place = [at(u, du, column, columns), at(v, dv, row, rows)];
+                sum += image(texture, scene.texels, place);
+            }
+        }
+        return sum / (columns * rows) as f32;
+    }
+    let even = 0.5 + 0.5 * mean_wave(u, du) * mean_wave(v, dv);
+    let [first, second] = texture.colours.map(Vec3::from_array);
+    second + (first - second) * even
+}
+
+/// Returns the mean over an interval of a wave that is 1 in even cells and −1 in odd ones.
+fn mean_wave(middle: f32, extent: f32) -> f32 {
+    if !(extent > 1.0e-5) {
+        return if is_odd(floorf(middle)) { -1.0 } else { 1.0 };
+    }
+    let integral = |x: f32| {
+        let turn = x - 2.0 * floorf(0.5 * x);
+        min(turn, 2.0 - turn)
+    };
+    let half = 0.5 * extent;
+    (integral(middle + half) - integral(middle - half)) / extent
+}
+
 /// Returns a surface's coordinates as a texture has them.
 fn mapped(texture: &Texture, [u, v]: [f32; 2]) -> [f32; 2] {
     let [[au, bu], [av, bv], [a, b]] = texture.map;

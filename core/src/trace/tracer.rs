@@ -193,6 +193,7 @@ where
         workspace.statistics.primary += 1;
         match hit {
             Some(hit) => {
+                workspace.statistics.lit += 1;
                 let primary = PrimaryRay {
                     ray,
                     hit,

@@ -81,6 +81,8 @@ impl Workspace {
             balance: Balance::NONE,
             statistics: Statistics {
                 primary: 0,
+                lit: 0,
+                leaves: 0,
                 reflected: 0,
                 refracted: 0,
                 shadow: 0,

@@ -250,7 +250,7 @@ where
         whole_fovea: bool,
     ) -> Result<Rendered, RenderError> {
         self.plan(eyes, quality, steps)?;
-        if eyes.iter().any(|eye| eye.acuity.is_some()) {
+        if eyes.iter().any(|eye| eye.foveation.is_some()) {
             self.dealer.expect_squares();
         }
         self.dealer.hard_limit = steps.filter(|_| !whole_fovea);

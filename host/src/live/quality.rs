@@ -1,6 +1,6 @@
 //! The qualities of frames: the detail that each leaves out to be in time.
 
-use crate::render::Observer;
+use crate::render::{Foveation, Observer};
 use schemars::JsonSchema;
 use serde::Serialize;
 use shisen_core::frame::{LevelOfDetail, MAX_DEPTH};
@@ -118,10 +118,12 @@ impl Quality {
     pub fn lower(&self, eye: Observer) -> Observer {
         let keeps_fovea = self.sampling < LAST_RESORT;
         let inner = if keeps_fovea { FOVEA } else { 0.0 };
-        let acuity = eye.acuity;
         Observer {
             lod: eye.lod.map(|lod| self.narrow(lod)),
-            acuity: acuity.map(|acuity| acuity.steeper_beyond(self.sampling, inner)),
+            foveation: eye.foveation.map(|foveation| Foveation {
+                acuity: foveation.acuity.steeper_beyond(self.sampling, inner),
+                ..foveation
+            }),
             ..eye
         }
     }
@@ -138,7 +140,7 @@ mod tests {
     fn each_rung_leaves_out_more_and_none_the_fovea() {
         let sight = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).unwrap();
         let lod = LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER));
-        let foveated = Observer::foveated(Eye::Left, DVec3::ZERO, sight, 0.0);
+        let foveated = Observer::foveated(Eye::Left, DVec3::ZERO, (sight, Acuity::GUENTER), 0.0);
         let paper = Observer {
             lod: Some(lod),
             ..Observer::new(Eye::Left, DVec3::ZERO)
@@ -155,8 +157,8 @@ mod tests {
             // Sampling is coarser only where it follows the gaze.
             let lowered = quality.lower(paper);
             let narrow = Some(quality.narrow(lod));
-            assert_eq!((lowered.acuity, lowered.lod), (None, narrow));
-            let acuity = quality.lower(foveated).acuity.unwrap();
+            assert_eq!((lowered.foveation, lowered.lod), (None, narrow));
+            let acuity = quality.lower(foveated).foveation.unwrap().acuity;
             for e in [0.0, 0.5 * FOVEA, FOVEA] {
                 let coarser = acuity.least_angle(e) > Acuity::GUENTER.least_angle(e);
                 assert_eq!(coarser, e > 0.0 && sampling >= LAST_RESORT);

@@ -268,7 +268,7 @@ impl Session<'_> {
     /// Returns the line of sight of a look; `None` where no eye's detail follows it.
     fn gaze(&self, look: &Look) -> Option<Vec3> {
         let mut eyes = self.eyes.iter();
-        let follows = eyes.any(|eye| eye.lod.is_some());
+        let follows = eyes.any(|eye| eye.lod.is_some() || eye.foveation.is_some());
         follows.then_some(look.forward)
     }
 

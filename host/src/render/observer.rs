@@ -3,8 +3,18 @@
 use crate::cave::Eye;
 use glam::{DVec3, Vec3};
 use shisen_core::frame::{LevelOfDetail, Renderer};
-use shisen_core::gaze::{Acuity, Gaze, LineOfSight, VisualField};
+use shisen_core::gaze::{Acuity, LineOfSight};
 use shisen_core::{Runs, Simd};
+use std::f32::consts::PI;
+
+/// Detail as an eye sees it ([`Renderer::with_foveation`]).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foveation {
+    /// Where it looks, in the room.
+    pub sight: LineOfSight,
+    /// How finely it sees beside its line of sight.
+    pub acuity: Acuity,
+}
 
 /// One of the viewer's eyes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,9 +26,9 @@ pub struct Observer {
     /// The detail that follows its gaze, if any does. The two eyes may have one
     /// line of sight, as in the paper, or one each.
     pub lod: Option<LevelOfDetail>,
-    /// How finely it sees beside its line of sight, where sampling follows its gaze too
-    /// ([`Renderer::with_foveation`]). Not used without `lod`.
-    pub acuity: Option<Acuity>,
+    /// Where it looks and how finely it sees, where the size of detail follows its gaze; not used
+    /// with `lod`.
+    pub foveation: Option<Foveation>,
     /// Where it looks, if that is known without `lod`: a direction in the room, near which the
     /// [live loop](crate::live) finishes its pixels first.
     pub ahead: Option<Vec3>,
@@ -31,42 +41,42 @@ impl Observer {
             eye,
             place,
             lod: None,
-            acuity: None,
+            foveation: None,
             ahead: None,
         }
     }
 
-    /// Returns an eye whose periphery is sampled as finely as it sees ([`Acuity::GUENTER`]), every
-    /// ray in full, in the widest field. The line of sight is known to within `widen` (radians);
-    /// from π on that says nothing, and everything is traced.
-    pub fn foveated(eye: Eye, place: DVec3, sight: LineOfSight, widen: f32) -> Self {
-        let Some(field) = VisualField::WIDEST.wider(widen) else {
-            return Self {
-                ahead: Some(sight.forward()),
-                ..Self::new(eye, place)
-            };
-        };
+    /// Returns an eye that sees detail of an acuity around a line of sight that is known to within
+    /// `widen` (radians); from π on that says nothing, and everything is traced.
+    pub fn foveated(
+        eye: Eye,
+        place: DVec3,
+        (sight, acuity): (LineOfSight, Acuity),
+        widen: f32,
+    ) -> Self {
+        let acuity = acuity.around(widen);
         Self {
-            lod: Some(LevelOfDetail::in_full(Gaze::new(sight, field))),
-            acuity: Some(Acuity::GUENTER.around(widen)),
+            foveation: (widen < PI).then_some(Foveation { sight, acuity }),
+            ahead: Some(sight.forward()),
             ..Self::new(eye, place)
         }
     }
 
     /// Returns its line of sight, if that is known: a direction in the room.
     pub(crate) fn forward(&self) -> Option<Vec3> {
-        let gaze = self.lod.map(|lod| lod.gaze.line_of_sight().forward());
-        gaze.or(self.ahead)
+        let of_lod = self.lod.map(|lod| lod.gaze.line_of_sight().forward());
+        let of_foveation = self.foveation.map(|foveation| foveation.sight.forward());
+        of_lod.or(of_foveation).or(self.ahead)
     }
 
     pub(crate) fn follow<'a, const W: usize>(&self, renderer: &Renderer<'a, W>) -> Renderer<'a, W>
     where
         Simd: Runs<W>,
     {
-        match (self.lod, self.acuity) {
-            (Some(lod), Some(acuity)) => renderer.with_foveation(lod, acuity),
-            (Some(lod), None) => renderer.with_level_of_detail(lod),
-            (None, _) => *renderer,
+        match (self.lod, self.foveation) {
+            (Some(lod), _) => renderer.with_level_of_detail(lod),
+            (None, Some(Foveation { sight, acuity })) => renderer.with_foveation(sight, acuity),
+            (None, None) => *renderer,
         }
     }
 }

@@ -3,7 +3,7 @@
 mod pictures;
 
 pub use pictures::difference;
-pub(crate) use pictures::{levels, polygons, sampling};
+pub(crate) use pictures::{levels, polygons, units};
 
 use crate::picture::{Picture, srgb_from_linear};
 use schemars::JsonSchema;

@@ -325,6 +325,10 @@ impl Dome {
         distances.into_iter().all(|distance| distance <= 1.0)
     }
 
+    pub(super) const fn is_from_one_point(&self) -> bool {
+        !matches!(self.projection, DomeProjection::Mirror(_))
+    }
+
     /// Returns whether the whole block with first pixel (x, y) is outside the rim.
     pub(crate) fn sees_nothing_from(&self, x: u32, y: u32) -> bool {
         // Tests the place nearest to the centre: rounding keeps the order of distances.

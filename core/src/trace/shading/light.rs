@@ -12,6 +12,9 @@ use crate::trace::surface::Surface;
 use crate::trace::texture::{self, TEXTURES};
 use glam::Vec3;
 
+/// Effects of surfaces whose light is not their texture's colour times what falls on them.
+pub(in crate::trace) const NOT_DULL: u32 = effect::REFLECTION | effect::REFRACTION | effect::METAL;
+
 impl<const W: usize, const EFFECTS: u32, R: Record> RayTree<'_, '_, W, EFFECTS, R>
 where
     Simd: Runs<W>,
@@ -68,10 +71,11 @@ where
 
     /// Returns the colours of a surface at a point, with its textures.
     #[inline(always)]
-    pub(super) fn look(&self, surface: &Surface<'_>) -> Look {
+    pub(super) fn look(&mut self, surface: &Surface<'_>, is_primary: bool) -> Look {
         let material = surface.material;
         let effects = material.effects & self.shading.effects;
-        let tint = self.tint(surface);
+        let is_apart = R::SPLITS && is_primary && self.coat(surface);
+        let tint = self.tint(surface, is_apart);
         let diffuse = Vec3::from_array(material.diffuse) * tint;
         let is_veil = material.index_of_refraction == 1.0;
         let stain = if is_veil { Vec3::ONE } else { tint };
@@ -84,6 +88,7 @@ where
             shininess: material.shininess,
             mirror,
             stain,
+            is_primary,
         };
         if !Self::has(effect::METAL) || effects & effect::METAL == 0 {
             return plain;
@@ -107,10 +112,32 @@ where
         }
     }
 
-    /// Returns the colour that a surface has from its texture and its vertices.
+    /// Hands the texture of a dull surface over; false if it has none.
     #[inline(always)]
-    fn tint(&self, surface: &Surface<'_>) -> Vec3 {
-        let tint = self.textured(Vec3::ONE, surface, surface.material.texture);
+    fn coat(&mut self, surface: &Surface<'_>) -> bool {
+        let material = surface.material;
+        let effects = material.effects & self.shading.effects;
+        let is_dull = effects & NOT_DULL == 0;
+        if !is_dull || effects & TEXTURES == 0 || material.texture == NO_TEXTURE {
+            return false;
+        }
+        let scene = &self.shading.searcher.scene;
+        let place = texture::place(scene, material.texture, &surface.coordinates);
+        if let Some(place) = place {
+            self.record.coat(material.texture, place);
+        }
+        place.is_some()
+    }
+
+    /// Returns the colour that a surface has from its texture, unless that is kept apart, and its
+    /// vertices.
+    #[inline(always)]
+    fn tint(&self, surface: &Surface<'_>, is_apart: bool) -> Vec3 {
+        let tint = if R::SPLITS && is_apart {
+            Vec3::ONE
+        } else {
+            self.textured(Vec3::ONE, surface, surface.material.texture)
+        };
         if Self::has(effect::VERTEX_COLOURS) {
             tint * surface.colour
         } else {
@@ -122,6 +149,9 @@ where
     fn lit(&mut self, at: &Lighting<'_, '_>) -> Vec3 {
         let scene = &self.shading.searcher.scene;
         let mut sum = Vec3::from_array(scene.header.ambient) * at.look.ambient;
+        if R::SPLITS && at.look.is_primary {
+            self.record.diffuse(sum);
+        }
         for (number, source) in (0..).zip(scene.lights) {
             if source.is_large() {
                 sum += self.lit_by_rectangle(at, number, source);
@@ -136,17 +166,29 @@ where
             let Some((unit, cosine)) = at.sees(to_light) else {
                 continue;
             };
+            let mut colour = Vec3::from_array(source.colour);
+            if source.kind == light::POINT_INVERSE_SQUARE {
+                colour /= to_light.dot(to_light);
+            }
+            if R::SPLITS && at.look.is_primary {
+                let diffuse = colour * (at.look.diffuse * cosine);
+                if self
+                    .record
+                    .source(number, colour * at.answer(unit, cosine), diffuse)
+                {
+                    continue;
+                }
+            }
             let Some((ray, limit)) = at.ray_to(unit, from) else {
                 continue;
             };
             if self.is_shadowed(&ray, limit, EffectSet::SHADOWS) {
                 continue;
             }
-            let mut colour = Vec3::from_array(source.colour);
-            if source.kind == light::POINT_INVERSE_SQUARE {
-                colour /= to_light.dot(to_light);
-            }
             sum += colour * at.answer(unit, cosine);
+            if R::SPLITS && at.look.is_primary {
+                self.record.diffuse(colour * (at.look.diffuse * cosine));
+            }
         }
         sum
     }
@@ -191,6 +233,12 @@ where
             };
             if !self.is_shadowed(&ray, limit, cause) {
                 sum += at.answer(unit, cosine) * irradiance;
+                if R::SPLITS && at.look.is_primary {
+                    let share = irradiance / count as f32;
+                    let diffuse = at.look.diffuse * (cosine * share);
+                    self.record
+                        .diffuse(Vec3::from_array(source.colour) * diffuse);
+                }
             }
         }
         Vec3::from_array(source.colour) * (sum / count as f32)
@@ -231,6 +279,7 @@ pub(super) struct Look {
     pub(super) mirror: Vec3,
     /// Colour that its texture and its vertices give to what it lets through.
     pub(super) stain: Vec3,
+    is_primary: bool,
 }
 
 /// How a ray meets a surface.

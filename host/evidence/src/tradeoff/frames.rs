@@ -8,7 +8,7 @@ use shisen::bake::Baked;
 use shisen::bake::simplify::PolygonLevels;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
 use shisen::picture::Picture;
-use shisen::render::{self, Filling, Frame, Observer, Options};
+use shisen::render::{self, Filling, Foveation, Frame, Observer, Options};
 use shisen::scene::Scene;
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::show::overview::net;
@@ -244,12 +244,17 @@ impl Room {
 fn observers(line_of_sight: LineOfSight, lod: Option<Lod>) -> [Observer; 2] {
     let viewer = Viewer::default();
     Eye::STEREO.map(|eye| Observer {
-        lod: lod.map(|lod| LevelOfDetail {
-            gaze: Gaze::new(line_of_sight, lod.field),
-            bounces: lod.bounces,
-            faces: lod.faces,
+        lod: lod
+            .filter(|lod| lod.acuity.is_none())
+            .map(|lod| LevelOfDetail {
+                gaze: Gaze::new(line_of_sight, lod.field),
+                bounces: lod.bounces,
+                faces: lod.faces,
+            }),
+        foveation: lod.and_then(|lod| lod.acuity).map(|acuity| Foveation {
+            sight: line_of_sight,
+            acuity,
         }),
-        acuity: lod.and_then(|lod| lod.acuity),
         ..Observer::new(eye, viewer.eye(eye))
     })
 }

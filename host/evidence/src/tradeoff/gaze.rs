@@ -246,14 +246,7 @@ fn foveated<'a>(bench: &Bench<'_>, usual: &'a Baked) -> Vec<Setting<'a>> {
         };
         Setting::new("peripheral sampling", name, usual, way)
     };
-    let levels = Lod {
-        acuity: Some(Acuity::GUENTER),
-        ..Lod::PAPER
-    };
-    let mut settings = vec![
-        point("foveated".to_owned(), Lod::foveated(Acuity::GUENTER)),
-        point("foveated, the paper's levels".to_owned(), levels),
-    ];
+    let mut settings = vec![point("foveated".to_owned(), Lod::foveated(Acuity::GUENTER))];
     let coarser = bench
         .effort
         .pick(&[2.0f32, 4.0][..], &[1.5, 2.0, 3.0, 4.0, 8.0]);

@@ -66,7 +66,7 @@ pub(super) fn report(
 
 /// Pictures of what one eye's level of detail did, walls unfolded.
 pub(super) struct LodPictures {
-    /// The level of each pixel, or the distance of its samples.
+    /// The level of each pixel, or how many pixels are one.
     pub(super) levels: Picture,
     /// The faces that each pixel's rays see.
     pub(super) polygons: Picture,
@@ -83,7 +83,8 @@ impl LodPictures {
         [frame, full]: [&Frame; 2],
     ) -> Result<Option<Self>, Failure> {
         let first = observers.first();
-        let Some((observer, lod)) = first.and_then(|one| Some((one, one.lod.as_ref()?))) else {
+        let follows = |one: &&Observer| one.lod.is_some() || one.foveation.is_some();
+        let Some(observer) = first.filter(follows) else {
             return Ok(None);
         };
         let (mut levels, mut polygons, mut difference) = (Vec::new(), Vec::new(), Vec::new());
@@ -92,9 +93,9 @@ impl LodPictures {
             let renderer = renderer.or_fail()?;
             for (number, screen) in frames.cave.screens().enumerate() {
                 let view = render::view(screen, observer)?;
-                let found = match observer.acuity {
-                    Some(_) => lod::sampling(&renderer, &view),
-                    None => lod::levels(&view, lod),
+                let found = match &observer.lod {
+                    Some(lod) => lod::levels(&view, lod),
+                    None => lod::units(&renderer, &view),
                 };
                 levels.push((screen, found.or_fail()?));
                 let found = lod::polygons(&scene, &renderer, &view);

@@ -14,6 +14,10 @@ pub struct RayCounts {
     pub refracted: u64,
     /// Rays to lights.
     pub shadow: u64,
+    /// Points that rays from an eye see, whose light was computed.
+    pub lit: u64,
+    /// Parts of the pictures with a colour of their own, where their size follows the gaze.
+    pub leaves: u64,
 }
 
 impl RayCounts {
@@ -29,6 +33,8 @@ impl From<Statistics> for RayCounts {
             reflected: statistics.reflected,
             refracted: statistics.refracted,
             shadow: statistics.shadow,
+            lit: statistics.lit,
+            leaves: statistics.leaves,
         }
     }
 }
@@ -40,8 +46,14 @@ impl fmt::Display for RayCounts {
             reflected,
             refracted,
             shadow,
+            lit,
+            leaves,
         } = self;
         write!(f, "{primary} primary, {reflected} reflected, ")?;
-        write!(f, "{refracted} refracted, {shadow} shadow")
+        write!(f, "{refracted} refracted, {shadow} shadow")?;
+        if *leaves > 0 {
+            write!(f, "; {leaves} leaves, {lit} points lit")?;
+        }
+        Ok(())
     }
 }

@@ -74,9 +74,8 @@ impl Shortfall {
         let finished = all.saturating_sub(unfinished) as f64 / all as f64;
         let quality = Quality::LADDER[record.rung];
         let field = match self.lod {
-            Choice::Off => 1.0,
+            Choice::Off | Choice::Foveated => 1.0,
             Choice::Paper | Choice::PaperEllipse => quality.field_left(VisualField::PAPER),
-            Choice::Foveated => quality.field_left(VisualField::WIDEST),
         };
         self.frames += 1;
         self.shown += finished * field;
@@ -173,10 +172,10 @@ mod tests {
             (Paper, &|_| missing(17, 0), &[]),
             // A narrowed field is missing, too.
             (Off, &|_| missing(0, LEAST), &[]),
-            (Foveated, &|_| missing(0, LEAST), &[narrowed]),
+            (Foveated, &|_| missing(0, LEAST), &[]),
             (PaperEllipse, &|_| missing(0, LEAST), &[narrowed]),
-            (Foveated, &|_| hole(false), &[steps, narrowed]),
-            (Foveated, &|_| hole(true), &[steps, narrowed, "too short"]),
+            (Foveated, &|_| hole(false), &[steps]),
+            (Foveated, &|_| hole(true), &[steps, "too short"]),
         ];
         for (lod, record, expected) in cases {
             let mut shortfall = Shortfall::of(lod);

@@ -3,7 +3,7 @@
 use super::{level, places};
 use crate::picture::{Picture, PictureError, srgb_from_linear};
 use colorous::VIRIDIS;
-use shisen_core::frame::{Budget, LARGEST_STRIDE, LevelOfDetail, Renderer, View, Workspace};
+use shisen_core::frame::{Budget, LARGEST_UNIT, LevelOfDetail, Renderer, View, Workspace};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 
@@ -36,9 +36,9 @@ pub(crate) fn levels(view: &View, lod: &LevelOfDetail) -> Result<Picture, Pictur
     Ok(picture)
 }
 
-/// Draws the stride of samples around each pixel before refinement: yellow where every pixel has
-/// its own, and a quarter of the way to dark violet (viridis) for each doubling.
-pub(crate) fn sampling<const W: usize>(
+/// Draws how many pixels are one: yellow where each is alone, and a third of the way to dark violet
+/// (viridis) for each doubling of their side.
+pub(crate) fn units<const W: usize>(
     renderer: &Renderer<'_, W>,
     view: &View,
 ) -> Result<Picture, PictureError>
@@ -46,10 +46,10 @@ where
     Simd: Runs<W>,
 {
     let mut picture = Picture::new(view.columns(), view.rows())?;
-    let doublings = LARGEST_STRIDE.ilog2() as f32;
+    let doublings = LARGEST_UNIT.ilog2() as f32;
     for (x, y) in places(view) {
-        let stride = renderer.stride(view, x, y);
-        let share = 1.0 - stride.ilog2() as f32 / doublings;
+        let unit = renderer.unit(view, x, y);
+        let share = 1.0 - unit.ilog2() as f32 / doublings;
         picture.set_pixel(x, y, viridis(share, 1.0));
     }
     Ok(picture)

@@ -1,4 +1,4 @@
-//! `shisen-evidence bench foveated`: what it saves to sample the periphery coarsely.
+//! `shisen-evidence bench foveated`: what detail as large as the eye sees saves.
 
 use super::frames::{Cell, FrameArguments, Frames, Look, Way};
 use crate::measure::in_turns;
@@ -10,13 +10,9 @@ use serde::Serialize;
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::ray_counts::RayCounts;
 use shisen::live::{Engine, Quality, Share, with_engine};
-use shisen::render::{self, Observer};
-use shisen::with_scene;
-use shisen_core::frame::{Budget, Outcome, Pixel, Spectrum, Tile, TileJob, Workspace};
-use shisen_core::scene::Scene;
-use shisen_core::{Runs, Simd};
+use shisen::render;
 
-/// Frames with fewer rays in the periphery beside the paper's and full tracing
+/// Frames with detail as large as the eye sees beside the paper's and full tracing
 ///
 /// Scenes A to D, the viewer looking at the front wall (state 1) and at the floor
 /// (state 2), three walls for two eyes. Frames are rendered in turns, by the engine of
@@ -24,9 +20,6 @@ use shisen_core::{Runs, Simd};
 /// of those of frames of the same turn. Errors are FLIP
 /// against full tracing, from 0 (equal) to 1, weighted by the part of the visual
 /// cortex that sees a pixel, as in `shisen-evidence tradeoff`.
-///
-/// Such sampling saves most where no samples are nearer to each other than acuity asks for:
-/// then each square takes its steps of full tracing over the pixels that a sample stands for.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
@@ -36,7 +29,7 @@ pub(in crate::cli) struct Arguments {
 /// The ways to render a frame, in the order of their turns.
 const WAYS: [Way; 3] = [Way::Plain, Way::Lod, Way::Foveated];
 
-/// Frames with fewer rays in the periphery beside others.
+/// Frames with detail as large as the eye sees beside others.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(in crate::cli) struct Report {
     /// Scenes and states.
@@ -52,10 +45,8 @@ struct MeasuredCell {
     plain: Measured,
     /// Frames by the paper's method.
     paper: Measured,
-    /// Frames with fewer rays in the periphery.
+    /// Frames with detail as large as the eye sees.
     foveated: Measured,
-    /// Steps that acuity asks for.
-    least_steps: u64,
     /// Primary rays, plain by foveated.
     primary_ratio: f64,
     /// Steps, plain by foveated.
@@ -82,13 +73,12 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = &arguments.frames;
     let rounds = frames.repeat as usize;
     let cells = frames.cells(|frames, cell, look| {
-        let (least_steps, [plain, paper, foveated], time_ratio) = measure(frames, look, rounds)?;
+        let ([plain, paper, foveated], time_ratio) = measure(frames, look, rounds)?;
         Ok(MeasuredCell {
             cell,
             plain,
             paper,
             foveated,
-            least_steps,
             primary_ratio: plain.rays.primary as f64 / foveated.rays.primary as f64,
             steps_ratio: plain.steps as f64 / foveated.steps as f64,
             time_ratio,
@@ -105,9 +95,11 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         .count("primary rays, foveated", |one| one.foveated.rays.primary)
         .number("plain by foveated", 2, |one| one.primary_ratio)
         .number("steps, plain by foveated", 2, |one| one.steps_ratio)
-        .number("the same, at most", 2, |one| {
-            (one.least_steps > 0).then(|| one.plain.steps as f64 / one.least_steps as f64)
-        })
+        .count("shadow rays, plain", |one| one.plain.rays.shadow)
+        .count("shadow rays, foveated", |one| one.foveated.rays.shadow)
+        .count("points lit, plain", |one| one.plain.rays.lit)
+        .count("points lit, foveated", |one| one.foveated.rays.lit)
+        .count("leaves, foveated", |one| one.foveated.rays.leaves)
         .number("FLIP by acuity, paper", 5, |one| one.paper.flip_weighted)
         .number("FLIP by acuity, foveated", 5, |one| {
             one.foveated.flip_weighted
@@ -118,62 +110,13 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     frames.print(Report { cells }, &text)
 }
 
-/// Pixels a side of the smallest squares with a distance of samples of their own.
-const SQUARE: u32 = 16;
-
-/// Returns the steps of full tracing with samples as far apart as acuity allows.
-fn least_steps<const W: usize>(
-    scene: &Scene<'_, W>,
-    frames: &Frames,
-    look: Look,
-) -> Result<u64, Failure>
-where
-    Simd: Runs<W>,
-{
-    let renderer = |observer: &Observer| {
-        render::renderer(scene, observer, &frames.options, Spectrum::default())
-            .map_err(Failure::from_error)
-    };
-    let (mut workspace, mut least) = (Workspace::new(), 0.0);
-    let mut pixels = [Pixel::default(); (SQUARE * SQUARE) as usize];
-    let plain = Frames::observers(Way::Plain, look)?;
-    let foveated = Frames::observers(Way::Foveated, look)?;
-    for screen in frames.cave.screens() {
-        for (eye, foveated) in plain.iter().zip(&foveated) {
-            let view = render::view(screen, eye)?;
-            let (renderer, chooses) = (renderer(eye)?, renderer(foveated)?);
-            for y in (0..view.rows()).step_by(SQUARE as usize) {
-                for x in (0..view.columns()).step_by(SQUARE as usize) {
-                    let tile = Tile {
-                        x,
-                        y,
-                        width: SQUARE.min(view.columns() - x),
-                        height: SQUARE.min(view.rows() - y),
-                    };
-                    let pixels = &mut pixels[..(tile.width * tile.height) as usize];
-                    let (before, mut budget) = (workspace.statistics.steps, Budget::UNLIMITED);
-                    let outcome = TileJob::new(tile)
-                        .render(&renderer, &view, pixels, &mut budget, &mut workspace)
-                        .map_err(Failure::from_error)?;
-                    assert_eq!(outcome, Outcome::Finished, "its budget has no end");
-                    let stride = f64::from(chooses.stride(&view, x, y));
-                    least += (workspace.statistics.steps - before) as f64 / (stride * stride);
-                }
-            }
-        }
-    }
-    Ok(least as u64)
-}
-
-/// Returns the least steps, the frames of all ways, and the ratio of the times of the plain one and
-/// the foveated one.
+/// Returns the frames of all ways, and the ratio of the times of the plain one and the foveated one.
 fn measure(
     frames: &Frames,
     look: Look,
     rounds: usize,
-) -> Result<(u64, [Measured; WAYS.len()], f64), Failure> {
+) -> Result<([Measured; WAYS.len()], f64), Failure> {
     let scene = frames.scene.scene();
-    let least = with_scene!(scene, |scene| least_steps(&scene, frames, look))?;
     let (cave, options) = (&frames.cave, &frames.options);
     let eyes = Frames::observers(Way::Plain, look)?;
     let mut sights = Vec::new();
@@ -208,7 +151,7 @@ fn measure(
                 flip: error.all.flip,
             }
         });
-        Ok((least, measured, timed[0].ratio_to(&timed[2])))
+        Ok((measured, timed[0].ratio_to(&timed[2])))
     };
     with_engine(scene, cave, &eyes, options, None, Share::ALL, measure)?
 }

@@ -16,7 +16,7 @@ use shisen::cli::output::progress::Ticker;
 use shisen::render::{self, Filling, Frame, Observer, Options};
 use shisen::scene::builtin::PaperScene;
 use shisen_core::frame::LevelOfDetail;
-use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
+use shisen_core::gaze::{Acuity, Gaze, LineOfSight, VisualField};
 use std::fmt;
 use std::num::NonZeroUsize;
 
@@ -214,7 +214,9 @@ impl Frames {
         let viewer = Viewer::default();
         Ok(Eye::STEREO.map(|eye| match way {
             Way::Plain => Observer::new(eye, viewer.eye(eye)),
-            Way::Foveated => Observer::foveated(eye, viewer.eye(eye), sight, 0.0),
+            Way::Foveated => {
+                Observer::foveated(eye, viewer.eye(eye), (sight, Acuity::GUENTER), 0.0)
+            }
             Way::Lod | Way::Cut | Way::Levels => Observer {
                 lod: Some(lod),
                 ..Observer::new(eye, viewer.eye(eye))
