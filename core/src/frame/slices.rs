@@ -123,14 +123,12 @@ fn slices_end_between_samples_and_change_no_bit() {
         let coarsest = Acuity::new(Acuity::STEEPEST, Acuity::COARSEST).unwrap();
         let foveated = plain.with_foveation(sight, coarsest);
         let tile = tile(plain.tracer(), &view, size);
-        // So small a dome bends too much within a square.
-        let is_dome = view == views()[1];
-        assert_eq!(foveated.unit(&view, tile.x, tile.y) > 1, !is_dome);
+        assert!(foveated.unit(&view, tile.x, tile.y) > 1);
         let [tree, primaries] = dearest(plain.tracer(), &view, tile, samples);
         let (whole, all) = in_slices(&plain, &view, tile, u64::MAX);
         let (sparse, _) = in_slices(&foveated, &view, tile, u64::MAX);
         assert!(samples == 1 || all > 100 * tree);
-        assert_eq!(whole == sparse, is_dome, "{settings:?}");
+        assert!(whole != sparse, "{settings:?}");
         // Its block's test; in tile mode, too, the primary rays of the block.
         let dearest = match mode {
             Mode::Single => 16 + tree,
