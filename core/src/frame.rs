@@ -493,7 +493,9 @@ impl TileJob {
         self.begun = Begun::NOTHING;
     }
 
-    /// Gives unfinished pixels the background, and so finishes the tile.
+    /// Gives unfinished pixels the background, and so finishes the tile. With
+    /// [foveation](Renderer::with_foveation) each unfinished square gets the colour of its middle, by
+    /// one ray.
     ///
     /// # Errors
     /// Those of [`render`](Self::render).

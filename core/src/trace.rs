@@ -5,6 +5,7 @@ mod background;
 pub(crate) mod beam;
 pub(crate) mod budget;
 pub(crate) mod dispersion;
+mod facet;
 mod graticule;
 mod hit;
 mod leaves;

@@ -1,4 +1,4 @@
-//! A square of pixels whose samples are tested together, and lit where that is seen.
+//! A square of pixels: its samples are tested together, and its light is computed at fewer points.
 
 mod light;
 mod plane;
@@ -47,12 +47,12 @@ impl Picture {
     }
 }
 
-/// Surfaces that are lit together, by number; not a number from [`NOTHING`] on.
+/// The number of surfaces that are lit together: below [`MIXED`].
 type GroupNumber = u8;
 
-/// No sample sees anything.
+/// Samples see nothing.
 const NOTHING: GroupNumber = u8::MAX;
-/// Samples see more than one group, or one that is in no list.
+/// Samples see more than one group, or a surface that belongs to none.
 const MIXED: GroupNumber = u8::MAX - 1;
 const MOST_GROUPS: usize = 64;
 
@@ -66,7 +66,7 @@ struct Group<'a> {
     is_busy: bool,
 }
 
-/// How many samples see a surface, the last that does, and its group.
+/// The number of samples that see a surface, the last of them, and the surface's group.
 #[derive(Debug, Clone, Copy)]
 struct Use {
     count: u16,
@@ -82,14 +82,14 @@ pub(super) struct Square<'r, 'a, const W: usize> {
     picture: Picture,
     beam: Beam,
     samples: Samples,
-    /// Number of the samples' pass, and of how many.
+    /// The number of this pass, and of passes.
     pass: (u16, u16),
     seen: Seen,
     surfaces: Surfaces,
     uses: Vec<Use, MOST_SURFACES>,
     groups: Vec<Group<'a>, MOST_GROUPS>,
     planes: Vec<PlaneLight<'a>, MOST_PLANES>,
-    /// The group that all samples of a pixel see.
+    /// The group that all samples of a pixel see, [`MIXED`] or [`NOTHING`].
     pure: [GroupNumber; PIXELS],
     /// The group that each sample of a pixel sees.
     seen_groups: [[GroupNumber; SAMPLES_OF_PIXEL]; PIXELS],
@@ -103,9 +103,7 @@ impl<'r, 'a, const W: usize> Square<'r, 'a, W>
 where
     Simd: Runs<W>,
 {
-    /// Renders the part of a square that is in a tile.
-    // Not inlined: keeps its stack frame out of the callers'.
-    #[inline(never)]
+    /// Renders the part of a square that is in a tile, in passes of four samples a pixel.
     pub(super) fn render(
         piece: &Piece,
         (sizes, picture): (Sizes, Picture),
@@ -113,32 +111,55 @@ where
         shade: &'r ShadeApart<W>,
         work: &mut Work<'_>,
     ) {
+        let passes = renderer.settings.samples.div_ceil(SAMPLES);
         let side = sizes.side as f32;
-        let corners = [(0.0, 0.0), (side, 0.0), (0.0, side), (side, side)]
-            .map(|(x, y)| picture.direction(x, y));
+        let corners = [(0.0, 0.0), (side, 0.0), (0.0, side), (side, side)];
+        let corners = corners.map(|(x, y)| picture.direction(x, y));
         let (budget, workspace) = (&mut *work.budget, &mut *work.workspace);
         let leaves = (sizes.side * sizes.side) as u64;
-        let passes = renderer.settings.samples.div_ceil(SAMPLES);
         workspace.statistics.leaves += leaves;
         workspace.statistics.primary += leaves * u64::from(SAMPLES * passes);
-        if !renderer
-            .tracer
-            .may_hit(picture.eye, &corners, budget, workspace)
-        {
+        let tracer = &renderer.tracer;
+        if !tracer.may_hit(picture.eye, &corners, budget, workspace) {
             return;
         }
         let Some(beam) = Beam::new(picture.eye, picture.directions, side) else {
             return;
         };
-        let mut square = Self {
+        let mut sums = [Pixel::NONE; PIXELS];
+        for number in 0..passes {
+            let pass = (number, passes);
+            let corner = piece.corner;
+            let mut square = Self::new((renderer, shade), (corner, sizes, picture, beam), pass);
+            square.add_up(piece, &mut sums, work);
+            if work.budget.is_exhausted() {
+                return;
+            }
+            if number + 1 == passes {
+                square.write(piece, &sums, work);
+            }
+        }
+    }
+
+    fn new(
+        (renderer, shade): (&'r Renderer<'a, W>, &'r ShadeApart<W>),
+        (corner, sizes, picture, beam): ((u32, u32), Sizes, Picture, Beam),
+        pass: (u16, u16),
+    ) -> Self {
+        let moved = match pass {
+            (_, 1) => (0.0, 0.0),
+            (number, count) => offset(number, count),
+        };
+        let moved = (0.25 * moved.0, 0.25 * moved.1);
+        Self {
             renderer,
             shade,
-            corner: piece.corner,
+            corner,
             sizes,
             picture,
             beam,
-            samples: Samples::new((0.0, 0.0), sizes.side as u32),
-            pass: (0, 1),
+            samples: Samples::new(moved, sizes.side as u32),
+            pass,
             seen: Seen::NOTHING,
             surfaces: Surfaces::new(),
             uses: Vec::new(),
@@ -149,38 +170,25 @@ where
             lit: Vec::new(),
             lit_at: [0; PIXELS],
             coats: [const { None }; 4],
-        };
-        square.render_passes(piece, work);
+        }
     }
 
-    fn render_passes(&mut self, piece: &Piece, work: &mut Work<'_>) {
-        let passes = self.renderer.settings.samples.div_ceil(SAMPLES);
-        let mut sums = [Pixel::NONE; PIXELS];
-        for pass in 0..passes {
-            if pass > 0 {
-                let (x, y) = offset(pass, passes);
-                self.samples = Samples::new((0.25 * x, 0.25 * y), self.sizes.side as u32);
-                self.seen = Seen::NOTHING;
-                self.surfaces = Surfaces::new();
-                self.lit_at = [0; PIXELS];
-                self.lit.clear();
-                self.uses.clear();
-                self.groups.clear();
-                self.planes.clear();
-                self.coats = [const { None }; 4];
-            }
-            self.pass = (pass, passes);
-            self.draw(work);
-            if self.surfaces.list().is_empty() && passes == 1 {
-                return;
-            }
-            self.sort(work);
-            self.light_pure(work);
-            self.resolve(piece, &mut sums, work);
-            if work.budget.is_exhausted() {
-                return;
-            }
+    /// Adds what this pass sees to the pixels' sums.
+    // Not inlined: keeps its stack frame out of the callers'.
+    #[inline(never)]
+    fn add_up(&mut self, piece: &Piece, sums: &mut [Pixel; PIXELS], work: &mut Work<'_>) {
+        self.draw(work);
+        if self.surfaces.list().is_empty() && self.pass.1 == 1 {
+            return;
         }
+        self.sort(work);
+        self.light_pure(work);
+        self.resolve(piece, sums, work);
+    }
+
+    /// Writes the pixels of a tile; a single pass leaves those that see nothing as they are.
+    fn write(&self, piece: &Piece, sums: &[Pixel; PIXELS], work: &mut Work<'_>) {
+        let passes = self.pass.1;
         let share = 1.0 / f32::from(SAMPLES * passes);
         let side = self.sizes.side;
         for (y, x) in (0..side).flat_map(|y| (0..side).map(move |x| (y, x))) {
@@ -240,7 +248,7 @@ where
                 }
             }
         }
-        // In an order that trees do not decide.
+        // In the order of their numbers in the scene, which the tree's width does not change.
         let mut seen: Vec<u16, MOST_SURFACES> = Vec::new();
         for (number, used) in (0..).zip(&self.uses) {
             if used.count > 0 {
@@ -317,7 +325,7 @@ where
 
     fn group(&mut self, id: &SurfaceId, plane: Option<u8>) -> GroupNumber {
         let tracer = &self.renderer.tracer;
-        let Some(material) = tracer.material(id.instance, id.triangle) else {
+        let Some(material) = tracer.material(id) else {
             return MIXED;
         };
         let instance = id.instance;
@@ -393,7 +401,7 @@ where
             let group = groups[sample];
             let mut mask = 1u8 << sample;
             for other in sample + 1..SAMPLES_OF_PIXEL {
-                // A group in no list is its surface alone.
+                // A surface without a group is lit by itself.
                 let same =
                     groups[other] == group && (group != MIXED || numbers[other] == numbers[sample]);
                 mask |= u8::from(same) << other;

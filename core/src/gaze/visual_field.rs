@@ -87,19 +87,6 @@ impl VisualField {
         boundary: Boundary::Printed,
     };
 
-    /// The paper's centre, and as far as fields go beyond it: what lies ahead, to
-    /// both sides, above and below, and level behind.
-    pub const WIDEST: Self = Self {
-        limits: VisualFieldLimits {
-            central: FRAC_PI_6,
-            up: FRAC_PI_2,
-            down: FRAC_PI_2,
-            left: PI,
-            right: PI,
-        },
-        boundary: Boundary::Printed,
-    };
-
     /// Returns a field of its own limits.
     ///
     /// # Errors

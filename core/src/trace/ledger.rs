@@ -73,10 +73,12 @@ impl Entry {
 /// Receives the effects and rays of shading.
 pub(super) trait Record {
     /// Takes note that the effects with these bits are shaded.
-    fn touch(&mut self, effects: u32);
+    #[inline(always)]
+    fn touch(&mut self, _effects: u32) {}
 
     /// Takes note of a ray traced for the effect with bit number `cause`.
-    fn ray(&mut self, cause: u8, steps: u64);
+    #[inline(always)]
+    fn ray(&mut self, _cause: u8, _steps: u64) {}
 
     /// Whether it keeps the diffuse light of a primary hit apart from the texture that colours it.
     const SPLITS: bool = false;
@@ -98,13 +100,7 @@ pub(super) trait Record {
 }
 
 /// Records nothing, and compiles to no code.
-impl Record for () {
-    #[inline(always)]
-    fn touch(&mut self, _: u32) {}
-
-    #[inline(always)]
-    fn ray(&mut self, _: u8, _: u64) {}
-}
+impl Record for () {}
 
 impl Record for Ledger {
     fn touch(&mut self, effects: u32) {

@@ -103,7 +103,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (forward, up) = arguments.room.directions(pose);
     (arguments.room).check_camera(arguments.model.camera.as_deref())?;
     let mut observers = arguments.lod.observers(eyes.clone(), (forward, up), 0.0)?;
-    let looked = arguments.fill.looked(arguments.lod.is_on())?;
+    let looked = arguments.fill.looked(&arguments.lod)?;
     arguments.room.check_stereo(arguments.stereo)?;
     // Checked before anything large is loaded or any file is written.
     for (_, position) in eyes.clone() {

@@ -60,7 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     (arguments.room).check_camera(arguments.model.camera.as_deref())?;
     if arguments.lod.is_foveated() {
         return Err(misuse!(
-            "explain counts the rays of every pixel, of which --lod foveated leaves some out: take \
+            "explain counts the rays of each pixel, and with --lod foveated pixels share light: take \
              --lod paper, paper-ellipse or off"
         ));
     }

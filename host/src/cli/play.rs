@@ -69,9 +69,8 @@ pub fn live_lod(lod: Arg) -> Arg {
     lod.default_value("paper")
         .default_value_ifs(paper.into_iter().chain([others]))
         .help(
-            "What follows the gaze: detail falls with the distance from the line of sight, and \
-             nothing outside the visual field is traced [default: paper for scenes A to D, else \
-             foveated]",
+            "What follows the gaze: detail falls with the distance from the line of sight \
+             [default: paper for scenes A to D, else foveated]",
         )
 }
 

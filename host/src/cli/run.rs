@@ -95,8 +95,7 @@ impl Arguments {
     /// Checks that arguments go together.
     fn check(&self) -> Result<(), Failure> {
         let stereo = self.stereo;
-        self.fill
-            .check(self.live.lod.is_on(), self.capture.given())?;
+        self.fill.check(&self.live.lod, self.capture.given())?;
         if self.fill == Fill::Previous && self.view() == View::None {
             return Err(misuse!(
                 "--fill previous is for --view png or window: with --view none nothing is shown"

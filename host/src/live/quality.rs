@@ -20,9 +20,9 @@ pub struct Quality {
     /// The radius of the centre of the field, where everything is in full, as a part of the
     /// full radius, above 0 to 1; 5° around the line of sight always stay inside.
     pub centre: f32,
-    /// The factor, 1 or more, by which sampling beyond these 5° is coarser than the eye sees, on
-    /// the slope of its acuity; from 6 on also within them, which is better than missing parts.
-    /// Only where sampling follows the gaze.
+    /// The factor, 1 or more, by which detail beyond these 5° is larger than the eye sees it, on the
+    /// slope of its acuity; from 6 on also within them. Only where the size of detail follows the
+    /// gaze.
     pub sampling: f32,
     /// The part of a capture of the surroundings that a frame renews, above 0 to 1.
     pub capture: f32,
@@ -49,8 +49,8 @@ impl Quality {
     };
 
     /// From the best to the least; what is noticed least goes first: bounces of bounces, faces,
-    /// the rim of the field, the first bounce, and last the rim of the centre. Where sampling
-    /// follows the gaze, each rung samples less.
+    /// the rim of the field, the first bounce, and last the rim of the centre. Where the size of
+    /// detail follows the gaze, the field stays whole and detail grows.
     pub const LADDER: [Self; 14] = {
         const fn rung(depth: u8, [faces, field, centre, sampling, capture]: [f32; 5]) -> Quality {
             Quality {
@@ -72,11 +72,11 @@ impl Quality {
             rung(0, [0.25, 0.5, 0.8, 4.0, 0.125]),
             rung(0, [0.1, 0.35, 0.7, 6.0, 0.0625]),
             rung(0, [0.0, 0.2, 0.6, 8.0, 0.0625]),
-            rung(0, [0.0, 0.1, 0.45, 8.0, 0.03125]),
-            rung(0, [0.0, 0.07, 0.37, 8.0, 0.03125]),
-            rung(0, [0.0, 0.05, 0.3, 8.0, 0.03125]),
-            rung(0, [0.0, 0.03, 0.23, 8.0, 0.03125]),
-            rung(0, [0.0, 0.02, 0.18, 8.0, 0.03125]),
+            rung(0, [0.0, 0.1, 0.45, 11.0, 0.03125]),
+            rung(0, [0.0, 0.07, 0.37, 15.0, 0.03125]),
+            rung(0, [0.0, 0.05, 0.3, 20.0, 0.03125]),
+            rung(0, [0.0, 0.03, 0.23, 27.0, 0.03125]),
+            rung(0, [0.0, 0.02, 0.18, 36.0, 0.03125]),
         ]
     };
 

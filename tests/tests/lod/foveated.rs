@@ -268,12 +268,16 @@ fn an_unknown_gaze_is_rendered_more_finely() {
 #[test]
 fn units_are_a_quarter_of_what_the_eye_resolves() {
     let baked = Baked::<8>::new(&closed_room()).expect("a scene");
+    let at_middles = |view: &View| places(view).filter(|(x, y)| x % 16 == 7 && y % 16 == 7);
     let mut units = [0; 9];
     for gaze in GAZES {
         let seen = views([1024; 2], &foveated(gaze, 1.0));
-        for (view, eye) in &seen {
-            let renderer = renderer(&baked, 1, eye);
-            for (x, y) in places(view).filter(|(x, y)| x % 16 == 7 && y % 16 == 7) {
+        let renderers: Vec<_> = seen
+            .iter()
+            .map(|(_, eye)| renderer(&baked, 1, eye))
+            .collect();
+        for ((view, _), renderer) in seen.iter().zip(&renderers) {
+            for (x, y) in at_middles(view) {
                 let unit = renderer.unit(view, x, y);
                 units[unit as usize] += 1;
                 assert!(unit.is_power_of_two() && unit <= LARGEST_UNIT, "{unit}");
@@ -283,27 +287,26 @@ fn units_are_a_quarter_of_what_the_eye_resolves() {
                 assert!(unit == 1 || angle > FOVEA, "{x} {y}");
                 // The geometric mean of a pixel's sides, as chords.
                 let pixel = ((right - own).length() * (below - own).length()).sqrt();
-                let least = Acuity::GUENTER.least_angle(angle);
-                assert!(
-                    unit == 1 || unit as f32 * pixel <= 0.25 * least,
-                    "{x} {y}: {unit}"
-                );
+                let most = 0.25 * Acuity::GUENTER.least_angle(angle);
+                assert!(unit == 1 || unit as f32 * pixel <= most, "{x} {y}: {unit}");
             }
         }
         // The right eye sees a direction 64 mm farther to the right on the front wall.
-        let [left, right] = [&seen[0], &seen[1]];
-        let unit = |(view, eye): &(View, Observer), x, y| renderer(&baked, 1, eye).unit(view, x, y);
-        let all = || places(&left.0).filter(|(x, y)| x % 16 == 7 && y % 16 == 7 && *x < 1000);
-        let pairs = || all().map(|(x, y)| (unit(left, x, y), unit(right, x + 22, y)));
-        let same = pairs().filter(|(a, b)| a == b).count();
-        println!(
-            "{same} of {} units are the same for both eyes",
-            all().count()
-        );
-        assert!(pairs().all(|(a, b)| a.max(b) <= 2 * a.min(b)) && 20 * same > 17 * all().count());
+        let pairs: Vec<_> = at_middles(&seen[0].0)
+            .filter(|(x, _)| *x < 1000)
+            .map(|(x, y)| {
+                let left = renderers[0].unit(&seen[0].0, x, y);
+                (left, renderers[1].unit(&seen[1].0, x + 22, y))
+            })
+            .collect();
+        let same = pairs.iter().filter(|(a, b)| a == b).count();
+        assert!(20 * same > 17 * pairs.len(), "{same} of {}", pairs.len());
+        assert!(pairs.iter().all(|(a, b)| a.max(b) <= &(2 * a.min(b))));
     }
-    println!("pixels by unit: {units:?}");
-    assert!([1, 2, 4].iter().all(|unit| units[*unit] > 1_000));
+    assert!(
+        [1, 2, 4].iter().all(|unit| units[*unit] > 1_000),
+        "{units:?}"
+    );
 }
 
 #[test]

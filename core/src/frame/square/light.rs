@@ -278,7 +278,7 @@ where
             v: Vec3::ZERO,
         };
         let id = self.surfaces.list().get(surface);
-        let facet = id.and_then(|id| self.renderer.tracer.facet(&hit_of(id, 1.0)));
+        let facet = id.and_then(|id| self.renderer.tracer.facet(id));
         let Some((corners, (texture, places))) =
             facet.and_then(|facet| Some((facet.corners, facet.texture?)))
         else {

@@ -1,7 +1,7 @@
 //! Light of planes: at the points of a lattice, apart from shadows, which are drawn.
 
+use super::Square;
 use super::light::Lit;
-use super::{Square, hit_of};
 use crate::frame::begun::Work;
 use crate::numeric::{max, normalize};
 use crate::scene::format::{Light, Material, light};
@@ -59,7 +59,7 @@ where
             return None;
         }
         let facet = tracer
-            .facet(&hit_of(id, 1.0))
+            .facet(id)
             .filter(|facet| facet.is_flat && facet.is_dull)?;
         let (block, lane) = (usize::from(sample / 8), usize::from(sample % 8));
         let near = self.seen.near.get(block)?[lane];

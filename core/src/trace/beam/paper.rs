@@ -13,11 +13,11 @@ pub(crate) struct SurfaceId {
     pub(crate) lane: u32,
 }
 
-/// What samples have seen; a surface's number is its place and 1.
+/// The surfaces that samples have seen. A surface's number is its place in the list plus 1.
 #[derive(Debug)]
 pub(crate) struct Surfaces(Vec<SurfaceId, MOST_SURFACES>);
 
-/// More than samples: those that no sample sees any longer are forgotten.
+/// Room for a surface a sample of a square, and for more until those that none sees are dropped.
 pub(crate) const MOST_SURFACES: usize = 1024 + 512;
 
 impl Surfaces {
@@ -39,7 +39,7 @@ impl Surfaces {
         let _ = self.0.push(id);
     }
 
-    /// Whether the next leaf may find no room.
+    /// Returns whether the next leaf may find no room.
     #[inline(always)]
     pub(super) fn is_full(&self) -> bool {
         self.0.len() + 8 > MOST_SURFACES
@@ -137,7 +137,8 @@ impl Paper for Seen {
 }
 
 impl Seen {
-    /// Of surfaces equally near, that of the lowest instance and triangle counts.
+    /// Takes samples one by one: among surfaces equally near the lowest instance counts, then the
+    /// lowest triangle. Triangles of one leaf come in this order.
     #[cold]
     #[inline(never)]
     fn take_one_by_one(

@@ -8,7 +8,7 @@ use shisen::bake::Baked;
 use shisen::bake::simplify::PolygonLevels;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
 use shisen::picture::Picture;
-use shisen::render::{self, Filling, Foveation, Frame, Observer, Options};
+use shisen::render::{self, Filling, Frame, Observer, Options};
 use shisen::scene::Scene;
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::show::overview::net;
@@ -89,7 +89,7 @@ impl CloseUp {
 pub(super) struct Way<'w> {
     pub(super) depth: u8,
     pub(super) samples: u16,
-    pub(super) lod: Option<Lod>,
+    pub(super) lod: Option<Follow>,
     pub(super) filling: Filling<'w>,
 }
 
@@ -98,8 +98,15 @@ pub(super) struct Lod {
     pub(super) field: VisualField,
     pub(super) bounces: bool,
     pub(super) faces: bool,
-    /// The acuity by which the periphery is sampled; `None` for every pixel.
-    pub(super) acuity: Option<Acuity>,
+}
+
+/// What follows the gaze.
+#[derive(Clone, Copy)]
+pub(super) enum Follow {
+    /// The paper's levels, or some of what they choose.
+    Levels(Lod),
+    /// The size of detail, by an acuity.
+    Acuity(Acuity),
 }
 
 impl Lod {
@@ -108,18 +115,7 @@ impl Lod {
         field: VisualField::PAPER,
         bounces: true,
         faces: true,
-        acuity: None,
     };
-
-    /// `--lod foveated`, by an acuity.
-    pub(super) const fn foveated(acuity: Acuity) -> Self {
-        Self {
-            field: VisualField::WIDEST,
-            bounces: false,
-            faces: false,
-            acuity: Some(acuity),
-        }
-    }
 }
 
 impl Way<'_> {
@@ -133,7 +129,7 @@ impl Way<'_> {
 
     /// The paper's method.
     pub(super) const PAPER: Self = Self {
-        lod: Some(Lod::PAPER),
+        lod: Some(Follow::Levels(Lod::PAPER)),
         ..Self::FULL
     };
 
@@ -143,18 +139,21 @@ impl Way<'_> {
             ("samples", self.samples.into()),
             ("lod", self.lod.is_some().into()),
         ];
-        if let Some(lod) = &self.lod {
-            let limits = lod.field.limits();
-            let degrees = |angle: f32| Value::from(f64::from(angle.to_degrees().round()));
-            settings.extend([
-                ("bounces_follow", lod.bounces.into()),
-                ("faces_follow", lod.faces.into()),
-                ("central_degrees", degrees(limits.central)),
-                ("up_degrees", degrees(limits.up)),
-                ("side_degrees", degrees(limits.right)),
-            ]);
-            if let Some(acuity) = lod.acuity {
+        match &self.lod {
+            None => {}
+            Some(Follow::Acuity(acuity)) => {
                 settings.push(("acuity_slope", f64::from(acuity.slope()).into()));
+            }
+            Some(Follow::Levels(lod)) => {
+                let limits = lod.field.limits();
+                let degrees = |angle: f32| Value::from(f64::from(angle.to_degrees().round()));
+                settings.extend([
+                    ("bounces_follow", lod.bounces.into()),
+                    ("faces_follow", lod.faces.into()),
+                    ("central_degrees", degrees(limits.central)),
+                    ("up_degrees", degrees(limits.up)),
+                    ("side_degrees", degrees(limits.right)),
+                ]);
             }
         }
         if let Filling::Capture(capture) = &self.filling {
@@ -186,12 +185,12 @@ impl Room {
         Ok(room)
     }
 
-    pub(super) fn observers(&self, lod: Option<Lod>) -> [Observer; 2] {
+    pub(super) fn observers(&self, lod: Option<Follow>) -> [Observer; 2] {
         observers(self.line_of_sight, lod)
     }
 
     /// Returns the view and the observer of each picture of a frame, in its order.
-    pub(super) fn views(&self, lod: Option<Lod>) -> Result<Vec<(View, Observer)>, Cause> {
+    pub(super) fn views(&self, lod: Option<Follow>) -> Result<Vec<(View, Observer)>, Cause> {
         let mut views = Vec::new();
         for screen in self.cave.screens() {
             for observer in self.observers(lod) {
@@ -241,21 +240,24 @@ impl Room {
     }
 }
 
-fn observers(line_of_sight: LineOfSight, lod: Option<Lod>) -> [Observer; 2] {
+fn observers(line_of_sight: LineOfSight, lod: Option<Follow>) -> [Observer; 2] {
     let viewer = Viewer::default();
-    Eye::STEREO.map(|eye| Observer {
-        lod: lod
-            .filter(|lod| lod.acuity.is_none())
-            .map(|lod| LevelOfDetail {
-                gaze: Gaze::new(line_of_sight, lod.field),
-                bounces: lod.bounces,
-                faces: lod.faces,
-            }),
-        foveation: lod.and_then(|lod| lod.acuity).map(|acuity| Foveation {
-            sight: line_of_sight,
-            acuity,
-        }),
-        ..Observer::new(eye, viewer.eye(eye))
+    Eye::STEREO.map(|eye| {
+        let plain = Observer::new(eye, viewer.eye(eye));
+        match lod {
+            None => plain,
+            Some(Follow::Levels(lod)) => Observer {
+                lod: Some(LevelOfDetail {
+                    gaze: Gaze::new(line_of_sight, lod.field),
+                    bounces: lod.bounces,
+                    faces: lod.faces,
+                }),
+                ..plain
+            },
+            Some(Follow::Acuity(acuity)) => {
+                Observer::foveated(eye, plain.place, (line_of_sight, acuity), 0.0)
+            }
+        }
     })
 }
 

@@ -1,6 +1,6 @@
 //! Detail that follows the gaze, against full tracing.
 
-use super::frames::{Lod, RUNGS, Room, Way, pictures, scene, with_faces};
+use super::frames::{Follow, Lod, RUNGS, Room, Way, pictures, scene, with_faces};
 use super::metrics::{LEAST_PIXELS_PER_DEGREE, MEASURES};
 use super::{Bench, Cause, Comparison, Effort, Figure, Limit, Point, Section, limit};
 use shisen::bake::Baked;
@@ -41,7 +41,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
          17.3 mm / (E + 0.75°), E being its eccentricity (Horton & Hoyt 1991). Fovea and parafovea \
          are taken from a screen of their own with {} pixels within 1° for each eye, which adds no \
          time and no steps. The settings say which rays are traced, how often they bounce, which \
-         faces they see, and, for peripheral sampling, how many pixels have a ray of their own.",
+         faces they see, and how fast acuity falls where it says how large detail is.",
         room.pixels_per_degree(),
         flip_at(room.pixels_per_degree()),
         room.near.pixels_in_the_fovea(),
@@ -159,7 +159,7 @@ fn methods(
 ) -> Result<(Comparison, [Frame; 2]), Cause> {
     let usual = &scenes[0].3;
     let with = |lod: Lod| Way {
-        lod: Some(lod),
+        lod: Some(Follow::Levels(lod)),
         ..Way::FULL
     };
     let field = |field: VisualField| {
@@ -239,20 +239,20 @@ fn methods(
 }
 
 fn foveated<'a>(bench: &Bench<'_>, usual: &'a Baked) -> Vec<Setting<'a>> {
-    let point = |name: String, lod: Lod| {
+    let point = |name: String, acuity: Acuity| {
         let way = Way {
-            lod: Some(lod),
+            lod: Some(Follow::Acuity(acuity)),
             ..Way::FULL
         };
-        Setting::new("peripheral sampling", name, usual, way)
+        Setting::new("size of detail", name, usual, way)
     };
-    let mut settings = vec![point("foveated".to_owned(), Lod::foveated(Acuity::GUENTER))];
+    let mut settings = vec![point("foveated".to_owned(), Acuity::GUENTER)];
     let coarser = bench
         .effort
         .pick(&[2.0f32, 4.0][..], &[1.5, 2.0, 3.0, 4.0, 8.0]);
     settings.extend(coarser.iter().map(|&times| {
         let name = format!("foveated, {times} times as coarse");
-        point(name, Lod::foveated(Acuity::GUENTER.steeper(times)))
+        point(name, Acuity::GUENTER.steeper(times))
     }));
     settings
 }

@@ -3,7 +3,7 @@
 
 mod viewers;
 
-use super::frames::{Lod, Room, Way, baked};
+use super::frames::{Follow, Lod, Room, Way, baked};
 use super::{Bench, Cause, Comparison, Limit, Measure, Point, Section, limit, measure};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use shisen::bake::Baked;
@@ -132,9 +132,11 @@ fn horizons(
 /// Returns a frame whose field of full detail is wider by these degrees.
 fn widened(degrees: f64) -> Way<'static> {
     let field = VisualField::PAPER.wider(degrees.to_radians() as f32);
-    let lod = field.map(|field| Lod {
-        field,
-        ..Lod::PAPER
+    let lod = field.map(|field| {
+        Follow::Levels(Lod {
+            field,
+            ..Lod::PAPER
+        })
     });
     Way { lod, ..Way::FULL }
 }

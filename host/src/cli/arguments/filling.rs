@@ -2,6 +2,7 @@
 
 use crate::cave::Wall;
 use crate::cave::look::ViewDirection;
+use crate::cli::arguments::lod::LodArguments;
 use crate::cli::prelude::*;
 use crate::render::CaptureOptions;
 
@@ -22,12 +23,14 @@ named!(Fill { Background => "background", Previous => "previous", Capture => "ca
 
 impl Fill {
     /// Checks that rays are skipped, and that nothing was `given` for a capture that is not made.
-    pub fn check(self, lod_is_on: bool, given: Option<&str>) -> Result<(), Failure> {
-        if self != Self::Background && !lod_is_on {
+    pub fn check(self, lod: &LodArguments, given: Option<&str>) -> Result<(), Failure> {
+        if self != Self::Background && !lod.is_on() {
             return Err(misuse!(
-                "--fill is for --lod paper, paper-ellipse or foveated: with --lod off no ray is \
-                 skipped"
+                "--fill is for --lod paper or paper-ellipse: with --lod off no ray is skipped"
             ));
+        }
+        if self != Self::Background && lod.is_foveated() {
+            warn("--fill has nothing to fill: with --lod foveated every pixel is rendered");
         }
         match given {
             Some(argument) if self != Self::Capture => Err(misuse!(
@@ -105,10 +108,10 @@ pub struct FillArguments {
 impl FillArguments {
     /// Checks that these arguments go together; returns where the viewer of the frame before looked,
     /// for --fill previous.
-    pub fn looked(&self, lod_is_on: bool) -> Result<Option<ViewDirection>, Failure> {
+    pub fn looked(&self, lod: &LodArguments) -> Result<Option<ViewDirection>, Failure> {
         let steps = self.capture.steps.map(|_| "--fill-steps");
         let given = self.capture.detail.given().or(steps);
-        self.fill.check(lod_is_on, given)?;
+        self.fill.check(lod, given)?;
         match (self.fill, self.previous_look) {
             (Fill::Previous, None) => Err(misuse!(
                 "--fill previous needs --previous-look DIRECTION: where the viewer looked in the \

@@ -62,7 +62,7 @@ pub(super) enum Way {
     /// The paper's rays with all faces. Where these are as many as without, the difference
     /// is the cost of levels and of the choice by them.
     Levels,
-    /// Fewer rays in the periphery.
+    /// Detail as large as the eye sees.
     Foveated,
 }
 
