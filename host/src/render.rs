@@ -94,12 +94,15 @@ pub struct WallPicture {
     pub eye: Eye,
     /// Linear light; transparent outside a dome's rim.
     pub picture: Picture,
+    /// Its rays and steps, without those of a capture.
+    pub statistics: Statistics,
 }
 
 struct Job<'p> {
     picture: usize,
     tile: Tile,
     pixels: &'p mut [Pixel],
+    statistics: Statistics,
 }
 
 /// All screens for all eyes.
@@ -221,6 +224,7 @@ where
                 wall: number,
                 eye: observer.eye,
                 picture: Picture::new(view.columns(), view.rows())?,
+                statistics: Statistics::default(),
             });
             views.push((view, renderer(scene, observer, options, spectrum)?));
         }
@@ -256,6 +260,9 @@ where
         (None, Filling::Background | Filling::Capture(_)) => Source::Nothing,
     };
     let (mut statistics, mut seconds) = trace(&views, &mut jobs, &pool, &source, progress);
+    for job in &jobs {
+        pictures[job.picture].statistics.add(&job.statistics);
+    }
     write_back(&jobs, pictures.iter_mut().map(|one| &mut one.picture));
     let capture = capture.map(|(_, capture)| capture);
     if let Some(capture) = &capture {
@@ -281,6 +288,7 @@ fn jobs<'p>(places: &[(usize, Tile)], pixels: &'p mut [Pixel]) -> Vec<Job<'p>> {
             picture,
             tile,
             pixels,
+            statistics: Statistics::default(),
         });
     }
     jobs
@@ -398,6 +406,7 @@ where
                 height: height.min(rows - y),
             },
             pixels,
+            statistics: Statistics::default(),
         })
         .collect();
     let views = [(*view, renderer)];
@@ -430,11 +439,14 @@ where
     let start = Instant::now();
     let statistics = share_out(pool, jobs.iter_mut(), |workspace, job| {
         let (view, renderer) = &views[job.picture];
+        let before = std::mem::take(&mut workspace.statistics);
         // Tiles of the view's grid fit it, and the budget has no end.
         let mut budget = Budget::UNLIMITED;
         let mut tile = TileJob::new(job.tile);
         let outcome = tile.render(renderer, view, job.pixels, &mut budget, workspace);
         debug_assert!(outcome.is_ok());
+        job.statistics = workspace.statistics;
+        workspace.statistics.add(&before);
         source.fill(renderer, view, job);
         progress(finished.fetch_add(1, Ordering::Relaxed) + 1, total);
     });

@@ -5,6 +5,7 @@
 fence.toml: pickets, two bare trees, signs with glyphs, checkered wall and ground, shadows of the trees.
 wires.toml: sagging wires, slanted rods, balls, some of them mirrors, stripes that converge.
 box.obj: the cube of fence.toml.
+front.toml: the wall, of 1024 pixels a side.
 
 Widths are 1 to 4 pixels of a wall of 1024 pixels. The seed alone decides where things are.
 """
@@ -14,6 +15,13 @@ import sys
 from pathlib import Path
 
 SKY = "[background]\nzenith = [0.25, 0.45, 0.85]\nhorizon = [0.9, 0.9, 0.85]\nnadir = [0.12, 0.2, 0.08]\n"
+FRONT = """[[wall]]
+name = "front"
+lower_left = [-1.5, -1.5, -1.5]
+lower_right = [1.5, -1.5, -1.5]
+upper_left = [-1.5, 1.5, -1.5]
+pixels = [1024, 1024]
+"""
 SQUARE = '[meshes.square]\nbuiltin = "square"\n'
 CUBE = """v -.5 -.5 -.5
 v .5 -.5 -.5
@@ -136,5 +144,6 @@ def wires(rng):
 if __name__ == "__main__":
     folder, seed = Path(sys.argv[1]), int((sys.argv[2:] or ["7"])[0])
     (folder / "box.obj").write_text(CUBE)
+    (folder / "front.toml").write_text(FRONT)
     for make in (fence, wires):
         (folder / f"{make.__name__}.toml").write_text(make(random.Random(seed)))

@@ -202,3 +202,30 @@ fn impossible_gazes_are_usage() {
         gaze --reflect-max 256 => --reflect-max",
     );
 }
+
+#[test]
+fn an_acuity_finer_than_a_pixel_is_full_tracing_and_says_so() {
+    let folder = folder();
+    let cave = |words: &str| {
+        let mut command = line(folder.path(), &format!("cave --json {words}"));
+        let said = succeed(&mut command);
+        (said.objects().remove(0), said.err)
+    };
+    let (full, _) = cave("--size 16");
+    let (fine, said) = cave("--size 16 --lod foveated --acuity 0,0.0001");
+    assert_eq!(fine["frame_hash"], full["frame_hash"]);
+    assert!(said.contains("finer than a pixel everywhere"), "{said}");
+    let (coarse, said) = cave("--size 96 --lod foveated");
+    assert!(!said.contains("finer"), "{said}");
+    // Rays are counted by wall and eye.
+    for kind in ["primary", "shadow", "lit", "leaves"] {
+        let of_image = |image: &Value| image["rays"][kind].as_u64().unwrap();
+        let of_images: u64 = coarse["images"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(of_image)
+            .sum();
+        assert_eq!(Some(of_images), coarse["rays"][kind].as_u64(), "{kind}");
+    }
+}

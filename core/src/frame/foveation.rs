@@ -111,6 +111,21 @@ where
         unit
     }
 
+    /// Returns whether the eye resolves each pixel of a view: then foveation leaves nothing out.
+    pub fn resolves_all(&self, view: &View) -> bool {
+        let [width, height] = view.size();
+        let (x, y) = (0, 0);
+        let all = Tile {
+            x,
+            y,
+            width,
+            height,
+        };
+        self.pieces(view, all, |_, how| {
+            how.is_none_or(|(sizes, _)| sizes.is_of_pixels())
+        })
+    }
+
     /// Calls `each` with the pieces of a tile, and how they are rendered, until it returns false:
     /// squares, or blocks in which every pixel has its own rays.
     fn pieces(

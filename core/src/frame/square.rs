@@ -17,7 +17,7 @@ use crate::trace::beam::{
 use crate::trace::{Hit, MeshHit, Pixel, Steps};
 use glam::Vec3;
 use heapless::Vec;
-use light::{Coat, Lit};
+use light::{Chart, Lights, Lit};
 use plane::{LEAST_OF_PLANE, MOST_PLANES, PlaneLight};
 pub use sizes::LARGEST_UNIT;
 pub(super) use sizes::Sizes;
@@ -60,6 +60,8 @@ const MOST_GROUPS: usize = 64;
 struct Group<'a> {
     instance: u32,
     material: &'a Material,
+    /// Which way its facets face; 0 for bent surfaces.
+    facing: u8,
     /// Number of its plane, if it is one.
     plane: Option<u8>,
     /// Whether its light may change from a pixel to the next.
@@ -96,7 +98,7 @@ pub(super) struct Square<'r, 'a, const W: usize> {
     lit: Vec<Lit, PIXELS>,
     /// Place in `lit` of a pixel's light, and 1; 0 where it is not known.
     lit_at: [u16; PIXELS],
-    coats: [Option<Coat>; 4],
+    charts: [Option<Chart<'a>>; 16],
 }
 
 impl<'r, 'a, const W: usize> Square<'r, 'a, W>
@@ -169,7 +171,7 @@ where
             seen_groups: [[NOTHING; SAMPLES_OF_PIXEL]; PIXELS],
             lit: Vec::new(),
             lit_at: [0; PIXELS],
-            coats: [const { None }; 4],
+            charts: [const { None }; 16],
         }
     }
 
@@ -328,10 +330,10 @@ where
         let Some(material) = tracer.material(id) else {
             return MIXED;
         };
-        let instance = id.instance;
+        let (instance, facing) = (id.instance, tracer.facing(id));
         let same = |group: &Group<'_>| {
             let is_same = core::ptr::eq(group.material, material);
-            is_same && group.instance == instance && group.plane == plane
+            is_same && (group.instance, group.plane, group.facing) == (instance, plane, facing)
         };
         if let Some(known) = self.groups.iter().rposition(same) {
             return known as u8;
@@ -340,6 +342,7 @@ where
         let group = Group {
             instance,
             material,
+            facing,
             plane,
             is_busy,
         };
@@ -436,9 +439,11 @@ where
             .and_then(|group| group.plane);
         let lit = match (plane, mask) {
             (Some(plane), _) => self.light_of_plane(plane, (x, y), mask, work),
-            (None, 0xf) if group != MIXED => self.light_of_pixel(x, y, work).times(4.0),
+            (None, 0xf) if group != MIXED => {
+                self.light_of_pixel(x, y, Lights::UNKNOWN, work).times(4.0)
+            }
             (None, _) => self
-                .light_of(x, y, mask, work)
+                .light_of((x, y), mask, Lights::UNKNOWN, work)
                 .times(mask.count_ones() as f32),
         };
         if lit.diffuse == Vec3::ZERO {

@@ -4,38 +4,35 @@
 use super::budget::Budget;
 use super::hit::Hit;
 use super::ledger::Record;
-use super::sample::Sample;
 use super::search::Searcher;
-use super::shading::{PrimaryRay, light_of_facet, shade_and_record};
+use super::shading::{Met, shade_met};
+use super::surface::Surface;
 use super::tracer::Tracer;
-use super::workspace::{Pixel, RayDetail, Workspace};
-use crate::scene::format::Material;
+use super::workspace::{Pixel, Workspace};
+use crate::numeric::normalize;
+use crate::scene::format::light;
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
 use glam::Vec3;
 
-/// Most lights whose shadows are drawn.
+/// Most lights that are kept apart: the first ones.
 pub(crate) const MOST_LIGHTS: usize = 4;
 
-/// The diffuse light of a hit, and the texture that colours it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Apart {
-    pub(crate) diffuse: Vec3,
-    pub(crate) coat: Option<(u32, [f32; 2])>,
-}
-
-/// Light of a facet, as a whole and its diffuse part, which a texture colours.
+/// Light as a whole, and its diffuse part, which a texture colours.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Part {
     pub(crate) whole: Vec3,
     pub(crate) diffuse: Vec3,
 }
 
-/// Light of a facet: what it has in any case, and what it has of each light if that is seen.
+/// Light of a point: what it has in any case, and what it has of each light if nothing is between.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Open {
     pub(crate) own: Part,
     pub(crate) sources: [Part; MOST_LIGHTS],
+    /// The texture of a dull surface, whose colour the diffuse light does not have, and the place
+    /// on it.
+    pub(crate) coat: Option<(u32, [f32; 2])>,
 }
 
 impl Part {
@@ -64,7 +61,7 @@ impl Part {
     }
 }
 
-impl Record for Apart {
+impl Record for Open {
     const SPLITS: bool = true;
 
     #[inline(always)]
@@ -74,58 +71,35 @@ impl Record for Apart {
 
     #[inline(always)]
     fn diffuse(&mut self, light: Vec3) {
-        self.diffuse += light;
-    }
-}
-
-impl Record for Open {
-    const SPLITS: bool = true;
-
-    #[inline(always)]
-    fn diffuse(&mut self, light: Vec3) {
         self.own.diffuse += light;
     }
 
     #[inline(always)]
     fn source(&mut self, number: u32, whole: Vec3, diffuse: Vec3) -> bool {
-        if let Some(source) = self.sources.get_mut(number as usize) {
-            *source = Part { whole, diffuse };
-        }
-        true
+        let source = self.sources.get_mut(number as usize);
+        source
+            .map(|source| *source = Part { whole, diffuse })
+            .is_some()
     }
 }
 
 /// Shading that keeps parts apart, compiled for a set of effects: pointers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ShadeApart<const W: usize> {
-    tree: ShadeTree<W>,
-    facet: ShadeFacet<W>,
+    surface: FindSurface<W>,
+    shade: Shade<W>,
 }
 
-type ShadeTree<const W: usize> = for<'r, 's> fn(
-    &'r Searcher<'s, W>,
-    &'r PrimaryRay<'r>,
-    &'r mut Budget,
-    &'r mut Workspace,
-    &'r mut Apart,
-) -> Pixel;
+type FindSurface<const W: usize> =
+    for<'r, 's> fn(&'r Searcher<'s, W>, &'r Ray, &'r Hit) -> Option<Surface<'s>>;
 
-type ShadeFacet<const W: usize> = for<'r, 's> fn(
+type Shade<const W: usize> = for<'r, 's> fn(
     &'r Searcher<'s, W>,
-    &'r FacetPoint<'r>,
+    &'r Met<'r, 's>,
     &'r mut Budget,
     &'r mut Workspace,
     &'r mut Open,
-);
-
-/// A point of a facet, and the direction that it is seen in.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct FacetPoint<'a> {
-    pub(crate) point: Vec3,
-    pub(crate) normal: Vec3,
-    pub(crate) material: &'a Material,
-    pub(crate) direction: Vec3,
-}
+) -> Pixel;
 
 impl<const W: usize> ShadeApart<W>
 where
@@ -133,56 +107,73 @@ where
 {
     pub(crate) fn for_effects<const EFFECTS: u32>() -> Self {
         Self {
-            tree: |searcher, primary, budget, workspace, apart| {
-                shade_and_record::<W, EFFECTS, Apart>(searcher, primary, budget, workspace, apart)
+            surface: |searcher, ray, hit| {
+                let effects = searcher.effects.bits();
+                Surface::new::<W, EFFECTS>(&searcher.scene, ray, hit, effects)
             },
-            facet: |searcher, at, budget, workspace, open| {
-                open.own.whole =
-                    light_of_facet::<W, EFFECTS, Open>(searcher, at, budget, workspace, open);
+            shade: |searcher, met, budget, workspace, open| {
+                shade_met::<W, EFFECTS, Open>(searcher, met, budget, workspace, open)
             },
         }
     }
 }
 
-impl<const W: usize> Tracer<'_, W>
+impl<'a, const W: usize> Tracer<'a, W>
 where
     Simd: Runs<W>,
 {
-    /// Returns the light of a hit, without the colour of the texture of a dull surface.
+    /// Returns the surface at a hit.
+    pub(crate) fn surface(
+        &self,
+        shade: &ShadeApart<W>,
+        ray: &Ray,
+        hit: &Hit,
+    ) -> Option<Surface<'a>> {
+        (shade.surface)(&self.searcher, ray, hit)
+    }
+
+    /// Returns the light of a surface that a primary ray meets: what it has in any case, and the
+    /// same in parts.
     pub(crate) fn light_apart(
         &self,
         shade: &ShadeApart<W>,
-        (ray, hit): (&Ray, Hit),
-        (detail, sample): (RayDetail, Sample),
+        met: &Met<'_, 'a>,
         budget: &mut Budget,
         workspace: &mut Workspace,
-    ) -> (Pixel, Apart) {
-        workspace.statistics.lit += 1;
-        let mut apart = Apart {
-            diffuse: Vec3::ZERO,
-            coat: None,
-        };
-        let primary = PrimaryRay {
-            ray,
-            hit,
-            detail,
-            sample,
-        };
-        let pixel = (shade.tree)(&self.searcher, &primary, budget, workspace, &mut apart);
-        (pixel, apart)
-    }
-
-    /// Returns the light of a point of a facet.
-    pub(crate) fn light_of_facet(
-        &self,
-        shade: &ShadeApart<W>,
-        at: &FacetPoint<'_>,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> Open {
+    ) -> (Pixel, Open) {
         workspace.statistics.lit += 1;
         let mut open = Open::default();
-        (shade.facet)(&self.searcher, at, budget, workspace, &mut open);
-        open
+        let pixel = (shade.shade)(&self.searcher, met, budget, workspace, &mut open);
+        open.own.whole = Vec3::new(pixel.red, pixel.green, pixel.blue);
+        (pixel, open)
+    }
+
+    /// Returns whether nothing is between a surface and one of the lights.
+    pub(crate) fn is_reached(
+        &self,
+        met: &Met<'_, '_>,
+        number: usize,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> bool {
+        let Some(source) = self.searcher.scene.lights.get(number) else {
+            return false;
+        };
+        if !self.casts_shadows() {
+            return true;
+        }
+        let place = Vec3::from_array(source.place);
+        let ray = if source.kind == light::DIRECTIONAL {
+            normalize(place).and_then(|unit| met.surface.ray_to(unit, None))
+        } else {
+            let unit = normalize(place - met.surface.point);
+            unit.and_then(|unit| met.surface.ray_to(unit, Some(place)))
+        };
+        ray.is_some_and(|(ray, limit)| {
+            let rung = met.detail.rung;
+            !self
+                .searcher
+                .is_occluded_on(rung, &ray, limit, budget, workspace)
+        })
     }
 }

@@ -1,17 +1,24 @@
 //! What is asked of a surface before it is lit.
 
+use super::apart::MOST_LIGHTS;
 use super::beam::SurfaceId;
 use super::leaves::Leaves;
 use super::map::{map_point, map_vector};
 use super::shading::NOT_DULL;
-use super::surface;
+use super::surface::{self, Surface};
 use super::texture::{self, TEXTURES};
 use super::tracer::Tracer;
+use crate::numeric::{largest_magnitude, map3, max, min, normalize};
 use crate::scene::EffectSet;
 use crate::scene::format::{Material, NO_COLOURS, NO_MATERIAL, NO_TEXTURE, effect, flag, kind};
 use crate::shape::{Ray, Spheroid};
 use crate::simd::{Runs, Simd};
 use glam::Vec3;
+
+/// Cosine between a triangle's normal and those of its corners above which it is flat.
+const FLAT: f32 = 1.0 - 1.0e-5;
+/// The same under which the triangle meets others at an edge.
+const MOST_BENT: f32 = 0.65;
 
 /// A triangle in the room.
 #[derive(Debug, Clone, Copy)]
@@ -19,11 +26,44 @@ pub(crate) struct Facet<'a> {
     pub(crate) corners: [Vec3; 3],
     /// Unit length.
     pub(crate) normal: Vec3,
-    pub(crate) is_flat: bool,
+    /// Normals at the corners, of any length, where the surface is shaded smoothly.
+    normals: Option<[Vec3; 3]>,
     pub(crate) material: &'a Material,
     /// Whether lights and ambient light alone say what it shows, apart from its texture.
     pub(crate) is_dull: bool,
+    /// Whether what it shows takes neither coordinates nor colours of its corners, apart from the
+    /// texture.
+    pub(crate) is_plain: bool,
     pub(crate) texture: Option<(u32, [[f32; 2]; 3])>,
+    /// Error bound of points on it: metres.
+    error: f32,
+}
+
+impl<'a> Facet<'a> {
+    pub(crate) fn is_flat(&self) -> bool {
+        self.normals.is_none_or(|normals| {
+            normals
+                .iter()
+                .all(|&own| normalize(own).is_some_and(|own| own.dot(self.normal) > FLAT))
+        })
+    }
+
+    /// Returns the surface at a point, given by the weights of the corners.
+    pub(crate) fn surface(&self, [a, b, c]: [f32; 3]) -> Surface<'a> {
+        let between = |[p, q, r]: [Vec3; 3]| p * a + q * b + r * c;
+        let shading_normal = self
+            .normals
+            .and_then(|normals| normalize(between(normals)))
+            .filter(|own| own.dot(self.normal) > 0.0)
+            .unwrap_or(self.normal);
+        let (point, normals) = (between(self.corners), (self.normal, shading_normal));
+        Surface::of_facet(point, normals, self.material, self.error)
+    }
+
+    /// Returns the surface at a point of its plane.
+    pub(crate) const fn at(&self, point: Vec3) -> Surface<'a> {
+        Surface::of_facet(point, (self.normal, self.normal), self.material, self.error)
+    }
 }
 
 impl<'a, const W: usize> Tracer<'a, W>
@@ -60,6 +100,16 @@ where
             .instances
             .get(id.instance as usize)
             .is_some_and(|it| it.kind == kind::MESH);
+        // Glass shows what is behind it, and a flat mirror what is before it, as fine as it is.
+        let is_flat = || self.facet(id).is_some_and(|facet| facet.is_flat());
+        let is_clear = effects & effect::REFRACTION != 0;
+        if is_clear || effects & NOT_DULL != 0 && is_flat() {
+            return true;
+        }
+        // Their shadows are not drawn, and may be thin.
+        if scene.lights.len() > MOST_LIGHTS && self.casts_shadows() && is_flat() {
+            return true;
+        }
         let changes = effect::GRATICULE | effect::VERTEX_COLOURS;
         effects & changes != 0
             || effects & TEXTURES != 0
@@ -82,6 +132,41 @@ where
         scene.materials.get(number as usize)
     }
 
+    /// Returns which of six ways a triangle faces in its mesh, 1 to 6; 0 for one whose normals
+    /// bend gently, and for other shapes.
+    pub(crate) fn facing(&self, id: &SurfaceId) -> u8 {
+        let scene = &self.searcher.scene;
+        let facing = || {
+            let instance = scene.instances.get(id.instance as usize)?;
+            if instance.kind != kind::MESH {
+                return None;
+            }
+            let mesh = scene.meshes.get(instance.geometry as usize)?;
+            let [a, b, c] = Leaves::new(scene, mesh).leaf(id.leaf)?.triangle(id.lane)?.0;
+            let normal = normalize((b - a).cross(c - a))?;
+            if instance.flags & flag::SMOOTH != 0 && mesh.normal_count > 0 {
+                let record = mesh.first_triangle.checked_add(id.triangle)?;
+                let mut least = 1.0;
+                for corner in scene.triangles.get(record as usize)?.corners {
+                    let number = mesh.first_normal.checked_add(corner)?;
+                    let own = normalize(Vec3::from_array(*scene.normals.get(number as usize)?))?;
+                    least = min(least, own.dot(normal));
+                }
+                if least > MOST_BENT && least < FLAT {
+                    return None;
+                }
+            }
+            let [x, y, z] = normal.abs().to_array();
+            let (axis, own) = match (x >= y && x >= z, y >= z) {
+                (true, _) => (0, normal.x),
+                (false, true) => (1, normal.y),
+                (false, false) => (2, normal.z),
+            };
+            Some(1 + 2 * axis + u8::from(own < 0.0))
+        };
+        facing().unwrap_or(0)
+    }
+
     /// Returns a triangle of an instance in the room.
     pub(crate) fn facet(&self, id: &SurfaceId) -> Option<Facet<'a>> {
         let scene = &self.searcher.scene;
@@ -98,14 +183,16 @@ where
             .map(|p| map_point(&instance.world_from_object, p));
         let [a, b, c] = triangle.0;
         let normal = surface::world_normal(instance, (b - a).cross(c - a))?;
-        let is_flat = instance.flags & flag::SMOOTH == 0
-            || mesh.normal_count == 0
-            || record.corners.iter().all(|&corner| {
-                let number = mesh.first_normal.checked_add(corner);
-                let own = number.and_then(|number| scene.normals.get(number as usize));
-                own.and_then(|&own| surface::world_normal(instance, Vec3::from_array(own)))
-                    .is_some_and(|own| own.dot(normal) > 1.0 - 1.0e-5)
-            });
+        let mut normals = None;
+        if instance.flags & flag::SMOOTH != 0 && mesh.normal_count > 0 {
+            let mut own = [Vec3::ZERO; 3];
+            for (own, &corner) in own.iter_mut().zip(&record.corners) {
+                let number = mesh.first_normal.checked_add(corner)?;
+                let normal = Vec3::from_array(*scene.normals.get(number as usize)?);
+                *own = surface::mapped_normal(instance, normal);
+            }
+            normals = Some(own);
+        }
         let material = self.material(id)?;
         let effects = material.effects & self.searcher.effects.bits();
         let is_coloured = effects & effect::VERTEX_COLOURS != 0 && mesh.first_colour != NO_COLOURS;
@@ -113,6 +200,9 @@ where
         let is_dull = effects & (NOT_DULL | effect::GRATICULE) == 0 && !is_coloured && !emits;
         let mut texture = None;
         let is_textured = effects & TEXTURES != 0 && mesh.coordinate_count > 0;
+        let is_plain = is_dull || effects & effect::GRATICULE == 0 && !is_coloured && !is_textured;
+        let reach = map3(corners, largest_magnitude);
+        let reach = max(reach[0], max(reach[1], reach[2]));
         if is_dull && is_textured && material.texture != NO_TEXTURE {
             let mut places = [[0.0; 2]; 3];
             for (place, weights) in
@@ -128,10 +218,12 @@ where
         Some(Facet {
             corners,
             normal,
-            is_flat,
+            normals,
             material,
             is_dull,
+            is_plain,
             texture,
+            error: Surface::error(instance, reach),
         })
     }
 }

@@ -5,7 +5,6 @@
 mod fan;
 mod light;
 
-use super::apart::FacetPoint;
 use super::background;
 use super::budget::Budget;
 use super::dispersion::Balance;
@@ -74,44 +73,36 @@ where
     let (detail, sample) = (primary.detail, primary.sample);
     let mut tree =
         RayTree::<W, EFFECTS, R>::new(searcher, (detail, sample), budget, workspace, record);
-    let first = Pending {
-        ray: *primary.ray,
-        weight: Vec3::ONE,
-        uncovered: 1.0,
-        bounces: 0,
-        cause: 0,
-        is_tinted: false,
-    };
-    tree.trace(first, primary.hit)
+    let first = Pending::primary(primary.ray);
+    let met = tree.meet(primary.ray, &primary.hit);
+    tree.trace(first, met)
 }
 
-/// Records the light of a point of a facet: its own, and that of lights.
+/// A surface where a primary ray meets it.
+pub(crate) struct Met<'r, 'a> {
+    pub(crate) ray: &'r Ray,
+    pub(crate) surface: Surface<'a>,
+    /// Distance in units of the ray's direction.
+    pub(crate) t: f32,
+    pub(crate) detail: RayDetail,
+    pub(crate) sample: Sample,
+}
+
+/// Traces the ray tree that starts where a primary ray meets a surface.
 #[inline(always)]
-pub(super) fn light_of_facet<const W: usize, const EFFECTS: u32, R: Record>(
+pub(super) fn shade_met<const W: usize, const EFFECTS: u32, R: Record>(
     searcher: &Searcher<'_, W>,
-    at: &FacetPoint<'_>,
+    met: &Met<'_, '_>,
     budget: &mut Budget,
     workspace: &mut Workspace,
     record: &mut R,
-) -> Vec3
+) -> Pixel
 where
     Simd: Runs<W>,
 {
-    let by = (searcher.detail, Sample::ALONE);
+    let by = (met.detail, met.sample);
     let mut tree = RayTree::<W, EFFECTS, R>::new(searcher, by, budget, workspace, record);
-    let surface = Surface::of_facet(at.point, at.normal, at.material);
-    let facing = if at.direction.dot(at.normal) > 0.0 {
-        -1.0
-    } else {
-        1.0
-    };
-    let incidence = Incidence {
-        direction: at.direction,
-        normal: at.normal * facing,
-        facing,
-    };
-    let look = tree.look(&surface, true);
-    tree.own_light(&surface, &look, incidence)
+    tree.trace(Pending::primary(met.ray), Some((met.surface, met.t)))
 }
 
 /// Effects that are recorded whenever a ray meets a surface that has them.
@@ -290,16 +281,23 @@ where
         EFFECTS & bits != 0
     }
 
-    /// Traces a primary ray, whose hit is known, and all its descendants.
+    /// Returns the surface at a hit, and its distance.
     #[inline(always)]
-    fn trace(&mut self, mut next: Pending, hit: Hit) -> Pixel {
+    fn meet(&self, ray: &Ray, hit: &Hit) -> Option<(Surface<'a>, f32)> {
+        let (scene, effects) = (&self.shading.searcher.scene, self.shading.effects);
+        let surface = Surface::new::<W, EFFECTS>(scene, ray, hit, effects)?;
+        Some((surface, hit.on.t))
+    }
+
+    /// Traces a primary ray, which meets a surface, and all its descendants.
+    #[inline(always)]
+    fn trace(&mut self, mut next: Pending, mut met: Option<(Surface<'a>, f32)>) -> Pixel {
         let (searcher, rung) = (self.shading.searcher, self.shading.detail.rung);
-        let mut hit = Some(hit);
         self.workspace.pending.clear();
         // The loop ends: every ray has more bounces than its parent, and a fan has a fixed
         // number of wavelengths.
         loop {
-            self.shade(&next, hit);
+            self.shade(&next, met);
             if Self::has(effect::DISPERSION) {
                 self.advance_fan();
             }
@@ -312,9 +310,10 @@ where
                 self.look_through(next.is_tinted);
             }
             let before = self.workspace.statistics.steps;
-            hit = searcher.nearest_on(rung, &next.ray, self.budget, self.workspace);
+            let hit = searcher.nearest_on(rung, &next.ray, self.budget, self.workspace);
             let steps = self.workspace.statistics.steps - before;
             self.record.ray(next.cause, steps);
+            met = hit.and_then(|hit| self.meet(&next.ray, &hit));
         }
         if Self::has(effect::DISPERSION)
             && let Some(missing) = self.missing.filter(|_| !self.budget.is_exhausted())
@@ -325,17 +324,14 @@ where
     }
 
     /// Adds what a ray sees to the pixel and pushes its child rays.
-    fn shade(&mut self, from: &Pending, hit: Option<Hit>) {
+    fn shade(&mut self, from: &Pending, met: Option<(Surface<'a>, f32)>) {
         let direction = from.ray.direction();
-        let (scene, effects) = (&self.shading.searcher.scene, self.shading.effects);
-        let surface =
-            hit.and_then(|hit| Surface::new::<W, EFFECTS>(scene, &from.ray, &hit, effects));
-        let (Some(hit), Some(surface)) = (hit, surface) else {
+        let Some((surface, t)) = met else {
             self.see_background(direction, from.weight, from.uncovered);
             return;
         };
         let material = surface.material;
-        let effects = material.effects & effects;
+        let effects = material.effects & self.shading.effects;
         self.record.touch(effects & OF_SURFACES);
         let length = sqrt(direction.dot(direction));
         let direction = direction / length;
@@ -343,7 +339,7 @@ where
         let weight = if inside && Self::has(effect::ABSORPTION) && effects & effect::ABSORPTION != 0
         {
             self.record.touch(effect::ABSORPTION);
-            let distance = hit.on.t * length;
+            let distance = t * length;
             let [r, g, b] = map3(material.absorption, |a| libm::expf(-a * distance));
             from.weight * Vec3::new(r, g, b)
         } else {

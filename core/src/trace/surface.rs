@@ -14,7 +14,7 @@ use crate::shape::{Ray, Spheroid};
 use glam::Vec3;
 
 #[derive(Clone, Copy)]
-pub(super) struct Surface<'a> {
+pub(crate) struct Surface<'a> {
     /// On the surface to rounding: computed from the corners' weights, not from the ray.
     pub(super) point: Vec3,
     /// Outward normal of the true shape, unit length.
@@ -132,8 +132,6 @@ impl<'a> Surface<'a> {
             .and_then(|smooth| world_normal(instance, smooth))
             .filter(|n| n.dot(geometric_normal) > 0.0)
             .unwrap_or(geometric_normal);
-        let translation = Vec3::from_array(instance.world_from_object[3]);
-        let size = reach + largest_magnitude(translation);
         Some(Self {
             point,
             geometric_normal,
@@ -141,20 +139,25 @@ impl<'a> Surface<'a> {
             material,
             coordinates,
             colour,
-            error: Self::SLACK * UNIT_ROUNDOFF * instance.condition * size,
+            error: Self::error(instance, reach),
         })
     }
 
-    /// Returns the surface at a point of a facet without coordinates, from which no ray is to start.
-    pub(super) const fn of_facet(point: Vec3, normal: Vec3, material: &'a Material) -> Self {
+    /// Returns the surface at a point of a facet, without coordinates.
+    pub(super) const fn of_facet(
+        point: Vec3,
+        (geometric_normal, shading_normal): (Vec3, Vec3),
+        material: &'a Material,
+        error: f32,
+    ) -> Self {
         Self {
             point,
-            geometric_normal: normal,
-            shading_normal: normal,
+            geometric_normal,
+            shading_normal,
             material,
             coordinates: [[0.0; 2]; 2],
             colour: Vec3::ONE,
-            error: 0.0,
+            error,
         }
     }
 
@@ -171,6 +174,14 @@ impl<'a> Surface<'a> {
         }
     }
 
+    /// Returns the error bound of points of an instance, or of its part that is within `reach` of
+    /// the origin along each axis.
+    pub(super) fn error(instance: &Instance, reach: f32) -> f32 {
+        let translation = Vec3::from_array(instance.world_from_object[3]);
+        let size = reach + largest_magnitude(translation);
+        Self::SLACK * UNIT_ROUNDOFF * instance.condition * size
+    }
+
     /// Error bound in unit roundoffs, for the weighted corners, both maps and the triangle test.
     const SLACK: f32 = 32.0;
 
@@ -183,6 +194,14 @@ impl<'a> Surface<'a> {
             -self.error
         };
         self.point + self.geometric_normal * side
+    }
+
+    /// Returns a ray to a light in a direction or at a place, and the light's distance along it.
+    #[inline(always)]
+    pub(super) fn ray_to(&self, unit: Vec3, place: Option<Vec3>) -> Option<(Ray, f32)> {
+        let start = self.start(unit);
+        let (along, limit) = place.map_or((unit, f32::INFINITY), |place| (place - start, 1.0));
+        Some((Ray::new(start, along)?, limit))
     }
 }
 
@@ -242,9 +261,13 @@ fn vertex_colour<const W: usize>(
 
 /// Maps a normal by the inverse transpose; both maps are stored.
 pub(super) fn world_normal(instance: &Instance, normal: Vec3) -> Option<Vec3> {
+    // Normalised first, since products of tiny triangles' edges underflow.
+    normalize(mapped_normal(instance, normalize(normal)?))
+}
+
+/// Does what [`world_normal`] does, up to the normal's length.
+pub(super) fn mapped_normal(instance: &Instance, normal: Vec3) -> Vec3 {
     let [x, y, z, _] = instance.object_from_world;
     let [x, y, z] = map3([x, y, z], Vec3::from_array);
-    // Normalised first, since products of tiny triangles' edges underflow.
-    let normal = normalize(normal)?;
-    normalize(Vec3::new(x.dot(normal), y.dot(normal), z.dot(normal)))
+    Vec3::new(x.dot(normal), y.dot(normal), z.dot(normal))
 }

@@ -131,4 +131,17 @@ pub(super) struct Pending {
     pub(super) is_tinted: bool,
 }
 
+impl Pending {
+    pub(super) const fn primary(ray: &Ray) -> Self {
+        Self {
+            ray: *ray,
+            weight: Vec3::ONE,
+            uncovered: 1.0,
+            bounces: 0,
+            cause: 0,
+            is_tinted: false,
+        }
+    }
+}
+
 const _: () = assert!(size_of::<Workspace>() <= 2 * 1024 + 64);

@@ -133,6 +133,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(tracker) = &arguments.tracker.tracker {
         return follow(arguments, tracker, &frames, &title, shown.scene);
     }
+    lod::check_acuity(&frames, &mut observers)?;
     let fill = &arguments.fill;
     let frame = match looked {
         Some(look) => {

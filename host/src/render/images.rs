@@ -37,9 +37,13 @@ pub(super) fn images<const W: usize>(
     Some(table.phase(0).iter().enumerate().map(share).collect())
 }
 
-/// All pictures of an image, and the rays, steps and seconds of each of its parts, in an order
-/// that is always the same.
-type Parts<'i> = (Vec<&'i mut Picture>, Vec<(&'i mut Statistics, &'i mut f64)>);
+/// All pictures, counts of rays and steps, and seconds of an image, in an order that is always the
+/// same.
+type Parts<'i> = (
+    Vec<&'i mut Picture>,
+    Vec<&'i mut Statistics>,
+    Vec<&'i mut f64>,
+);
 
 /// Returns the sum of the pictures of all wavelengths; `None` where there are no wavelengths.
 pub(super) fn sum<I, E>(
@@ -61,16 +65,18 @@ pub(super) fn sum<I, E>(
             sum = Some(part);
             continue;
         };
-        let ((sums, costs), (pictures, more)) = (parts(sum), parts(&mut part));
+        let ((sums, counts, seconds), (pictures, more, time)) = (parts(sum), parts(&mut part));
         for (sum, part) in sums.into_iter().zip(pictures) {
             let sums = sum.pixels.as_flattened_mut().iter_mut();
             for (sum, part) in sums.zip(part.pixels.as_flattened()) {
                 *sum += part;
             }
         }
-        for (sum, part) in costs.into_iter().zip(more) {
-            sum.0.add(part.0);
-            *sum.1 += *part.1;
+        for (sum, part) in counts.into_iter().zip(more) {
+            sum.add(part);
+        }
+        for (sum, part) in seconds.into_iter().zip(time) {
+            *sum += *part;
         }
     }
     Ok(sum)
@@ -78,20 +84,27 @@ pub(super) fn sum<I, E>(
 
 impl DomePicture {
     pub(super) fn parts(&mut self) -> Parts<'_> {
-        let cost = (&mut self.statistics, &mut self.seconds);
-        (vec![&mut self.picture], vec![cost])
+        (
+            vec![&mut self.picture],
+            vec![&mut self.statistics],
+            vec![&mut self.seconds],
+        )
     }
 }
 
 impl Frame {
     pub(super) fn parts(&mut self) -> Parts<'_> {
-        let shown = self.pictures.iter_mut().map(|one| &mut one.picture);
-        let mut pictures: Vec<_> = shown.collect();
-        let mut costs = vec![(&mut self.statistics, &mut self.seconds)];
+        let shown = self.pictures.iter_mut();
+        let (mut pictures, mut counts): (Vec<_>, Vec<_>) = shown
+            .map(|one| (&mut one.picture, &mut one.statistics))
+            .unzip();
+        counts.push(&mut self.statistics);
+        let mut seconds = vec![&mut self.seconds];
         if let Some(capture) = &mut self.capture {
             pictures.extend(&mut capture.hemispheres);
-            costs.push((&mut capture.statistics, &mut capture.seconds));
+            counts.push(&mut capture.statistics);
+            seconds.push(&mut capture.seconds);
         }
-        (pictures, costs)
+        (pictures, counts, seconds)
     }
 }

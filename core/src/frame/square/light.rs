@@ -4,27 +4,59 @@ use super::{Group, PIXELS, SIDE, Square, hit_of, index};
 use crate::frame::begun::{Sum, Work};
 use crate::numeric::{max, min, sqrt};
 use crate::simd::{Runs, Simd};
-use crate::trace::beam::ROW_BLOCKS;
+use crate::trace::apart::{MOST_LIGHTS, Open};
+use crate::trace::beam::{ROW_BLOCKS, SurfaceId};
+use crate::trace::facet::Facet;
+use crate::trace::shading::Met;
+use crate::trace::surface::Surface;
 use crate::trace::{Pixel, Sample, texture};
 use glam::Vec3;
 use heapless::Vec;
 
 /// Difference of √light between points up to which light between them is interpolated, and how far
 /// the fourth of them may be from what the other three say.
-const MOST_DIFFERENCE: f32 = 0.12;
-const MOST_BEND: f32 = 0.03;
+const MOST_DIFFERENCE: f32 = 0.2;
+const MOST_BEND: f32 = 0.05;
 
 /// Light of a place: with a white texture, and the part that the texture colours.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lit {
     pub(super) pixel: Pixel,
     pub(super) diffuse: Vec3,
+    pub(super) lights: Lights,
+}
+
+/// Lights that are known to reach a place, and those that are known not to: a bit for each.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lights {
+    reaching: u8,
+    hidden: u8,
+}
+
+impl Lights {
+    pub(super) const UNKNOWN: Self = Self {
+        reaching: 0,
+        hidden: 0,
+    };
+
+    const fn is_any(self) -> bool {
+        self.reaching | self.hidden != 0
+    }
+
+    /// Returns what is known of both.
+    const fn and(self, other: Self) -> Self {
+        Self {
+            reaching: self.reaching & other.reaching,
+            hidden: self.hidden & other.hidden,
+        }
+    }
 }
 
 impl Lit {
     pub(super) const NONE: Self = Self {
         pixel: Pixel::NONE,
         diffuse: Vec3::ZERO,
+        lights: Lights::UNKNOWN,
     };
 
     #[inline(always)]
@@ -32,6 +64,7 @@ impl Lit {
         Self {
             pixel: self.pixel.zip(other.pixel, |a, b| a + (b - a) * share),
             diffuse: self.diffuse + (other.diffuse - self.diffuse) * share,
+            lights: self.lights.and(other.lights),
         }
     }
 
@@ -39,6 +72,7 @@ impl Lit {
         Self {
             pixel: self.pixel.zip(self.pixel, |light, _| light * count),
             diffuse: self.diffuse * count,
+            ..self
         }
     }
 
@@ -48,26 +82,26 @@ impl Lit {
     }
 }
 
-/// A surface's texture over the square's picture: 1/t, and places on it times 1/t, by linear
-/// functions of column and row.
+/// A triangle over the square's picture: the weights of its corners times 1/t by linear functions of
+/// column and row, and 1/t, their sum.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Coat {
+pub(super) struct Chart<'a> {
     surface: usize,
-    texture: Option<u32>,
+    facet: Facet<'a>,
+    weights: [Vec3; 3],
     near: Vec3,
-    u: Vec3,
-    v: Vec3,
 }
 
-/// A part of the square that may be interpolated.
+/// A part of the square that may be interpolated, and what is known of it.
 #[derive(Clone, Copy)]
 struct Cell {
     x: u8,
     y: u8,
     step: u8,
+    lights: Lights,
 }
 
-impl<const W: usize> Square<'_, '_, W>
+impl<'a, const W: usize> Square<'_, 'a, W>
 where
     Simd: Runs<W>,
 {
@@ -96,16 +130,24 @@ where
                 x: x as u8,
                 y: y as u8,
                 step: step as u8,
+                lights: Lights::UNKNOWN,
             });
-            while let Some(cell) = cells.pop() {
-                if !self.light_cell(cell, work) && cell.step > 2 {
-                    let half = cell.step / 2;
-                    for (right, below) in [(0, 0), (half, 0), (0, half), (half, half)] {
+            while let Some(mut cell) = cells.pop() {
+                if self.light_cell(&mut cell, work) {
+                    continue;
+                }
+                let (half, lights) = (cell.step / 2, cell.lights);
+                for (right, below) in [(0, 0), (half, 0), (0, half), (half, half)] {
+                    let (x, y) = (cell.x + right, cell.y + below);
+                    if half > 1 {
                         let _ = cells.push(Cell {
-                            x: cell.x + right,
-                            y: cell.y + below,
+                            x,
+                            y,
                             step: half,
+                            lights,
                         });
+                    } else if lights.is_any() {
+                        self.light_of_pixel(usize::from(x), usize::from(y), lights, work);
                     }
                 }
             }
@@ -119,7 +161,7 @@ where
     }
 
     /// Interpolates the light of a cell between its corners; false if it is to be divided.
-    fn light_cell(&mut self, cell: Cell, work: &mut Work<'_>) -> bool {
+    fn light_cell(&mut self, cell: &mut Cell, work: &mut Work<'_>) -> bool {
         let (x, y, step) = (
             usize::from(cell.x),
             usize::from(cell.y),
@@ -148,7 +190,8 @@ where
             below -= 1;
         }
         let corners = [(x, y), (right, y), (x, below), (right, below)];
-        let [a, b, c, d] = corners.map(|(x, y)| self.light_of_pixel(x, y, work));
+        let [a, b, c, d] = corners.map(|(x, y)| self.light_of_pixel(x, y, cell.lights, work));
+        cell.lights = a.lights.and(b.lights).and(c.lights).and(d.lights);
         if step > self.sizes.bent_least && differ([&a, &b, &c, &d]) {
             return false;
         }
@@ -176,12 +219,18 @@ where
     }
 
     /// Returns the light of a pixel all of whose samples see one surface or group.
-    pub(super) fn light_of_pixel(&mut self, x: usize, y: usize, work: &mut Work<'_>) -> Lit {
+    pub(super) fn light_of_pixel(
+        &mut self,
+        x: usize,
+        y: usize,
+        lights: Lights,
+        work: &mut Work<'_>,
+    ) -> Lit {
         let known = usize::from(self.lit_at[(SIDE * y + x) % PIXELS]).checked_sub(1);
         if let Some(lit) = known.and_then(|known| self.lit.get(known)) {
             return *lit;
         }
-        let lit = self.light_of(x, y, 0xf, work);
+        let lit = self.light_of((x, y), 0xf, lights, work);
         self.keep(x, y, lit);
         lit
     }
@@ -189,7 +238,13 @@ where
     /// Returns the light of the part of a pixel in which some samples see one surface or group: at
     /// their middle.
     #[inline(never)]
-    pub(super) fn light_of(&mut self, x: usize, y: usize, mask: u8, work: &mut Work<'_>) -> Lit {
+    pub(super) fn light_of(
+        &mut self,
+        (x, y): (usize, usize),
+        mask: u8,
+        lights: Lights,
+        work: &mut Work<'_>,
+    ) -> Lit {
         let (block, first) = (ROW_BLOCKS * y + x / 2, 4 * (x & 1));
         let places = [0, 1, 2, 3].map(|sample| self.samples.at(block, first + sample));
         let (mut middle, mut count) = ((0.0, 0.0), 0.0);
@@ -216,13 +271,26 @@ where
         };
         let tracer = &self.renderer.tracer;
         let mut hit = hit_of(&id, self.seen.near[block % self.seen.near.len()][lane % 8]);
-        let mut ray = self.picture.ray(middle.0, middle.1);
-        match ray.and_then(|ray| tracer.on_spheroid(id.instance, &ray)) {
-            // What lies between places on a spheroid is on it.
-            Some(t) => hit.on.t = t,
-            None => ray = self.picture.ray(places[sample].0, places[sample].1),
-        }
-        let Some(ray) = ray else {
+        let on_facet = self.chart(surface, &id).map(|chart| {
+            let is_coated = chart.facet.texture.is_some();
+            (chart.surface(middle), is_coated)
+        });
+        // What lies between places on one facet, or on a spheroid, is on it.
+        let between = self.picture.ray(middle.0, middle.1);
+        let (ray, found, is_coated) = if let Some((Some(found), is_coated)) = on_facet {
+            (between, Some(found), is_coated)
+        } else {
+            let ray = match between.and_then(|ray| tracer.on_spheroid(id.instance, &ray)) {
+                Some(t) => {
+                    hit.on.t = t;
+                    between
+                }
+                None => self.picture.ray(places[sample].0, places[sample].1),
+            };
+            let found = ray.and_then(|ray| tracer.surface(self.shade, &ray, &hit));
+            (ray, found, false)
+        };
+        let Some((ray, found)) = ray.zip(found) else {
             return Lit::NONE;
         };
         let unit = self.sizes.unit;
@@ -230,104 +298,142 @@ where
             self.corner.0 + x as u32 * unit,
             self.corner.1 + y as u32 * unit,
         );
-        let seed = Sample::new(column, row, self.pass.0, self.pass.1);
-        let (budget, workspace) = (&mut *work.budget, &mut *work.workspace);
-        let (pixel, apart) = tracer.light_apart(
-            self.shade,
-            (&ray, hit),
-            (self.renderer.most, seed),
-            budget,
-            workspace,
-        );
-        let mut sum = Sum::NONE;
-        sum.add(pixel, workspace);
-        let lit = Lit {
-            pixel: sum.mean(1),
-            diffuse: apart.diffuse,
+        let met = Met {
+            ray: &ray,
+            surface: found,
+            t: hit.on.t,
+            detail: self.renderer.most,
+            sample: Sample::new(column, row, self.pass.0, self.pass.1),
         };
-        let plain = |pixel: Pixel| Lit {
-            pixel,
-            diffuse: Vec3::ZERO,
-        };
-        match apart.coat {
-            None => plain(lit.pixel),
-            Some(_) if self.coat(surface).texture.is_some() => lit,
-            Some((texture, place)) => {
-                let scene = self.renderer.tracer.scene();
-                plain(lit.coloured(texture::mean(scene, texture, place, [0.0; 2])))
-            }
+        let mut lit = self.light_of_surface(&met, lights, work);
+        if let Some((texture, at)) = lit.1.filter(|_| !is_coated) {
+            let scene = self.renderer.tracer.scene();
+            let pixel = lit.0.coloured(texture::mean(scene, texture, at, [0.0; 2]));
+            (lit.0.pixel, lit.0.diffuse) = (pixel, Vec3::ZERO);
         }
+        lit.0
     }
 
-    /// Returns the texture of a surface.
-    fn coat(&mut self, surface: usize) -> Coat {
-        let place = surface % self.coats.len();
-        match self.coats[place].filter(|coat| coat.surface == surface) {
-            Some(coat) => coat,
-            None => *self.coats[place].insert(self.new_coat(surface)),
+    /// Returns the light of a surface that a ray meets, and the place on its texture, if that is
+    /// kept apart.
+    fn light_of_surface(
+        &mut self,
+        met: &Met<'_, 'a>,
+        mut lights: Lights,
+        work: &mut Work<'_>,
+    ) -> (Lit, Option<(u32, [f32; 2])>) {
+        let tracer = &self.renderer.tracer;
+        let (budget, workspace) = (&mut *work.budget, &mut *work.workspace);
+        let (pixel, Open { own, sources, coat }) =
+            tracer.light_apart(self.shade, met, budget, workspace);
+        let mut sum = Sum::NONE;
+        sum.add(pixel, workspace);
+        let (mut pixel, mut diffuse) = (sum.mean(1), own.diffuse);
+        for (number, source) in sources.iter().enumerate().take(MOST_LIGHTS) {
+            if source.whole == Vec3::ZERO {
+                continue;
+            }
+            let bit = 1 << number;
+            if (lights.reaching | lights.hidden) & bit == 0 {
+                if tracer.is_reached(met, number, budget, workspace) {
+                    lights.reaching |= bit;
+                } else {
+                    lights.hidden |= bit;
+                }
+            }
+            if lights.reaching & bit != 0 {
+                pixel = pixel.zip(Pixel::new(source.whole, 0.0), |a, b| a + b);
+                diffuse += source.diffuse;
+            }
         }
+        let lit = Lit {
+            pixel,
+            diffuse: if coat.is_some() { diffuse } else { Vec3::ZERO },
+            lights,
+        };
+        (lit, coat)
+    }
+
+    /// Returns a surface over the picture, if it is a triangle with nothing at its corners but
+    /// normals.
+    fn chart(&mut self, surface: usize, id: &SurfaceId) -> Option<&Chart<'a>> {
+        let place = surface % self.charts.len();
+        if self.charts[place].is_none_or(|chart| chart.surface != surface) {
+            self.charts[place] = self.new_chart(surface, id);
+        }
+        self.charts[place].as_ref()
     }
 
     #[inline(never)]
-    fn new_coat(&self, surface: usize) -> Coat {
-        let none = Coat {
-            surface,
-            texture: None,
-            near: Vec3::ZERO,
-            u: Vec3::ZERO,
-            v: Vec3::ZERO,
-        };
-        let id = self.surfaces.list().get(surface);
-        let facet = id.and_then(|id| self.renderer.tracer.facet(id));
-        let Some((corners, (texture, places))) =
-            facet.and_then(|facet| Some((facet.corners, facet.texture?)))
-        else {
-            return none;
-        };
-        let [p, q, r] = corners.map(|corner| self.beam.place(corner));
+    fn new_chart(&self, surface: usize, id: &SurfaceId) -> Option<Chart<'a>> {
+        let facet = self.renderer.tracer.facet(id)?;
+        if !facet.is_plain {
+            return None;
+        }
+        let [p, q, r] = facet.corners.map(|corner| self.beam.place(corner));
         let weights = [q.cross(r), r.cross(p), p.cross(q)];
         let determinant = weights[0].dot(p);
         if !(determinant.abs() > 0.0) {
-            return none;
+            return None;
         }
-        let sum = |of: [f32; 3]| {
-            (weights[0] * of[0] + weights[1] * of[1] + weights[2] * of[2]) / determinant
-        };
-        Coat {
-            texture: Some(texture),
-            near: sum([1.0; 3]),
-            u: sum(places.map(|place| place[0])),
-            v: sum(places.map(|place| place[1])),
-            ..none
-        }
+        let weights = weights.map(|weight| weight / determinant);
+        Some(Chart {
+            surface,
+            facet,
+            weights,
+            near: weights[0] + weights[1] + weights[2],
+        })
     }
 
     /// Returns the mean colour of a surface's texture over a pixel around a place.
-    pub(super) fn colour(&mut self, surface: usize, (x, y): (f32, f32)) -> Option<Vec3> {
-        let coat = self.coat(surface);
-        let texture = coat.texture?;
-        let at = |form: Vec3| form.x * x + form.y * y + form.z;
-        let near = at(coat.near);
+    pub(super) fn colour(&mut self, surface: usize, at: (f32, f32)) -> Option<Vec3> {
+        let id = *self.surfaces.list().get(surface)?;
+        let scene = self.renderer.tracer.scene();
+        let chart = self.chart(surface, &id)?;
+        let (texture, places) = chart.facet.texture?;
+        let (place, slope) = chart.place_on_texture(&places, at)?;
+        Some(texture::mean(scene, texture, place, slope))
+    }
+}
+
+impl<'a> Chart<'a> {
+    /// Returns the surface at a place of the picture; `None` where it is seen edge-on.
+    fn surface(&self, (x, y): (f32, f32)) -> Option<Surface<'a>> {
+        let weights = self.weights.map(|form| max(value(form, (x, y)), 0.0));
+        let sum = weights[0] + weights[1] + weights[2];
+        (sum > 0.0).then(|| self.facet.surface(weights.map(|weight| weight / sum)))
+    }
+
+    /// Returns the place on the triangle's texture, given by its corners' places, that a place of
+    /// the picture sees, and how far it moves over a pixel.
+    fn place_on_texture(
+        &self,
+        places: &[[f32; 2]; 3],
+        at: (f32, f32),
+    ) -> Option<([f32; 2], [f32; 2])> {
+        let near = value(self.near, at);
         if !(near.abs() > 0.0) {
             return None;
         }
         let t = 1.0 / near;
-        let of = |form: Vec3| {
-            let place = at(form) * t;
+        let of = |axis: usize| {
+            let [a, b, c] = places.map(|place| place[axis]);
+            let form = self.weights[0] * a + self.weights[1] * b + self.weights[2] * c;
+            let place = value(form, at) * t;
             let slope = |own: f32, near: f32| ((own - place * near) * t).abs();
             (
                 place,
-                slope(form.x, coat.near.x) + slope(form.y, coat.near.y),
+                slope(form.x, self.near.x) + slope(form.y, self.near.y),
             )
         };
-        let ((u, du), (v, dv)) = (of(coat.u), of(coat.v));
-        Some(texture::mean(
-            self.renderer.tracer.scene(),
-            texture,
-            [u, v],
-            [du, dv],
-        ))
+        let ((u, du), (v, dv)) = (of(0), of(1));
+        Some(([u, v], [du, dv]))
     }
+}
+
+/// Returns the value of a linear function of column and row.
+fn value(form: Vec3, (x, y): (f32, f32)) -> f32 {
+    form.x * x + form.y * y + form.z
 }
 
 /// Returns whether light between four corners may differ from its interpolation, as seen: by √.

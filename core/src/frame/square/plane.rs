@@ -1,14 +1,16 @@
 //! Light of planes: at the points of a lattice, apart from shadows, which are drawn.
 
 use super::Square;
-use super::light::Lit;
+use super::light::{Lights, Lit};
 use crate::frame::begun::Work;
-use crate::numeric::{max, normalize};
-use crate::scene::format::{Light, Material, light};
+use crate::numeric::max;
+use crate::scene::format::{Light, light};
 use crate::simd::{Runs, Simd};
-use crate::trace::apart::{FacetPoint, MOST_LIGHTS, Open, Part};
+use crate::trace::apart::{MOST_LIGHTS, Open, Part};
 use crate::trace::beam::{BLOCKS, Drawing, ROW_BLOCKS, Shadows, SurfaceId};
-use crate::trace::{Pixel, Steps};
+use crate::trace::facet::Facet;
+use crate::trace::shading::Met;
+use crate::trace::{Pixel, Sample, Steps};
 use glam::Vec3;
 
 pub(super) const MOST_PLANES: usize = 4;
@@ -22,10 +24,7 @@ const POINTS: usize = 5;
 /// A plane that the square sees.
 pub(super) struct PlaneLight<'a> {
     pub(super) instance: u32,
-    /// Unit length.
-    normal: Vec3,
-    point: Vec3,
-    material: &'a Material,
+    facet: Facet<'a>,
     /// 1/t by a linear function of column and row, and the least at which light is computed:
     /// beyond, the plane ends or is behind the eye.
     near: Vec3,
@@ -60,15 +59,18 @@ where
         }
         let facet = tracer
             .facet(id)
-            .filter(|facet| facet.is_flat && facet.is_dull)?;
+            .filter(|facet| facet.is_flat() && facet.is_dull)?;
         let (block, lane) = (usize::from(sample / 8), usize::from(sample % 8));
         let near = self.seen.near.get(block)?[lane];
         let (normal, point) = (facet.normal, facet.corners[0]);
         let same = |plane: &PlaneLight<'_>| {
             plane.instance == id.instance
-                && core::ptr::eq(plane.material, facet.material)
-                && plane.normal.dot(normal) > 0.9999
-                && (plane.point - point).dot(plane.normal).abs() < 1.0e-4 / near
+                && core::ptr::eq(plane.facet.material, facet.material)
+                && plane.facet.normal.dot(normal) > 0.9999
+                && (plane.facet.corners[0] - point)
+                    .dot(plane.facet.normal)
+                    .abs()
+                    < 1.0e-4 / near
         };
         if let Some(known) = self.planes.iter().position(same) {
             return Some(known as u8);
@@ -79,9 +81,7 @@ where
         let height = normal.dot(point - self.picture.eye);
         let mut plane = PlaneLight {
             instance: id.instance,
-            normal,
-            point,
-            material: facet.material,
+            facet,
             near: Vec3::from_array(
                 self.picture
                     .directions
@@ -182,6 +182,7 @@ where
         Lit {
             pixel: Pixel::new(whole.max(Vec3::ZERO), count),
             diffuse: diffuse.max(Vec3::ZERO),
+            lights: Lights::UNKNOWN,
         }
     }
 
@@ -233,17 +234,18 @@ where
             plane.near.x * x + plane.near.y * y + plane.near.z,
             plane.least,
         );
-        let direction = self.picture.direction(x, y);
-        let at = FacetPoint {
-            point: self.picture.eye + direction / near,
-            normal: plane.normal,
-            material: plane.material,
-            direction: normalize(direction).unwrap_or(Vec3::NEG_Z),
+        let Some(ray) = self.picture.ray(x, y) else {
+            return;
         };
-        let open =
-            self.renderer
-                .tracer
-                .light_of_facet(self.shade, &at, work.budget, work.workspace);
+        let met = Met {
+            ray: &ray,
+            surface: plane.facet.at(ray.at(1.0 / near)),
+            t: 1.0 / near,
+            detail: self.renderer.most,
+            sample: Sample::ALONE,
+        };
+        let tracer = &self.renderer.tracer;
+        let (_, open) = tracer.light_apart(self.shade, &met, work.budget, work.workspace);
         if let Some(plane) = self.planes.get_mut(usize::from(number)) {
             plane.points[row][column] = Some(open);
         }

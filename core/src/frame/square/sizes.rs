@@ -71,6 +71,13 @@ impl Sizes {
     }
 }
 
+impl Sizes {
+    /// Returns whether each pixel of the view is lit by itself.
+    pub(in crate::frame) const fn is_of_pixels(&self) -> bool {
+        self.unit == 1 && self.bent == 1
+    }
+}
+
 /// Returns the largest power of two that is not above a size, from 1 to `most`.
 fn power(size: f32, most: usize) -> usize {
     let mut power = 1;

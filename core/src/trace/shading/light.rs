@@ -179,7 +179,7 @@ where
                     continue;
                 }
             }
-            let Some((ray, limit)) = at.ray_to(unit, from) else {
+            let Some((ray, limit)) = at.surface.ray_to(unit, from) else {
                 continue;
             };
             if self.is_shadowed(&ray, limit, EffectSet::SHADOWS) {
@@ -222,7 +222,7 @@ where
             if irradiance <= 0.0 {
                 continue;
             }
-            let Some((ray, limit)) = at.ray_to(unit, Some(place)) else {
+            let Some((ray, limit)) = at.surface.ray_to(unit, Some(place)) else {
                 continue;
             };
             // One ray would be there without.
@@ -301,14 +301,6 @@ impl Lighting<'_, '_> {
         let cosine = self.incidence.normal.dot(unit);
         let outside = self.surface.geometric_normal.dot(unit) * self.incidence.facing > 0.0;
         (cosine > 0.0 && outside).then_some((unit, cosine))
-    }
-
-    /// Returns a ray to a light and the light's distance along it.
-    #[inline(always)]
-    fn ray_to(&self, unit: Vec3, place: Option<Vec3>) -> Option<(Ray, f32)> {
-        let start = self.surface.start(unit);
-        let (along, limit) = place.map_or((unit, f32::INFINITY), |place| (place - start, 1.0));
-        Some((Ray::new(start, along)?, limit))
     }
 
     /// Returns what it sends back along the ray of irradiance 1 from a direction.

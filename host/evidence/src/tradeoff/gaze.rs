@@ -187,7 +187,6 @@ fn methods(
         };
         settings.push(new("method", name, with(lod)));
     }
-    settings.extend(foveated(bench, usual));
     for degrees in bench
         .effort
         .pick(&[5u16, 15, 45][..], &[2, 5, 10, 15, 20, 25, 40, 50])
@@ -316,9 +315,12 @@ fn samples(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison
         settings.push(Setting::new("everywhere", rays, usual, full));
         settings.push(Setting::new("paper", name, usual, paper));
     }
+    settings.extend(foveated(bench, usual));
     let about = format!(
-        "Rays a pixel, in all pixels, and where the paper's levels leave any. The truth is full \
-         tracing with {finest}."
+        "Rays a pixel, in all pixels, and where the paper's levels leave any; and detail as large as \
+         the eye sees it, which has four. The truth is full tracing with {finest}. What a viewer \
+         makes of the same, as FovVideoVDP says, is in the measurements: detail as large as the eye \
+         sees it."
     );
     let title = (("samples", "How many rays a pixel has"), about);
     let truth = way(finest, Way::FULL);

@@ -24,13 +24,11 @@ named!(Fill { Background => "background", Previous => "previous", Capture => "ca
 impl Fill {
     /// Checks that rays are skipped, and that nothing was `given` for a capture that is not made.
     pub fn check(self, lod: &LodArguments, given: Option<&str>) -> Result<(), Failure> {
-        if self != Self::Background && !lod.is_on() {
+        if self != Self::Background && (!lod.is_on() || lod.is_foveated()) {
             return Err(misuse!(
-                "--fill is for --lod paper or paper-ellipse: with --lod off no ray is skipped"
+                "--fill is for --lod paper or paper-ellipse: with --lod {} no ray is skipped",
+                lod.name()
             ));
-        }
-        if self != Self::Background && lod.is_foveated() {
-            warn("--fill has nothing to fill: with --lod foveated every pixel is rendered");
         }
         match given {
             Some(argument) if self != Self::Capture => Err(misuse!(

@@ -32,15 +32,20 @@ pub struct LodArguments {
     /// own line of sight [default: one for both, along --look]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     fixate: Option<Point>,
-    /// How much detail --lod foveated keeps, from 1 (coarse) to 5 (fine): scenes of thin things get
-    /// 8.4, 9.0, 9.4, 9.5 and 9.5 JOD of 10, one less than 10 being seen by three of four people
-    /// [default: 3]
+    /// How much detail --lod foveated keeps, from 1 (coarse) to 5 (fine). By a model of human
+    /// vision, pictures of thin things score 8.4, 9.0, 9.4, 9.5 and 9.5 of 10: at 10 nobody sees a
+    /// difference, at 9 three of four people do [default: 3]
     #[arg(long, value_name = "N", value_parser = whole::<u8>(1..=5))]
     quality: Option<u8>,
-    /// How finely the eye sees, instead of --quality: by how much the least angle that it tells
-    /// apart grows, degrees a degree off the line of sight, and that angle on it, degrees
+    /// How finely the eye sees, instead of --quality: the least angle that it tells apart is
+    /// W0 degrees, and M more for each degree from the line of sight
     /// [default: 0.0275,0.0208]
-    #[arg(long, value_name = "M,W0", conflicts_with = "quality")]
+    #[arg(
+        long,
+        value_name = "M,W0",
+        conflicts_with = "quality",
+        allow_hyphen_values = true
+    )]
     acuity: Option<AcuityArgument>,
 }
 
@@ -72,8 +77,9 @@ pub enum Choice {
     Paper,
     /// The paper's levels, with the border of the field as half-ellipses
     PaperEllipse,
-    /// The size of detail: pixels and points of light are as far apart as the eye sees, with
-    /// edges smoothed; all of the picture is there, behind the viewer, too
+    /// The size of detail: farther out several pixels are one, and light is computed at fewer
+    /// points; edges are antialiased, and all of the picture is there, behind the viewer, too. It
+    /// saves time from about 512² pixels a wall on
     Foveated,
 }
 
@@ -191,7 +197,7 @@ impl LodArguments {
         if let (Some(argument), false) = (given, self.is_foveated()) {
             let lod = self.name();
             return Err(misuse!(
-                "{argument} is for --lod foveated: with --lod {lod} acuity decides nothing"
+                "{argument} is for --lod foveated, not for --lod {lod}"
             ));
         }
         let up = self.up.map_or(up, |up| up.0);

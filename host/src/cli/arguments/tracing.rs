@@ -13,12 +13,12 @@ pub struct TracingArguments {
     effects: EffectArguments,
     #[command(flatten)]
     dispersion: DispersionArguments,
-    /// Reflections and refractions to follow, one after another; with --lod, in the centre of the
-    /// field
+    /// Reflections and refractions to follow, one after another; with the paper's --lod, in the
+    /// centre of the field
     #[arg(long, visible_alias = "reflect-max", value_name = "N", default_value_t = 3,
           value_parser = whole::<u8>(0..=MAX_DEPTH))]
     pub depth: u8,
-    /// Rays a pixel
+    /// Rays a pixel; with --lod foveated, a multiple of four of them
     #[arg(long, value_name = "N", default_value_t = 1,
           value_parser = whole::<u16>(1..=MAX_SAMPLES))]
     pub samples: u16,

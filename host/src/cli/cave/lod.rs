@@ -64,6 +64,33 @@ pub(super) fn report(
     })
 }
 
+/// Turns the level of detail off, and says so, where the eye resolves each pixel.
+pub(super) fn check_acuity(frames: &Frames<'_>, observers: &mut [Observer]) -> Result<(), Failure> {
+    if observers.iter().all(|one| one.foveation.is_none()) {
+        return Ok(());
+    }
+    let mut resolves_all = true;
+    with_scene!(frames.baked.scene(), |scene| {
+        for observer in &*observers {
+            let renderer = render::renderer(&scene, observer, frames.options, Spectrum::Rgb);
+            let renderer = renderer.or_fail()?;
+            for screen in frames.cave.screens() {
+                resolves_all &= renderer.resolves_all(&render::view(screen, observer)?);
+            }
+        }
+    });
+    if resolves_all {
+        warn(
+            "the acuity is finer than a pixel everywhere: every pixel is traced in full, as with \
+             --lod off; give a coarser --acuity or more pixels",
+        );
+        for observer in observers {
+            observer.foveation = None;
+        }
+    }
+    Ok(())
+}
+
 /// Pictures of what one eye's level of detail did, walls unfolded.
 pub(super) struct LodPictures {
     /// The level of each pixel, or how many pixels are one.

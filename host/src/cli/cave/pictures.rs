@@ -53,6 +53,7 @@ impl Writer<'_> {
                 eye: one.eye.name(),
                 path,
                 hash: hexadecimal(one.picture.hash()),
+                rays: one.statistics.into(),
             });
         }
         let seen = seen_by(eye, frame, cave);

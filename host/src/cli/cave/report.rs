@@ -140,6 +140,8 @@ pub(super) struct Image {
     pub(super) path: String,
     /// Hash of the linear pixels, 16 hexadecimal digits.
     pub(super) hash: String,
+    /// Its rays by kind, without those of a capture.
+    pub(super) rays: RayCounts,
 }
 
 /// Frames that followed a tracker.

@@ -4,6 +4,7 @@ use super::Arguments;
 use super::watch::Watched;
 use crate::cave::Screen;
 use crate::cli::arguments::filling::Fill;
+use crate::cli::arguments::lod::Choice;
 use crate::cli::arguments::source::Shown;
 use crate::cli::play::{Interference, Played, Prepared};
 use crate::cli::prelude::*;
@@ -220,11 +221,21 @@ impl Report {
                 .iter()
                 .zip(session.rungs)
                 .map(|(quality, frames)| {
-                    let quality = Quality {
-                        depth: quality.depth.min(depth),
-                        sampling: if foveated { quality.sampling } else { 1.0 },
-                        capture: if captures { quality.capture } else { 1.0 },
-                        ..*quality
+                    let depth = quality.depth.min(depth);
+                    let quality = if foveated {
+                        // All faces and the whole field, in larger detail.
+                        Quality {
+                            depth,
+                            sampling: quality.sampling,
+                            ..Quality::FULL
+                        }
+                    } else {
+                        Quality {
+                            depth,
+                            sampling: 1.0,
+                            capture: if captures { quality.capture } else { 1.0 },
+                            ..*quality
+                        }
                     };
                     Rung { quality, frames }
                 })
@@ -259,15 +270,16 @@ impl Report {
             let Rung { frames, quality } = rung;
             let (depth, faces) = (quality.depth, quality.faces);
             let (field, centre) = (100.0 * quality.field, 100.0 * quality.centre);
-            write!(f, "  {frames:6} frames: {depth} bounces, ")?;
-            let faces = 100.0 * faces;
-            write!(
-                f,
-                "{faces:.0}% of the meshes' detail, {field:.0}% of the field, "
-            )?;
-            write!(f, "{centre:.0}% of its centre")?;
-            if quality.sampling > 1.0 {
+            write!(f, "  {frames:6} frames: {depth} bounces")?;
+            if self.lod == Choice::Foveated.name() {
                 write!(f, ", {} times as coarse", quality.sampling)?;
+            } else {
+                let faces = 100.0 * faces;
+                write!(
+                    f,
+                    ", {faces:.0}% of the meshes' detail, {field:.0}% of the field, "
+                )?;
+                write!(f, "{centre:.0}% of its centre")?;
             }
             if quality.capture < 1.0 {
                 write!(f, ", {:.0}% of the capture anew", 100.0 * quality.capture)?;
