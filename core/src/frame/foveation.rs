@@ -121,8 +121,12 @@ where
             width,
             height,
         };
-        self.pieces(view, all, |_, how| {
-            how.is_none_or(|(sizes, _)| sizes.is_of_pixels())
+        let Pixels::Foveated(Foveation { sight, acuity, .. }) = &self.pixels else {
+            return true;
+        };
+        all.squares(QUARTER).all(|part| {
+            let sizes = Sizes::new(acuity, sight, view, part.corner_of(QUARTER), QUARTER);
+            sizes.is_none_or(|sizes| sizes.is_of_pixels())
         })
     }
 

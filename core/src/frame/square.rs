@@ -1,5 +1,6 @@
 //! A square of pixels: its samples are tested together, and its light is computed at fewer points.
 
+mod fine;
 mod light;
 mod plane;
 mod sizes;
@@ -15,6 +16,7 @@ use crate::trace::beam::{
     Beam, Drawing, MOST_SURFACES, ROW_BLOCKS, SIDE, Samples, Seen, SurfaceId, Surfaces,
 };
 use crate::trace::{Hit, MeshHit, Pixel, Steps};
+use fine::Pixels;
 use glam::Vec3;
 use heapless::Vec;
 use light::{Chart, Lights, Lit};
@@ -99,6 +101,8 @@ pub(super) struct Square<'r, 'a, const W: usize> {
     /// Place in `lit` of a pixel's light, and 1; 0 where it is not known.
     lit_at: [u16; PIXELS],
     charts: [Option<Chart<'a>>; 16],
+    /// Pixels each of whose samples is lit by itself.
+    fine: Pixels,
 }
 
 impl<'r, 'a, const W: usize> Square<'r, 'a, W>
@@ -172,6 +176,7 @@ where
             lit: Vec::new(),
             lit_at: [0; PIXELS],
             charts: [const { None }; 16],
+            fine: Pixels::NONE,
         }
     }
 
@@ -184,6 +189,7 @@ where
             return;
         }
         self.sort(work);
+        self.find_fine(work);
         self.light_pure(work);
         self.resolve(piece, sums, work);
     }
@@ -211,6 +217,7 @@ where
             scene: tracer.scene(),
             simd: tracer.simd(),
             beam: &self.beam,
+            except: None,
             rung: self.renderer.most.rung,
             samples: &self.samples,
             surfaces: &mut self.surfaces,

@@ -33,6 +33,9 @@ pub(crate) struct Beam {
     plane: Option<Plane>,
 }
 
+/// Least height over a plane of what casts a shadow on it, over the plane's distance from the eye.
+pub(crate) const LEAST_HEIGHT: f32 = 1.0e-4;
+
 /// A plane that shadows fall on.
 #[derive(Debug, Clone, Copy)]
 struct Plane {
@@ -116,7 +119,7 @@ impl Beam {
             farthest = max(farthest, t * sqrt(direction.dot(direction)));
         }
         let middle = (on[0] + on[1] + on[2] + on[3]) * 0.25;
-        let least = 1.0e-4 * farthest;
+        let least = LEAST_HEIGHT * farthest;
         let map = |v: Vec3| Vec3::from_array(map3(self.rows, |row: Vec3| row.dot(v)));
         let (origin, offset, scale, towards) = if is_directional {
             let along = normal.dot(light);

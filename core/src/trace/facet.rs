@@ -106,7 +106,7 @@ where
         if is_clear || effects & NOT_DULL != 0 && is_flat() {
             return true;
         }
-        // Their shadows are not drawn, and may be thin.
+        // Shadows of so many lights on a plane are not drawn, and may be thin.
         if scene.lights.len() > MOST_LIGHTS && self.casts_shadows() && is_flat() {
             return true;
         }

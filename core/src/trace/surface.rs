@@ -31,6 +31,11 @@ pub(crate) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
+    /// Returns the normal and a point of the plane that touches the true shape.
+    pub(crate) const fn tangent(&self) -> (Vec3, Vec3) {
+        (self.geometric_normal, self.point)
+    }
+
     /// Returns the surface at a hit; `effects` are bits of the effects to consider. `None` only if
     /// the scene's bytes are inconsistent.
     // Longer than 80 lines: each step needs what those before it found.

@@ -106,7 +106,7 @@ fn needle(random: &mut Random, degrees: (f64, f64)) -> Object {
     object(shape, 2, DAffine3::from_rotation_translation(turn, centre))
 }
 
-/// Returns a scene, and thin dark things for it: balls over a checkered floor, and needles.
+/// Returns a scene, and thin dark things for it: balls over bent ground, and needles.
 fn needles() -> (Scene, Vec<Object>) {
     let light = Light::Point {
         position: DVec3::new(2.5, 4.0, 1.0),
@@ -114,8 +114,12 @@ fn needles() -> (Scene, Vec<Object>) {
         inverse_square: false,
     };
     let mut scene = furnished(light, [[30.0, 20.0]; 2]);
-    let floor = placed([18.0, 1.0, 12.0], DQuat::IDENTITY, [0.0, -1.5, -6.5]);
-    scene.objects = vec![object(Shape::Mesh(0), 0, floor)];
+    let ground = Shape::Spheroid {
+        equatorial_radius: 14.0,
+        polar_radius: 0.4,
+    };
+    let below = DAffine3::from_translation(DVec3::new(0.0, -1.8, -6.0));
+    scene.objects = vec![object(ground, 3, below)];
     let random = &mut Random::new(7);
     for number in 0..30 {
         let (distance, radius) = (random.range(2.6, 6.0), random.range(0.02, 0.25) as f32);
@@ -361,6 +365,38 @@ fn walls_around_the_viewer_have_no_hole() {
     }
 }
 
+/// A facet that rises from another at a small angle hides no light from itself.
+#[test]
+fn a_valley_has_no_shadow_of_its_own() {
+    let mut scene = empty();
+    scene.ambient = [0.1; 3];
+    scene.lights = vec![Light::Point {
+        position: [0.0, 3.0, 2.0].into(),
+        colour: [0.9; 3],
+        inverse_square: false,
+    }];
+    scene.materials = vec![Material {
+        diffuse: [0.8; 3],
+        ..Material::default()
+    }];
+    let rises = [(-4.0, 0.0), (0.3, 0.0), (4.0, 0.04)];
+    let positions = rises.map(|(x, rise)| [-4.0, -1.0].map(|z| [x, rise - 1.0, z]));
+    scene.meshes = vec![TriangleMesh {
+        positions: positions.concat(),
+        triangles: vec![[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5]],
+        ..TriangleMesh::default()
+    }];
+    scene.objects = vec![object(Shape::Mesh(0), 0, DAffine3::IDENTITY)];
+    let baked = Baked::<8>::new(&scene).expect("a scene");
+    let [one, seen] = [false, true].map(|is_foveated| {
+        let pixels = picture(&baked, 4, &eye(0, is_foveated)).0;
+        codes(&pixels.iter().map(light).collect::<Vec<_>>())
+    });
+    let off = one.iter().zip(&seen).map(|(a, b)| (a - b).abs());
+    let off = off.sum::<Vec3>() / one.len() as f32;
+    assert!(off.max_element() < 1.0, "{off} codes");
+}
+
 const RINGS: [(f32, f32); 4] = [(0.0, 15.0), (15.0, 25.0), (25.0, 35.0), (35.0, 60.0)];
 
 const FRAMES: u32 = 6;
@@ -456,7 +492,7 @@ fn hard_scenes_look_as_with_many_samples() {
         let (truth, one, seen) = (frames(16, false), frames(1, false), frames(1, true));
         assert!(picture(&baked, 1, &of_eye) == seen[0], "a still eye");
         let lit = [&one, &seen].map(|frames| frames[0].1);
-        assert!(2 * lit[1] < lit[0], "{name}: {lit:?} points lit");
+        assert!(3 * lit[1] < 2 * lit[0], "{name}: {lit:?} points lit");
         let back = averaged(&picture(&bare, 16, &eye(0, false)).0, &units);
         let of = |pixels: &[Pixel]| averaged(pixels, &units);
         let (full, found) = (of(&truth[0].0), of(&seen[0].0));
@@ -497,7 +533,7 @@ fn hard_scenes_look_as_with_many_samples() {
                 "{name}, ring {ring}"
             );
             assert!(
-                flicker[ring] < 1.1 * flicker_one[ring],
+                flicker[ring] < 1.2 || flicker[ring] < 1.1 * flicker_one[ring],
                 "{name}, ring {ring}"
             );
             assert!(kept[ring] >= 0.95 * all[ring], "{name}, ring {ring}");

@@ -4,7 +4,7 @@ use super::{Group, PIXELS, SIDE, Square, hit_of, index};
 use crate::frame::begun::{Sum, Work};
 use crate::numeric::{max, min, sqrt};
 use crate::simd::{Runs, Simd};
-use crate::trace::apart::{MOST_LIGHTS, Open};
+use crate::trace::apart::Open;
 use crate::trace::beam::{ROW_BLOCKS, SurfaceId};
 use crate::trace::facet::Facet;
 use crate::trace::shading::Met;
@@ -172,6 +172,10 @@ where
             let pure = self.pure.get(SIDE * row + x..SIDE * row + x + step);
             pure.is_some_and(|pure| pure.iter().all(|other| *other == group))
         });
+        if self.fine.cross((x, y), step) {
+            cell.lights = Lights::UNKNOWN;
+            return false;
+        }
         if !is_alike {
             return false;
         }
@@ -230,7 +234,13 @@ where
         if let Some(lit) = known.and_then(|known| self.lit.get(known)) {
             return *lit;
         }
-        let lit = self.light_of((x, y), 0xf, lights, work);
+        let lit = if self.fine.has(x, y) {
+            let [a, b, c, d] =
+                [1, 2, 4, 8].map(|mask| self.light_of((x, y), mask, Lights::UNKNOWN, work));
+            a.between(&b, 0.5).between(&c.between(&d, 0.5), 0.5)
+        } else {
+            self.light_of((x, y), 0xf, lights, work)
+        };
         self.keep(x, y, lit);
         lit
     }
@@ -305,19 +315,19 @@ where
             detail: self.renderer.most,
             sample: Sample::new(column, row, self.pass.0, self.pass.1),
         };
-        let mut lit = self.light_of_surface(&met, lights, work);
-        if let Some((texture, at)) = lit.1.filter(|_| !is_coated) {
+        let (mut lit, coat) = self.light_of_surface(&met, lights, work);
+        if let Some((texture, at)) = coat.filter(|_| !is_coated) {
             let scene = self.renderer.tracer.scene();
-            let pixel = lit.0.coloured(texture::mean(scene, texture, at, [0.0; 2]));
-            (lit.0.pixel, lit.0.diffuse) = (pixel, Vec3::ZERO);
+            lit.pixel = lit.coloured(texture::mean(scene, texture, at, [0.0; 2]));
+            lit.diffuse = Vec3::ZERO;
         }
-        lit.0
+        lit
     }
 
     /// Returns the light of a surface that a ray meets, and the place on its texture, if that is
     /// kept apart.
     fn light_of_surface(
-        &mut self,
+        &self,
         met: &Met<'_, 'a>,
         mut lights: Lights,
         work: &mut Work<'_>,
@@ -329,7 +339,7 @@ where
         let mut sum = Sum::NONE;
         sum.add(pixel, workspace);
         let (mut pixel, mut diffuse) = (sum.mean(1), own.diffuse);
-        for (number, source) in sources.iter().enumerate().take(MOST_LIGHTS) {
+        for (number, source) in sources.iter().enumerate() {
             if source.whole == Vec3::ZERO {
                 continue;
             }

@@ -3,11 +3,11 @@
 use super::Square;
 use super::light::{Lights, Lit};
 use crate::frame::begun::Work;
-use crate::numeric::max;
+use crate::numeric::{max, sqrt};
 use crate::scene::format::{Light, light};
 use crate::simd::{Runs, Simd};
 use crate::trace::apart::{MOST_LIGHTS, Open, Part};
-use crate::trace::beam::{BLOCKS, Drawing, ROW_BLOCKS, Shadows, SurfaceId};
+use crate::trace::beam::{BLOCKS, Drawing, LEAST_HEIGHT, ROW_BLOCKS, Shadows, SurfaceId};
 use crate::trace::facet::Facet;
 use crate::trace::shading::Met;
 use crate::trace::{Pixel, Sample, Steps};
@@ -63,14 +63,17 @@ where
         let (block, lane) = (usize::from(sample / 8), usize::from(sample % 8));
         let near = self.seen.near.get(block)?[lane];
         let (normal, point) = (facet.normal, facet.corners[0]);
+        let (x, y) = self.samples.at(block, lane);
+        let direction = self.picture.direction(x, y);
+        // Lower than what casts a shadow: no facet of a plane casts one on it.
+        let most_height = 0.5 * LEAST_HEIGHT * sqrt(direction.dot(direction)) / near;
         let same = |plane: &PlaneLight<'_>| {
+            let (own, start) = (plane.facet.normal, plane.facet.corners[0]);
+            let height = |corner: &Vec3| (*corner - start).dot(own).abs();
             plane.instance == id.instance
                 && core::ptr::eq(plane.facet.material, facet.material)
-                && plane.facet.normal.dot(normal) > 0.9999
-                && (plane.facet.corners[0] - point)
-                    .dot(plane.facet.normal)
-                    .abs()
-                    < 1.0e-4 / near
+                && own.dot(normal) > 0.9999
+                && facet.corners.iter().all(|p| height(p) < most_height)
         };
         if let Some(known) = self.planes.iter().position(same) {
             return Some(known as u8);
@@ -96,19 +99,20 @@ where
             whole_row: [Part::default(); POINTS],
         };
         for (light, dark) in lights.iter().zip(&mut plane.dark) {
-            *dark = self.shadows(light, (normal, point), work)?;
+            *dark = self.shadows(light, (normal, point), None, work)?;
         }
         self.planes.push(plane).ok()?;
         Some(self.planes.len() as u8 - 1)
     }
 
-    /// Returns the shadows of a light on a plane, a bit for each sample; `None` where they cannot
-    /// be drawn.
+    /// Returns the shadows on a plane of all instances but one, a bit for each sample; `None` where
+    /// they cannot be drawn.
     #[inline(never)]
-    fn shadows(
+    pub(super) fn shadows(
         &mut self,
         source: &Light,
         (normal, point): (Vec3, Vec3),
+        except: Option<u32>,
         work: &mut Work<'_>,
     ) -> Option<[u8; BLOCKS]> {
         let mut shadows = Shadows { dark: [0; BLOCKS] };
@@ -130,6 +134,7 @@ where
             scene: tracer.scene(),
             simd: tracer.simd(),
             beam: &beam,
+            except,
             rung: self.renderer.most.rung,
             samples: &self.samples,
             surfaces: &mut self.surfaces,

@@ -11,7 +11,7 @@ pub const LARGEST_UNIT: u32 = 8;
 
 /// The eye's MAR, apart from its least, over the size of a leaf, the quarter of a unit: needed for
 /// edges, which are seen far better than gratings.
-const LEAF: f32 = 13.75;
+const LEAF: f32 = 15.0;
 /// The same over the least distance of points at which bent surfaces are lit.
 const BENT: f32 = 5.5;
 
@@ -69,9 +69,7 @@ impl Sizes {
             bent_least: power(slope / BENT / of_units, BENT_MOST.min(side)),
         })
     }
-}
 
-impl Sizes {
     /// Returns whether each pixel of the view is lit by itself.
     pub(in crate::frame) const fn is_of_pixels(&self) -> bool {
         self.unit == 1 && self.bent == 1

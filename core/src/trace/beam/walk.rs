@@ -19,6 +19,8 @@ pub(crate) struct Drawing<'d, 'a, const W: usize, P> {
     pub(crate) scene: &'d Scene<'a, W>,
     pub(crate) simd: Simd,
     pub(crate) beam: &'d Beam,
+    /// The number of an instance that is not drawn.
+    pub(crate) except: Option<u32>,
     /// Rung of the meshes.
     pub(crate) rung: u8,
     pub(crate) samples: &'d Samples,
@@ -59,7 +61,9 @@ where
                 let Some(instance) = self.scene.instances.get(number as usize) else {
                     continue;
                 };
-                if P::IS_SHADOW && instance.flags & flag::OCCLUDES == 0 {
+                if P::IS_SHADOW
+                    && (instance.flags & flag::OCCLUDES == 0 || self.except == Some(number))
+                {
                     continue;
                 }
                 if !self.step() {

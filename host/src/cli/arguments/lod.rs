@@ -63,7 +63,14 @@ impl FromStr for AcuityArgument {
         });
         let (slope, fovea) = numbers.ok_or("give two numbers, such as 0.0275,0.0208")?;
         let acuity = Acuity::new(slope, fovea.to_radians());
-        acuity.map(Self).map_err(|error| error.to_string())
+        acuity.map(Self).map_err(|_| {
+            format!(
+                "give an M of 0 to {} and a W0 of {:.5} to {:.0}",
+                Acuity::STEEPEST,
+                Acuity::FINEST.to_degrees(),
+                Acuity::COARSEST.to_degrees().floor()
+            )
+        })
     }
 }
 

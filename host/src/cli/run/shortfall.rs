@@ -53,13 +53,15 @@ impl Shortfall {
             ..1.0 => "less than 1 %".to_owned(),
             percent => format!("{percent:.0} %"),
         };
-        let foveated = match self.lod {
-            Choice::Foveated => "",
-            _ => ", --lod foveated",
-        };
+        if self.lod == Choice::Foveated {
+            return Some(format!(
+                "most of the picture is squares of one colour: the budget finishes {percent} of \
+                 it; give smaller pictures with --size or a larger --budget"
+            ));
+        }
         Some(format!(
             "most of the picture is missing: the budget shows {percent} of the visual field; give \
-             smaller pictures with --size{foveated} or a larger --budget"
+             smaller pictures with --size, --lod foveated or a larger --budget"
         ))
     }
 
