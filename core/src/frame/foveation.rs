@@ -48,7 +48,8 @@ where
     /// pixels are one. Samples of a square are tested against each shape together. Light is
     /// computed at fewer points: on planes at those of a lattice, apart from shadows, which are
     /// found for each sample; on other surfaces at each, or as far apart as light changes little.
-    /// Textures of dull meshes are averaged over pixels.
+    /// Textures of dull meshes are averaged over pixels; other textures, graticules, and borders of
+    /// shadows on bent surfaces are lit at each sample.
     ///
     /// Where rays have no common start, off a mirror into a dome, every pixel is rendered as
     /// without foveation; so it is next to a dome's rim, and where a square bends too much.

@@ -66,8 +66,9 @@ struct Group<'a> {
     facing: u8,
     /// Number of its plane, if it is one.
     plane: Option<u8>,
-    /// Whether its light may change from a pixel to the next.
+    /// Whether its light may change from a pixel to the next, and within a pixel.
     is_busy: bool,
+    is_fine: bool,
 }
 
 /// The number of samples that see a surface, the last of them, and the surface's group.
@@ -217,7 +218,7 @@ where
             scene: tracer.scene(),
             simd: tracer.simd(),
             beam: &self.beam,
-            except: None,
+            own: None,
             rung: self.renderer.most.rung,
             samples: &self.samples,
             surfaces: &mut self.surfaces,
@@ -346,12 +347,14 @@ where
             return known as u8;
         }
         let is_busy = plane.is_none() && tracer.is_busy(id);
+        let is_fine = is_busy && tracer.is_fine(id);
         let group = Group {
             instance,
             material,
             facing,
             plane,
             is_busy,
+            is_fine,
         };
         match self.groups.push(group) {
             Ok(()) => self.groups.len() as u8 - 1,

@@ -89,6 +89,21 @@ where
         hits.t.into_iter().find(|t| *t > 0.0)
     }
 
+    /// Returns whether a surface has lines, or textures that are not averaged.
+    pub(crate) fn is_fine(&self, id: &SurfaceId) -> bool {
+        let Some(material) = self.material(id) else {
+            return false;
+        };
+        let effects = material.effects & self.searcher.effects.bits();
+        let instance = self.searcher.scene.instances.get(id.instance as usize);
+        let is_mesh = instance.is_some_and(|it| it.kind == kind::MESH);
+        effects & effect::GRATICULE != 0
+            || effects & TEXTURES != 0
+                && (material.emission_texture != NO_TEXTURE
+                    || material.metal_texture != NO_TEXTURE
+                    || material.texture != NO_TEXTURE && (effects & NOT_DULL != 0 || !is_mesh))
+    }
+
     /// Returns whether colours of a surface may change from a pixel to the next.
     pub(crate) fn is_busy(&self, id: &SurfaceId) -> bool {
         let scene = &self.searcher.scene;
@@ -96,10 +111,6 @@ where
             return false;
         };
         let effects = material.effects & self.searcher.effects.bits();
-        let is_mesh = scene
-            .instances
-            .get(id.instance as usize)
-            .is_some_and(|it| it.kind == kind::MESH);
         // Glass shows what is behind it, and a flat mirror what is before it, as fine as it is.
         let is_flat = || self.facet(id).is_some_and(|facet| facet.is_flat());
         let is_clear = effects & effect::REFRACTION != 0;
@@ -110,12 +121,7 @@ where
         if scene.lights.len() > MOST_LIGHTS && self.casts_shadows() && is_flat() {
             return true;
         }
-        let changes = effect::GRATICULE | effect::VERTEX_COLOURS;
-        effects & changes != 0
-            || effects & TEXTURES != 0
-                && (material.emission_texture != NO_TEXTURE
-                    || material.metal_texture != NO_TEXTURE
-                    || material.texture != NO_TEXTURE && (effects & NOT_DULL != 0 || !is_mesh))
+        effects & effect::VERTEX_COLOURS != 0 || self.is_fine(id)
     }
 
     /// Returns the material of a triangle of a mesh, or of another shape.

@@ -541,6 +541,31 @@ fn hard_scenes_look_as_with_many_samples() {
     }
 }
 
+#[test]
+fn textures_of_what_shines_are_smooth_and_in_place() {
+    let sun = Light::Directional {
+        direction: DVec3::new(0.4, -1.0, -0.6),
+        colour: [0.9; 3],
+    };
+    let mut scene = furnished(sun, [[40.0, 12.0]; 2]);
+    scene.materials[0].specular = [0.04; 3];
+    let wall = DQuat::from_rotation_x(1.5);
+    let wall = placed([14.0, 1.0, 8.0], wall, [0.0, 0.4, -5.5]);
+    scene.objects = vec![object(Shape::Mesh(0), 0, wall)];
+    let baked = Baked::<8>::new(&scene).expect("a scene");
+    let plain = Observer::new(Eye::Centre, DVec3::ZERO);
+    let seen = (sight(GAZES[0]), Acuity::GUENTER);
+    let foveated = Observer::foveated(Eye::Centre, DVec3::ZERO, seen, 0.0);
+    let pictures = [(16, &plain), (1, &plain), (1, &foveated)];
+    let [truth, one, seen] = pictures.map(|(samples, eye)| {
+        let pixels = picture(&baked, samples, eye).0;
+        codes(&pixels.iter().map(light).collect::<Vec<_>>())
+    });
+    let off = |of: &[Vec3]| -> Vec3 { of.iter().zip(&truth).map(|(a, b)| (a - b).abs()).sum() };
+    let [one, seen] = [&one, &seen].map(|of| off(of).element_sum());
+    assert!(seen < 0.6 * one, "{seen} codes, {one} of one sample");
+}
+
 /// Renders a tile in calls of `budget`.
 fn in_calls(renderer: &Renderer<'_>, view: &View, budget: Budget) -> (Vec<Pixel>, u32) {
     let (width, height) = (view.columns(), view.rows());

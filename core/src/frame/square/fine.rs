@@ -1,8 +1,8 @@
 //! Pixels of bent surfaces that are not of one light: there each sample is lit by itself.
 
-use super::{Group, GroupNumber, MOST_GROUPS, SIDE, Square, hit_of, index};
+use super::{GroupNumber, MOST_GROUPS, SIDE, Square, hit_of, index};
 use crate::frame::begun::Work;
-use crate::scene::format::effect::GRATICULE;
+use crate::numeric::sqrt;
 use crate::simd::{Runs, Simd};
 use crate::trace::apart::MOST_LIGHTS;
 use crate::trace::beam::{BLOCKS, ROW_BLOCKS};
@@ -10,6 +10,13 @@ use glam::Vec3;
 
 /// Least samples of a group for which borders of shadows are found.
 const LEAST: u16 = 128;
+
+/// Least height of what a surface casts shadows with on itself, over the square's width there:
+/// more than what it bends.
+const OWN_HEIGHT: f32 = 0.5;
+
+/// An instance, and the least height of what it casts shadows with: metres.
+pub(super) type Own = (u32, f32);
 
 /// Pixels of a square, a bit for each, by row.
 #[derive(Debug, Clone, Copy)]
@@ -45,9 +52,9 @@ impl<const W: usize> Square<'_, '_, W>
 where
     Simd: Runs<W>,
 {
-    /// Finds pixels of bent surfaces with something in them that is smaller than a pixel: lines of
-    /// a graticule, and borders of shadows that other shapes cast, by drawing these on a plane that
-    /// touches the surface.
+    /// Finds pixels with something in them that is smaller than a pixel: lines, textures that are
+    /// not averaged, and borders of shadows on bent surfaces, by drawing these on a plane that touches
+    /// the surface.
     #[inline(never)]
     pub(super) fn find_fine(&mut self, work: &mut Work<'_>) {
         // Samples of each group, and a sample of the surface that most of them see.
@@ -61,26 +68,32 @@ where
             }
         }
         let tracer = &self.renderer.tracer;
-        let (lights, effects) = (tracer.scene().lights(), tracer.effects().bits());
-        let has_lines = |group: &Group<'_>| group.material.effects & effects & GRATICULE != 0;
+        let lights = tracer.scene().lights();
         for (number, (count, _, sample)) in (0..).zip(seen) {
             let group = self.groups.get(usize::from(number));
             let Some(group) = group.filter(|group| group.plane.is_none()) else {
                 continue;
             };
-            if has_lines(group) {
-                self.keep_fine(number, |_, _| true);
+            if group.is_busy {
+                // Colours of corners are the same all over a facet's plane, but not over others.
+                let (is_fine, seen) = (group.is_fine, self.seen.number);
+                let is_mixed = |x, y| {
+                    let block: &[f32; 8] = &seen[(ROW_BLOCKS * y + x / 2) % BLOCKS];
+                    let own = &block[4 * (x & 1)..][..4];
+                    own.iter().any(|number| *number != own[0])
+                };
+                self.keep_fine(number, |x, y| is_fine || is_mixed(x, y));
                 continue;
             }
             if count < LEAST || !self.renderer.tracer.casts_shadows() {
                 continue;
             }
             let (block, lane) = (usize::from(sample / 8) % BLOCKS, usize::from(sample % 8));
-            let Some((instance, tangent)) = self.tangent(block, lane) else {
+            let Some((own, tangent)) = self.tangent(block, lane) else {
                 continue;
             };
             for light in lights.iter().take(MOST_LIGHTS).filter(|it| !it.is_large()) {
-                if let Some(dark) = self.shadows(light, tangent, Some(instance), work)
+                if let Some(dark) = self.shadows(light, tangent, Some(own), work)
                     && dark.iter().any(|dark| *dark != 0)
                 {
                     let (some, lit) = self.some_and_lit(&dark);
@@ -90,9 +103,9 @@ where
         }
     }
 
-    /// Returns the instance that a sample sees, and the normal and a point of the plane that touches
-    /// it there.
-    fn tangent(&self, block: usize, lane: usize) -> Option<(u32, (Vec3, Vec3))> {
+    /// Returns the instance that a sample sees, and the height over the plane that touches it from
+    /// which on it casts shadows on itself, and that plane's normal and a point of it.
+    fn tangent(&self, block: usize, lane: usize) -> Option<(Own, (Vec3, Vec3))> {
         let (x, y) = self.samples.at(block, lane);
         let id = *self
             .surfaces
@@ -101,7 +114,9 @@ where
         let hit = hit_of(&id, self.seen.near[block][lane]);
         let tracer = &self.renderer.tracer;
         let surface = tracer.surface(self.shade, &self.picture.ray(x, y)?, &hit)?;
-        Some((id.instance, surface.tangent()))
+        let right = self.picture.directions[0];
+        let width = self.sizes.side as f32 * sqrt(right.dot(right)) * hit.on.t;
+        Some(((id.instance, OWN_HEIGHT * width), surface.tangent()))
     }
 
     /// Returns the pixels at and beside which samples are dark, and those at which they are lit.

@@ -3,6 +3,7 @@
 use super::{Group, PIXELS, SIDE, Square, hit_of, index};
 use crate::frame::begun::{Sum, Work};
 use crate::numeric::{max, min, sqrt};
+use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
 use crate::trace::apart::Open;
 use crate::trace::beam::{ROW_BLOCKS, SurfaceId};
@@ -281,24 +282,32 @@ where
         };
         let tracer = &self.renderer.tracer;
         let mut hit = hit_of(&id, self.seen.near[block % self.seen.near.len()][lane % 8]);
-        let on_facet = self.chart(surface, &id).map(|chart| {
-            let is_coated = chart.facet.texture.is_some();
-            (chart.surface(middle), is_coated)
-        });
-        // What lies between places on one facet, or on a spheroid, is on it.
         let between = self.picture.ray(middle.0, middle.1);
-        let (ray, found, is_coated) = if let Some((Some(found), is_coated)) = on_facet {
-            (between, Some(found), is_coated)
+        // What lies between places on one facet, or on a spheroid, is on it.
+        let (on_facet, t, is_coated) = match self.chart(surface, &id) {
+            Some(chart) if chart.facet.is_plain => {
+                (chart.surface(middle), None, chart.facet.texture.is_some())
+            }
+            Some(chart) => (None, chart.distance(middle), false),
+            None => {
+                let on_spheroid = |ray: Ray| tracer.on_spheroid(id.instance, &ray);
+                (None, between.and_then(on_spheroid), false)
+            }
+        };
+        let (ray, found) = if on_facet.is_some() {
+            (between, on_facet)
         } else {
-            let ray = match between.and_then(|ray| tracer.on_spheroid(id.instance, &ray)) {
+            let ray = match t {
                 Some(t) => {
                     hit.on.t = t;
                     between
                 }
                 None => self.picture.ray(places[sample].0, places[sample].1),
             };
-            let found = ray.and_then(|ray| tracer.surface(self.shade, &ray, &hit));
-            (ray, found, false)
+            (
+                ray,
+                ray.and_then(|ray| tracer.surface(self.shade, &ray, &hit)),
+            )
         };
         let Some((ray, found)) = ray.zip(found) else {
             return Lit::NONE;
@@ -364,8 +373,7 @@ where
         (lit, coat)
     }
 
-    /// Returns a surface over the picture, if it is a triangle with nothing at its corners but
-    /// normals.
+    /// Returns a surface over the picture, if it is a triangle.
     fn chart(&mut self, surface: usize, id: &SurfaceId) -> Option<&Chart<'a>> {
         let place = surface % self.charts.len();
         if self.charts[place].is_none_or(|chart| chart.surface != surface) {
@@ -377,9 +385,6 @@ where
     #[inline(never)]
     fn new_chart(&self, surface: usize, id: &SurfaceId) -> Option<Chart<'a>> {
         let facet = self.renderer.tracer.facet(id)?;
-        if !facet.is_plain {
-            return None;
-        }
         let [p, q, r] = facet.corners.map(|corner| self.beam.place(corner));
         let weights = [q.cross(r), r.cross(p), p.cross(q)];
         let determinant = weights[0].dot(p);
@@ -412,6 +417,12 @@ impl<'a> Chart<'a> {
         let weights = self.weights.map(|form| max(value(form, (x, y)), 0.0));
         let sum = weights[0] + weights[1] + weights[2];
         (sum > 0.0).then(|| self.facet.surface(weights.map(|weight| weight / sum)))
+    }
+
+    /// Returns the t of a place of the picture; `None` off the triangle.
+    fn distance(&self, at: (f32, f32)) -> Option<f32> {
+        let is_on = self.weights.iter().all(|form| value(*form, at) >= 0.0);
+        is_on.then(|| 1.0 / value(self.near, at))
     }
 
     /// Returns the place on the triangle's texture, given by its corners' places, that a place of

@@ -1,6 +1,7 @@
 //! Light of planes: at the points of a lattice, apart from shadows, which are drawn.
 
 use super::Square;
+use super::fine::Own;
 use super::light::{Lights, Lit};
 use crate::frame::begun::Work;
 use crate::numeric::{max, sqrt};
@@ -105,14 +106,13 @@ where
         Some(self.planes.len() as u8 - 1)
     }
 
-    /// Returns the shadows on a plane of all instances but one, a bit for each sample; `None` where
-    /// they cannot be drawn.
+    /// Returns the shadows on a plane, a bit for each sample; `None` where they cannot be drawn.
     #[inline(never)]
     pub(super) fn shadows(
         &mut self,
         source: &Light,
         (normal, point): (Vec3, Vec3),
-        except: Option<u32>,
+        own: Option<Own>,
         work: &mut Work<'_>,
     ) -> Option<[u8; BLOCKS]> {
         let mut shadows = Shadows { dark: [0; BLOCKS] };
@@ -134,7 +134,7 @@ where
             scene: tracer.scene(),
             simd: tracer.simd(),
             beam: &beam,
-            except,
+            own,
             rung: self.renderer.most.rung,
             samples: &self.samples,
             surfaces: &mut self.surfaces,

@@ -19,8 +19,8 @@ pub(crate) struct Drawing<'d, 'a, const W: usize, P> {
     pub(crate) scene: &'d Scene<'a, W>,
     pub(crate) simd: Simd,
     pub(crate) beam: &'d Beam,
-    /// The number of an instance that is not drawn.
-    pub(crate) except: Option<u32>,
+    /// The number of an instance that casts shadows from another height on, and that height.
+    pub(crate) own: Option<(u32, f32)>,
     /// Rung of the meshes.
     pub(crate) rung: u8,
     pub(crate) samples: &'d Samples,
@@ -61,9 +61,7 @@ where
                 let Some(instance) = self.scene.instances.get(number as usize) else {
                     continue;
                 };
-                if P::IS_SHADOW
-                    && (instance.flags & flag::OCCLUDES == 0 || self.except == Some(number))
-                {
+                if P::IS_SHADOW && instance.flags & flag::OCCLUDES == 0 {
                     continue;
                 }
                 if !self.step() {
@@ -99,6 +97,16 @@ where
             *place = node;
             *top += 1;
             self.work.deepest = self.work.deepest.max(*top as u32);
+        }
+    }
+
+    /// Returns the least height of what of an instance casts shadows.
+    #[inline(always)]
+    fn least(&self, instance: u32) -> f32 {
+        match (self.own, &self.beam.plane) {
+            (Some((own, height)), Some(_)) if own == instance => height,
+            (_, Some(plane)) => plane.least,
+            (_, None) => 0.0,
         }
     }
 
@@ -225,7 +233,7 @@ where
             Triangles {
                 samples: self.samples,
                 placed,
-                least: self.beam.plane.map_or(0.0, |plane| plane.least),
+                least: self.least(instance),
                 corners: &corners,
                 count,
                 number: self.surfaces.next(),
