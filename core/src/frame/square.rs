@@ -66,8 +66,9 @@ struct Group<'a> {
     facing: u8,
     /// Number of its plane, if it is one.
     plane: Option<u8>,
-    /// Whether its light may change from a pixel to the next, and within a pixel.
+    /// Whether its light may change from a pixel to the next.
     is_busy: bool,
+    /// Whether its light may change within a pixel that sees one facet.
     is_fine: bool,
 }
 

@@ -13,7 +13,7 @@ mod walk;
 
 pub(crate) use paper::{MOST_SURFACES, Seen, Shadows, SurfaceId, Surfaces};
 pub(crate) use samples::{BLOCKS, ROW_BLOCKS, SIDE, Samples};
-pub(crate) use walk::Drawing;
+pub(crate) use walk::{Drawing, SelfShadow};
 
 use crate::numeric::{map3, max, sqrt};
 use glam::Vec3;

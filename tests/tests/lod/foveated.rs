@@ -83,6 +83,13 @@ fn furnished(light: Light, repeats: [[f32; 2]; 2]) -> Scene {
     }
 }
 
+fn sun() -> Light {
+    Light::Directional {
+        direction: DVec3::new(0.4, -1.0, -0.6),
+        colour: [0.9; 3],
+    }
+}
+
 /// Returns a place so many degrees off the front wall's middle, `distance` behind it.
 fn place(random: &mut Random, (least, most): (f64, f64), distance: f64) -> DVec3 {
     let (y, x) = random.range(0.0, TAU).sin_cos();
@@ -134,30 +141,20 @@ fn needles() -> (Scene, Vec<Object>) {
 
 /// Does the same: balls of polygons between a checkered floor and wall, and pickets.
 fn pickets() -> (Scene, Vec<Object>) {
-    let light = Light::Directional {
-        direction: DVec3::new(0.4, -1.0, -0.6),
-        colour: [0.9; 3],
-    };
-    let mut scene = furnished(light, [[40.0, 16.0], [50.0, 14.0]]);
+    let mut scene = furnished(sun(), [[40.0, 16.0], [50.0, 14.0]]);
     let floor = placed([14.0, 1.0, 6.0], DQuat::IDENTITY, [0.0, -1.5, -4.0]);
     let wall = placed(
         [14.0, 1.0, 4.0],
         DQuat::from_rotation_x(1.5),
         [0.0, 0.4, -5.5],
     );
-    scene.objects = [floor, wall]
-        .into_iter()
-        .enumerate()
-        .map(|(n, at)| object(Shape::Mesh(0), n, at))
-        .collect();
+    let on_square = |material, at| object(Shape::Mesh(0), material, at);
+    scene.objects = vec![on_square(0, floor), on_square(1, wall)];
     let random = &mut Random::new(11);
     for _ in 0..16 {
         let (distance, radius) = (random.range(3.0, 5.0), random.range(0.05, 0.25));
-        let at = placed(
-            [radius; 3],
-            DQuat::IDENTITY,
-            place(random, (0.0, 40.0), distance),
-        );
+        let centre = place(random, (0.0, 40.0), distance);
+        let at = placed([radius; 3], DQuat::IDENTITY, centre);
         scene.objects.push(Object {
             smooth: true,
             ..object(Shape::Mesh(2), 4, at)
@@ -368,17 +365,12 @@ fn walls_around_the_viewer_have_no_hole() {
 /// A facet that rises from another at a small angle hides no light from itself.
 #[test]
 fn a_valley_has_no_shadow_of_its_own() {
-    let mut scene = empty();
-    scene.ambient = [0.1; 3];
-    scene.lights = vec![Light::Point {
+    let light = Light::Point {
         position: [0.0, 3.0, 2.0].into(),
         colour: [0.9; 3],
         inverse_square: false,
-    }];
-    scene.materials = vec![Material {
-        diffuse: [0.8; 3],
-        ..Material::default()
-    }];
+    };
+    let mut scene = furnished(light, [[1.0; 2]; 2]);
     let rises = [(-4.0, 0.0), (0.3, 0.0), (4.0, 0.04)];
     let positions = rises.map(|(x, rise)| [-4.0, -1.0].map(|z| [x, rise - 1.0, z]));
     scene.meshes = vec![TriangleMesh {
@@ -386,12 +378,9 @@ fn a_valley_has_no_shadow_of_its_own() {
         triangles: vec![[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5]],
         ..TriangleMesh::default()
     }];
-    scene.objects = vec![object(Shape::Mesh(0), 0, DAffine3::IDENTITY)];
+    scene.objects = vec![object(Shape::Mesh(0), 3, DAffine3::IDENTITY)];
     let baked = Baked::<8>::new(&scene).expect("a scene");
-    let [one, seen] = [false, true].map(|is_foveated| {
-        let pixels = picture(&baked, 4, &eye(0, is_foveated)).0;
-        codes(&pixels.iter().map(light).collect::<Vec<_>>())
-    });
+    let [one, seen] = [false, true].map(|is| in_codes(&picture(&baked, 4, &eye(0, is)).0));
     let off = one.iter().zip(&seen).map(|(a, b)| (a - b).abs());
     let off = off.sum::<Vec3>() / one.len() as f32;
     assert!(off.max_element() < 1.0, "{off} codes");
@@ -449,6 +438,10 @@ fn codes(lights: &[Vec3]) -> Vec<Vec3> {
         .collect()
 }
 
+fn in_codes(pixels: &[Pixel]) -> Vec<Vec3> {
+    codes(&pixels.iter().map(light).collect::<Vec<_>>())
+}
+
 /// What is compared of a scene, by rings.
 struct Rings(Vec<usize>);
 
@@ -474,9 +467,9 @@ fn hard_scenes_look_as_with_many_samples() {
     };
     let rings = Rings(places(&view).map(ring).collect());
     let [pb, nb] = [pickets().0, needles().0];
-    for (name, bare, full) in [
-        ("needles", nb, together(needles())),
-        ("pickets", pb, together(pickets())),
+    for (name, bare, full, most_lit) in [
+        ("needles", nb, together(needles()), 0.6),
+        ("pickets", pb, together(pickets()), 0.5),
     ] {
         let bare = Baked::<8>::new(&bare).expect("a scene");
         let baked = Baked::<8>::new(&full).expect("a scene");
@@ -492,7 +485,8 @@ fn hard_scenes_look_as_with_many_samples() {
         let (truth, one, seen) = (frames(16, false), frames(1, false), frames(1, true));
         assert!(picture(&baked, 1, &of_eye) == seen[0], "a still eye");
         let lit = [&one, &seen].map(|frames| frames[0].1);
-        assert!(3 * lit[1] < 2 * lit[0], "{name}: {lit:?} points lit");
+        let share = lit[1] as f64 / lit[0] as f64;
+        assert!(share < most_lit, "{name}: {share} of the points lit");
         let back = averaged(&picture(&bare, 16, &eye(0, false)).0, &units);
         let of = |pixels: &[Pixel]| averaged(pixels, &units);
         let (full, found) = (of(&truth[0].0), of(&seen[0].0));
@@ -533,7 +527,7 @@ fn hard_scenes_look_as_with_many_samples() {
                 "{name}, ring {ring}"
             );
             assert!(
-                flicker[ring] < 1.2 || flicker[ring] < 1.1 * flicker_one[ring],
+                flicker[ring] < 1.1 * flicker_one[ring].max(1.0),
                 "{name}, ring {ring}"
             );
             assert!(kept[ring] >= 0.95 * all[ring], "{name}, ring {ring}");
@@ -543,11 +537,7 @@ fn hard_scenes_look_as_with_many_samples() {
 
 #[test]
 fn textures_of_what_shines_are_smooth_and_in_place() {
-    let sun = Light::Directional {
-        direction: DVec3::new(0.4, -1.0, -0.6),
-        colour: [0.9; 3],
-    };
-    let mut scene = furnished(sun, [[40.0, 12.0]; 2]);
+    let mut scene = furnished(sun(), [[40.0, 12.0]; 2]);
     scene.materials[0].specular = [0.04; 3];
     let wall = DQuat::from_rotation_x(1.5);
     let wall = placed([14.0, 1.0, 8.0], wall, [0.0, 0.4, -5.5]);
@@ -557,10 +547,8 @@ fn textures_of_what_shines_are_smooth_and_in_place() {
     let seen = (sight(GAZES[0]), Acuity::GUENTER);
     let foveated = Observer::foveated(Eye::Centre, DVec3::ZERO, seen, 0.0);
     let pictures = [(16, &plain), (1, &plain), (1, &foveated)];
-    let [truth, one, seen] = pictures.map(|(samples, eye)| {
-        let pixels = picture(&baked, samples, eye).0;
-        codes(&pixels.iter().map(light).collect::<Vec<_>>())
-    });
+    let [truth, one, seen] =
+        pictures.map(|(samples, eye)| in_codes(&picture(&baked, samples, eye).0));
     let off = |of: &[Vec3]| -> Vec3 { of.iter().zip(&truth).map(|(a, b)| (a - b).abs()).sum() };
     let [one, seen] = [&one, &seen].map(|of| off(of).element_sum());
     assert!(seen < 0.6 * one, "{seen} codes, {one} of one sample");

@@ -1,22 +1,20 @@
-//! Pixels of bent surfaces that are not of one light: there each sample is lit by itself.
+//! Pixels with detail smaller than a pixel: each of their samples is lit by itself.
 
 use super::{GroupNumber, MOST_GROUPS, SIDE, Square, hit_of, index};
 use crate::frame::begun::Work;
 use crate::numeric::sqrt;
 use crate::simd::{Runs, Simd};
 use crate::trace::apart::MOST_LIGHTS;
-use crate::trace::beam::{BLOCKS, ROW_BLOCKS};
+use crate::trace::beam::{BLOCKS, ROW_BLOCKS, SelfShadow};
+use core::array::from_fn;
 use glam::Vec3;
 
-/// Least samples of a group for which borders of shadows are found.
+/// Least number of a group's samples for which borders of shadows are looked for.
 const LEAST: u16 = 128;
 
-/// Least height of what a surface casts shadows with on itself, over the square's width there:
-/// more than what it bends.
+/// Least height of a shape over its own tangent plane from which it shades itself, as a share of the
+/// square's width there: more than a surface bends within a square.
 const OWN_HEIGHT: f32 = 0.5;
-
-/// An instance, and the least height of what it casts shadows with: metres.
-pub(super) type Own = (u32, f32);
 
 /// Pixels of a square, a bit for each, by row.
 #[derive(Debug, Clone, Copy)]
@@ -24,6 +22,16 @@ pub(super) struct Pixels([u16; SIDE]);
 
 impl Pixels {
     pub(super) const NONE: Self = Self([0; SIDE]);
+    const ALL: Self = Self([u16::MAX; SIDE]);
+
+    /// Returns the pixels of the first `side` rows and columns for which `is` holds.
+    fn of(side: usize, is: impl Fn(usize, usize) -> bool) -> Self {
+        let (side, mut pixels) = (side.min(SIDE), Self::NONE);
+        for (y, row) in pixels.0.iter_mut().enumerate().take(side) {
+            *row = (0..side).fold(0, |row, x| row | u16::from(is(x, y)) << x);
+        }
+        pixels
+    }
 
     pub(super) const fn has(&self, x: usize, y: usize) -> bool {
         self.0[y % SIDE] >> (x % SIDE) & 1 != 0
@@ -52,9 +60,9 @@ impl<const W: usize> Square<'_, '_, W>
 where
     Simd: Runs<W>,
 {
-    /// Finds pixels with something in them that is smaller than a pixel: lines, textures that are
-    /// not averaged, and borders of shadows on bent surfaces, by drawing these on a plane that touches
-    /// the surface.
+    /// Finds pixels with lines, with textures that are not averaged, with vertex colours of several
+    /// facets, and with borders of shadows on bent surfaces. The shadows are drawn on a plane that
+    /// touches the surface.
     #[inline(never)]
     pub(super) fn find_fine(&mut self, work: &mut Work<'_>) {
         // Samples of each group, and a sample of the surface that most of them see.
@@ -75,37 +83,35 @@ where
                 continue;
             };
             if group.is_busy {
-                // Colours of corners are the same all over a facet's plane, but not over others.
-                let (is_fine, seen) = (group.is_fine, self.seen.number);
-                let is_mixed = |x, y| {
-                    let block: &[f32; 8] = &seen[(ROW_BLOCKS * y + x / 2) % BLOCKS];
-                    let own = &block[4 * (x & 1)..][..4];
-                    own.iter().any(|number| *number != own[0])
+                // A group without a texture changes linearly on each facet.
+                let pixels = if group.is_fine {
+                    Pixels::ALL
+                } else {
+                    self.several()
                 };
-                self.keep_fine(number, |x, y| is_fine || is_mixed(x, y));
+                self.keep_fine(number, &pixels);
                 continue;
             }
             if count < LEAST || !self.renderer.tracer.casts_shadows() {
                 continue;
             }
             let (block, lane) = (usize::from(sample / 8) % BLOCKS, usize::from(sample % 8));
-            let Some((own, tangent)) = self.tangent(block, lane) else {
+            let Some((tangent, own)) = self.tangent(block, lane) else {
                 continue;
             };
             for light in lights.iter().take(MOST_LIGHTS).filter(|it| !it.is_large()) {
                 if let Some(dark) = self.shadows(light, tangent, Some(own), work)
                     && dark.iter().any(|dark| *dark != 0)
                 {
-                    let (some, lit) = self.some_and_lit(&dark);
-                    self.keep_fine(number, |x, y| some.has(x, y) && lit.has(x, y));
+                    self.keep_fine(number, &self.borders(&dark));
                 }
             }
         }
     }
 
-    /// Returns the instance that a sample sees, and the height over the plane that touches it from
-    /// which on it casts shadows on itself, and that plane's normal and a point of it.
-    fn tangent(&self, block: usize, lane: usize) -> Option<(Own, (Vec3, Vec3))> {
+    /// Returns the normal and a point of the plane that touches the surface which a sample sees,
+    /// and how that surface shades itself.
+    fn tangent(&self, block: usize, lane: usize) -> Option<((Vec3, Vec3), SelfShadow)> {
         let (x, y) = self.samples.at(block, lane);
         let id = *self
             .surfaces
@@ -116,28 +122,36 @@ where
         let surface = tracer.surface(self.shade, &self.picture.ray(x, y)?, &hit)?;
         let right = self.picture.directions[0];
         let width = self.sizes.side as f32 * sqrt(right.dot(right)) * hit.on.t;
-        Some(((id.instance, OWN_HEIGHT * width), surface.tangent()))
+        let own = SelfShadow {
+            instance: id.instance,
+            least: OWN_HEIGHT * width,
+        };
+        Some((surface.tangent(), own))
     }
 
-    /// Returns the pixels at and beside which samples are dark, and those at which they are lit.
-    fn some_and_lit(&self, dark: &[u8; BLOCKS]) -> (Pixels, Pixels) {
-        let (mut some, mut lit) = (Pixels::NONE, Pixels::NONE);
-        let side = self.sizes.side;
-        for (y, x) in (0..side).flat_map(|y| (0..side).map(move |x| (y, x))) {
-            let dark = dark[(ROW_BLOCKS * y + x / 2) % BLOCKS] >> (4 * (x & 1)) & 0xf;
-            some.0[y] |= u16::from(dark != 0) << x;
-            lit.0[y] |= u16::from(dark != 0xf) << x;
-        }
-        (some.around(), lit.around())
+    /// Returns the pixels whose samples see several facets.
+    fn several(&self) -> Pixels {
+        Pixels::of(self.sizes.side, |x, y| {
+            let block = &self.seen.number[(ROW_BLOCKS * y + x / 2) % BLOCKS];
+            let own = &block[4 * (x & 1)..][..4];
+            own.iter().any(|number| *number != own[0])
+        })
+    }
+
+    /// Returns the pixels at or beside the borders of what is dark, a bit for each sample.
+    fn borders(&self, dark: &[u8; BLOCKS]) -> Pixels {
+        let of =
+            |x: usize, y: usize| dark[(ROW_BLOCKS * y + x / 2) % BLOCKS] >> (4 * (x & 1)) & 0xf;
+        let some = Pixels::of(self.sizes.side, |x, y| of(x, y) != 0).around();
+        let lit = Pixels::of(self.sizes.side, |x, y| of(x, y) != 0xf).around();
+        Pixels(from_fn(|row| some.0[row] & lit.0[row]))
     }
 
     /// Keeps those pixels that see one group alone.
-    fn keep_fine(&mut self, group: GroupNumber, is_fine: impl Fn(usize, usize) -> bool) {
-        for (place, pure) in self.pure.iter().enumerate() {
-            let (x, y) = (place % SIDE, place / SIDE);
-            if *pure == group && is_fine(x, y) {
-                self.fine.0[y] |= 1 << x;
-            }
+    fn keep_fine(&mut self, group: GroupNumber, pixels: &Pixels) {
+        let own = Pixels::of(self.sizes.side, |x, y| self.pure[SIDE * y + x] == group);
+        for (row, fine) in self.fine.0.iter_mut().enumerate() {
+            *fine |= own.0[row] & pixels.0[row];
         }
     }
 }

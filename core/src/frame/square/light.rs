@@ -168,15 +168,15 @@ where
             usize::from(cell.y),
             usize::from(cell.step),
         );
+        if self.fine.cross((x, y), step) {
+            cell.lights = Lights::UNKNOWN;
+            return false;
+        }
         let group = self.pure[SIDE * y + x];
         let is_alike = (y..y + step).all(|row| {
             let pure = self.pure.get(SIDE * row + x..SIDE * row + x + step);
             pure.is_some_and(|pure| pure.iter().all(|other| *other == group))
         });
-        if self.fine.cross((x, y), step) {
-            cell.lights = Lights::UNKNOWN;
-            return false;
-        }
         if !is_alike {
             return false;
         }
@@ -257,22 +257,7 @@ where
         work: &mut Work<'_>,
     ) -> Lit {
         let (block, first) = (ROW_BLOCKS * y + x / 2, 4 * (x & 1));
-        let places = [0, 1, 2, 3].map(|sample| self.samples.at(block, first + sample));
-        let (mut middle, mut count) = ((0.0, 0.0), 0.0);
-        for (sample, place) in places.iter().enumerate() {
-            if mask >> sample & 1 != 0 {
-                middle = (middle.0 + place.0, middle.1 + place.1);
-                count += 1.0;
-            }
-        }
-        let middle = (middle.0 / count, middle.1 / count);
-        let (mut nearest, mut sample) = (f32::INFINITY, 0);
-        for (number, place) in places.iter().enumerate() {
-            let (dx, dy) = (place.0 - middle.0, place.1 - middle.1);
-            if mask >> number & 1 != 0 && dx * dx + dy * dy < nearest {
-                (nearest, sample) = (dx * dx + dy * dy, number);
-            }
-        }
+        let (middle, sample) = self.middle(block, first, mask);
         let lane = first + sample;
         let number = self.seen.number[block % self.seen.number.len()][lane % 8];
         let Some((surface, id)) =
@@ -297,12 +282,12 @@ where
         let (ray, found) = if on_facet.is_some() {
             (between, on_facet)
         } else {
-            let ray = match t {
-                Some(t) => {
-                    hit.on.t = t;
-                    between
-                }
-                None => self.picture.ray(places[sample].0, places[sample].1),
+            let ray = if let Some(t) = t {
+                hit.on.t = t;
+                between
+            } else {
+                let (x, y) = self.samples.at(block, lane);
+                self.picture.ray(x, y)
             };
             (
                 ray,
@@ -331,6 +316,27 @@ where
             lit.diffuse = Vec3::ZERO;
         }
         lit
+    }
+
+    /// Returns the middle of some samples of a pixel, and the number of the one next to it.
+    fn middle(&self, block: usize, first: usize, mask: u8) -> ((f32, f32), usize) {
+        let places = [0, 1, 2, 3].map(|sample| self.samples.at(block, first + sample));
+        let (mut middle, mut count) = ((0.0, 0.0), 0.0);
+        for (sample, place) in places.iter().enumerate() {
+            if mask >> sample & 1 != 0 {
+                middle = (middle.0 + place.0, middle.1 + place.1);
+                count += 1.0;
+            }
+        }
+        let middle = (middle.0 / count, middle.1 / count);
+        let (mut nearest, mut sample) = (f32::INFINITY, 0);
+        for (number, place) in places.iter().enumerate() {
+            let (dx, dy) = (place.0 - middle.0, place.1 - middle.1);
+            if mask >> number & 1 != 0 && dx * dx + dy * dy < nearest {
+                (nearest, sample) = (dx * dx + dy * dy, number);
+            }
+        }
+        (middle, sample)
     }
 
     /// Returns the light of a surface that a ray meets, and the place on its texture, if that is

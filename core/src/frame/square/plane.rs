@@ -1,14 +1,15 @@
 //! Light of planes: at the points of a lattice, apart from shadows, which are drawn.
 
 use super::Square;
-use super::fine::Own;
 use super::light::{Lights, Lit};
 use crate::frame::begun::Work;
 use crate::numeric::{max, sqrt};
 use crate::scene::format::{Light, light};
 use crate::simd::{Runs, Simd};
 use crate::trace::apart::{MOST_LIGHTS, Open, Part};
-use crate::trace::beam::{BLOCKS, Drawing, LEAST_HEIGHT, ROW_BLOCKS, Shadows, SurfaceId};
+use crate::trace::beam::{
+    BLOCKS, Drawing, LEAST_HEIGHT, ROW_BLOCKS, SelfShadow, Shadows, SurfaceId,
+};
 use crate::trace::facet::Facet;
 use crate::trace::shading::Met;
 use crate::trace::{Pixel, Sample, Steps};
@@ -112,7 +113,7 @@ where
         &mut self,
         source: &Light,
         (normal, point): (Vec3, Vec3),
-        own: Option<Own>,
+        own: Option<SelfShadow>,
         work: &mut Work<'_>,
     ) -> Option<[u8; BLOCKS]> {
         let mut shadows = Shadows { dark: [0; BLOCKS] };

@@ -14,13 +14,20 @@ use crate::trace::stack::{TraversalStack, Work};
 use crate::trace::walk::leaf_index;
 use glam::Vec3;
 
+/// An instance, and the least height over a plane of its parts that cast shadows on it: metres.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SelfShadow {
+    pub(crate) instance: u32,
+    pub(crate) least: f32,
+}
+
 /// Draws all shapes between a beam's borders on paper.
 pub(crate) struct Drawing<'d, 'a, const W: usize, P> {
     pub(crate) scene: &'d Scene<'a, W>,
     pub(crate) simd: Simd,
     pub(crate) beam: &'d Beam,
-    /// The number of an instance that casts shadows from another height on, and that height.
-    pub(crate) own: Option<(u32, f32)>,
+    /// The instance that the shadows fall on, if it may shade itself from another height on.
+    pub(crate) own: Option<SelfShadow>,
     /// Rung of the meshes.
     pub(crate) rung: u8,
     pub(crate) samples: &'d Samples,
@@ -104,7 +111,7 @@ where
     #[inline(always)]
     fn least(&self, instance: u32) -> f32 {
         match (self.own, &self.beam.plane) {
-            (Some((own, height)), Some(_)) if own == instance => height,
+            (Some(own), Some(_)) if own.instance == instance => own.least,
             (_, Some(plane)) => plane.least,
             (_, None) => 0.0,
         }
