@@ -15,6 +15,7 @@ use crate::trace::apart::ShadeApart;
 use crate::trace::beam::{
     Beam, Drawing, MOST_SURFACES, ROW_BLOCKS, SIDE, Samples, Seen, SurfaceId, Surfaces,
 };
+use crate::trace::facet::Fineness;
 use crate::trace::{Hit, MeshHit, Pixel, Steps};
 use fine::Pixels;
 use glam::Vec3;
@@ -68,8 +69,8 @@ struct Group<'a> {
     plane: Option<u8>,
     /// Whether its light may change from a pixel to the next.
     is_busy: bool,
-    /// Whether its light may change within a pixel that sees one facet.
-    is_fine: bool,
+    /// Where its colours may change within a pixel.
+    fineness: Fineness,
 }
 
 /// The number of samples that see a surface, the last of them, and the surface's group.
@@ -348,14 +349,14 @@ where
             return known as u8;
         }
         let is_busy = plane.is_none() && tracer.is_busy(id);
-        let is_fine = is_busy && tracer.is_fine(id);
+        let fineness = tracer.fineness(id);
         let group = Group {
             instance,
             material,
             facing,
             plane,
             is_busy,
-            is_fine,
+            fineness,
         };
         match self.groups.push(group) {
             Ok(()) => self.groups.len() as u8 - 1,

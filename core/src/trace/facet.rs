@@ -20,6 +20,15 @@ const FLAT: f32 = 1.0 - 1.0e-5;
 /// The same under which the triangle meets others at an edge.
 const MOST_BENT: f32 = 0.65;
 
+/// Where the colours of a surface may change within a pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Fineness {
+    Nowhere,
+    /// Where the pixel sees several facets.
+    BetweenFacets,
+    Everywhere,
+}
+
 /// A triangle in the room.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Facet<'a> {
@@ -89,19 +98,26 @@ where
         hits.t.into_iter().find(|t| *t > 0.0)
     }
 
-    /// Returns whether a surface has lines, or textures that are not averaged.
-    pub(crate) fn is_fine(&self, id: &SurfaceId) -> bool {
+    /// Returns where a surface's colours may change within a pixel: by lines, by textures that are
+    /// not averaged, by vertex colours.
+    pub(crate) fn fineness(&self, id: &SurfaceId) -> Fineness {
         let Some(material) = self.material(id) else {
-            return false;
+            return Fineness::Nowhere;
         };
         let effects = material.effects & self.searcher.effects.bits();
         let instance = self.searcher.scene.instances.get(id.instance as usize);
         let is_mesh = instance.is_some_and(|it| it.kind == kind::MESH);
-        effects & effect::GRATICULE != 0
-            || effects & TEXTURES != 0
-                && (material.emission_texture != NO_TEXTURE
-                    || material.metal_texture != NO_TEXTURE
-                    || material.texture != NO_TEXTURE && (effects & NOT_DULL != 0 || !is_mesh))
+        let is_textured = effects & TEXTURES != 0
+            && (material.emission_texture != NO_TEXTURE
+                || material.metal_texture != NO_TEXTURE
+                || material.texture != NO_TEXTURE && (effects & NOT_DULL != 0 || !is_mesh));
+        if is_textured || effects & effect::GRATICULE != 0 {
+            Fineness::Everywhere
+        } else if effects & effect::VERTEX_COLOURS != 0 {
+            Fineness::BetweenFacets
+        } else {
+            Fineness::Nowhere
+        }
     }
 
     /// Returns whether colours of a surface may change from a pixel to the next.
@@ -111,17 +127,17 @@ where
             return false;
         };
         let effects = material.effects & self.searcher.effects.bits();
-        // Glass shows what is behind it, and a flat mirror what is before it, as fine as it is.
+        // Glass and flat mirrors show other things, which may be smaller than a pixel.
         let is_flat = || self.facet(id).is_some_and(|facet| facet.is_flat());
         let is_clear = effects & effect::REFRACTION != 0;
         if is_clear || effects & NOT_DULL != 0 && is_flat() {
             return true;
         }
-        // Shadows of so many lights on a plane are not drawn, and may be thin.
+        // With more lights, shadows on planes are not drawn; they may be thinner than a pixel.
         if scene.lights.len() > MOST_LIGHTS && self.casts_shadows() && is_flat() {
             return true;
         }
-        effects & effect::VERTEX_COLOURS != 0 || self.is_fine(id)
+        self.fineness(id) != Fineness::Nowhere
     }
 
     /// Returns the material of a triangle of a mesh, or of another shape.

@@ -6,6 +6,7 @@ use crate::numeric::sqrt;
 use crate::simd::{Runs, Simd};
 use crate::trace::apart::MOST_LIGHTS;
 use crate::trace::beam::{BLOCKS, ROW_BLOCKS, SelfShadow};
+use crate::trace::facet::Fineness;
 use core::array::from_fn;
 use glam::Vec3;
 
@@ -79,17 +80,15 @@ where
         let lights = tracer.scene().lights();
         for (number, (count, _, sample)) in (0..).zip(seen) {
             let group = self.groups.get(usize::from(number));
-            let Some(group) = group.filter(|group| group.plane.is_none()) else {
+            let Some(&group) = group.filter(|group| group.plane.is_none()) else {
                 continue;
             };
+            match group.fineness {
+                Fineness::Everywhere => self.keep_fine(number, &Pixels::ALL),
+                Fineness::BetweenFacets => self.keep_fine(number, &self.several()),
+                Fineness::Nowhere => {}
+            }
             if group.is_busy {
-                // A group without a texture changes linearly on each facet.
-                let pixels = if group.is_fine {
-                    Pixels::ALL
-                } else {
-                    self.several()
-                };
-                self.keep_fine(number, &pixels);
                 continue;
             }
             if count < LEAST || !self.renderer.tracer.casts_shadows() {
