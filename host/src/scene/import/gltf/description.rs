@@ -89,21 +89,28 @@ fn strip(value: &mut Value, unused: &mut Unused) {
                 .or_insert_with(|| Value::Array(Vec::new()));
         }
     }
+    let meshes = value.get_mut("meshes").and_then(Value::as_array_mut);
+    for mesh in meshes.into_iter().flatten() {
+        let primitives = mesh.get_mut("primitives").and_then(Value::as_array_mut);
+        for primitive in primitives.into_iter().flatten() {
+            let Some(Value::Object(attributes)) = primitive.get_mut("attributes") else {
+                continue;
+            };
+            attributes.retain(|name, _| {
+                let known = serde_json::from_value(name.as_str().into());
+                let is_known = matches!(known, Ok(Checked::<Semantic>::Valid(_)));
+                let is_told = !is_known && !name.starts_with('_');
+                unused.add(format!("the attribute {name}"), u64::from(is_told));
+                is_known
+            });
+        }
+    }
     let mut open = vec![value];
     while let Some(value) = open.pop() {
         match value {
             Value::Array(items) => open.extend(items),
             Value::Object(members) => {
                 members.remove("extras");
-                if let Some(Value::Object(attributes)) = members.get_mut("attributes") {
-                    attributes.retain(|name, _| {
-                        let known = serde_json::from_value(name.as_str().into());
-                        let is_known = matches!(known, Ok(Checked::<Semantic>::Valid(_)));
-                        let is_told = !is_known && !name.starts_with('_');
-                        unused.add(format!("the attribute {name}"), u64::from(is_told));
-                        is_known
-                    });
-                }
                 open.extend(members.values_mut());
             }
             _ => {}

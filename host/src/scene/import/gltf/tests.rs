@@ -59,6 +59,9 @@ fn applies_the_transforms_of_nodes() {
     let mirrored = mesh(&triangle_json(r#","scale":[1,1,-3]"#, "")).unwrap();
     assert_eq!(mirrored.triangles, [[0, 2, 1]]);
     assert_eq!(mirrored.normals, [[0.0, 0.0, -1.0]; 3]);
+    let node = r#","extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":0}}}"#;
+    let many = mesh(&triangle_json(node, "")).unwrap();
+    assert_eq!(many.positions[4], [2.0, 0.0, 0.0], "the second of three");
 }
 
 #[test]
