@@ -4,6 +4,7 @@ pub(crate) mod apart;
 mod background;
 pub(crate) mod beam;
 pub(crate) mod budget;
+mod clearance;
 pub(crate) mod dispersion;
 pub(crate) mod facet;
 mod graticule;

@@ -32,6 +32,7 @@ mod optics;
 mod overrun;
 mod paper_rays;
 mod scene_fuzz;
+mod shadows;
 mod soft_light;
 mod spectrum;
 mod stereo;

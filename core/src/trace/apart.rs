@@ -163,11 +163,13 @@ where
             return true;
         }
         let place = Vec3::from_array(source.place);
+        let is_inside = met.ray.direction().dot(met.surface.geometric_normal) > 0.0;
+        let facing = if is_inside { -1.0 } else { 1.0 };
         let ray = if source.kind == light::DIRECTIONAL {
-            normalize(place).and_then(|unit| met.surface.ray_to(unit, None))
+            normalize(place).and_then(|unit| met.surface.ray_to(unit, facing, None))
         } else {
             let unit = normalize(place - met.surface.point);
-            unit.and_then(|unit| met.surface.ray_to(unit, Some(place)))
+            unit.and_then(|unit| met.surface.ray_to(unit, facing, Some(place)))
         };
         ray.is_some_and(|(ray, limit)| {
             let rung = met.detail.rung;

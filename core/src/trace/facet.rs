@@ -2,13 +2,14 @@
 
 use super::apart::MOST_LIGHTS;
 use super::beam::SurfaceId;
+use super::clearance::Clearance;
 use super::leaves::Leaves;
 use super::map::{map_point, map_vector};
 use super::shading::NOT_DULL;
 use super::surface::{self, Surface};
 use super::texture::{self, TEXTURES};
 use super::tracer::Tracer;
-use crate::numeric::{largest_magnitude, map3, max, min, normalize};
+use crate::numeric::{map3, min, normalize};
 use crate::scene::EffectSet;
 use crate::scene::format::{Material, NO_COLOURS, NO_MATERIAL, NO_TEXTURE, effect, flag, kind};
 use crate::shape::{Ray, Spheroid};
@@ -44,8 +45,7 @@ pub(crate) struct Facet<'a> {
     /// texture.
     pub(crate) is_plain: bool,
     pub(crate) texture: Option<(u32, [[f32; 2]; 3])>,
-    /// Error bound of points on it: metres.
-    error: f32,
+    clearance: Clearance<'a>,
 }
 
 impl<'a> Facet<'a> {
@@ -57,21 +57,29 @@ impl<'a> Facet<'a> {
         })
     }
 
-    /// Returns the surface at a point, given by the weights of the corners.
-    pub(crate) fn surface(&self, [a, b, c]: [f32; 3]) -> Surface<'a> {
+    /// Returns the surface at a point, given by the weights of the corners, that is seen along a
+    /// direction.
+    pub(crate) fn surface(&self, [a, b, c]: [f32; 3], direction: Vec3) -> Surface<'a> {
         let between = |[p, q, r]: [Vec3; 3]| p * a + q * b + r * c;
+        let point = between(self.corners);
         let shading_normal = self
             .normals
             .and_then(|normals| normalize(between(normals)))
             .filter(|own| own.dot(self.normal) > 0.0)
             .unwrap_or(self.normal);
-        let (point, normals) = (between(self.corners), (self.normal, shading_normal));
-        Surface::of_facet(point, normals, self.material, self.error)
+        let bulge = self.normals.map_or(Vec3::ZERO, |normals| {
+            let units = map3(normals, |normal| normalize(normal).unwrap_or(self.normal));
+            let is_inside = direction.dot(self.normal) > 0.0;
+            surface::bulge_of(point, &self.corners, &units, [a, b, c], is_inside)
+        });
+        let (place, normals) = ((point, bulge), (self.normal, shading_normal));
+        Surface::of_facet(place, normals, self.material, self.clearance)
     }
 
     /// Returns the surface at a point of its plane.
     pub(crate) const fn at(&self, point: Vec3) -> Surface<'a> {
-        Surface::of_facet(point, (self.normal, self.normal), self.material, self.error)
+        let normals = (self.normal, self.normal);
+        Surface::of_facet((point, Vec3::ZERO), normals, self.material, self.clearance)
     }
 }
 
@@ -204,7 +212,9 @@ where
             .0
             .map(|p| map_point(&instance.world_from_object, p));
         let [a, b, c] = triangle.0;
-        let normal = surface::world_normal(instance, (b - a).cross(c - a))?;
+        // Normalised first, since products of tiny triangles' edges underflow.
+        let own = normalize((b - a).cross(c - a))?;
+        let normal = surface::world_normal(instance, own)?;
         let mut normals = None;
         if instance.flags & flag::SMOOTH != 0 && mesh.normal_count > 0 {
             let mut own = [Vec3::ZERO; 3];
@@ -223,8 +233,6 @@ where
         let mut texture = None;
         let is_textured = effects & TEXTURES != 0 && mesh.coordinate_count > 0;
         let is_plain = is_dull || effects & effect::GRATICULE == 0 && !is_coloured && !is_textured;
-        let reach = map3(corners, largest_magnitude);
-        let reach = max(reach[0], max(reach[1], reach[2]));
         if is_dull && is_textured && material.texture != NO_TEXTURE {
             let mut places = [[0.0; 2]; 3];
             for (place, weights) in
@@ -245,7 +253,7 @@ where
             is_dull,
             is_plain,
             texture,
-            error: Surface::error(instance, reach),
+            clearance: Clearance::of_triangle(instance, &triangle, own, corners[0]),
         })
     }
 }

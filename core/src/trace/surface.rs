@@ -1,16 +1,17 @@
 //! The surface at a hit: exact point, normals, material.
 
+use super::clearance::Clearance;
 use super::graticule;
-use super::hit::Hit;
+use super::hit::{Hit, MeshHit};
 use super::leaves::Leaves;
 use super::map::{map_point, map_vector};
 use super::texture::{self, TEXTURES};
-use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, map3, max, normalize};
+use crate::numeric::{map3, max, min, normalize};
 use crate::scene::Scene;
 use crate::scene::format::{
     Instance, Material, Mesh, NO_COLOURS, NO_MATERIAL, Triangle, effect, flag, kind,
 };
-use crate::shape::{Ray, Spheroid};
+use crate::shape::{self, Ray, Spheroid};
 use glam::Vec3;
 
 #[derive(Clone, Copy)]
@@ -26,9 +27,14 @@ pub(crate) struct Surface<'a> {
     pub(super) coordinates: [[f32; 2]; 2],
     /// Colour of the vertices; white without.
     pub(super) colour: Vec3,
-    /// Error bound of `point`, its distance from the surface after the instance's maps: metres.
-    error: f32,
+    /// From `point` to the bent surface that a smooth mesh stands for: metres.
+    pub(super) bulge: Vec3,
+    pub(super) clearance: Clearance<'a>,
 }
+
+/// Cosine between a triangle's normal and a light under which its shadow rays start on the bent
+/// surface that the mesh stands for: gradually, so that shadows have no border there.
+const GRAZING: f32 = 0.1;
 
 impl<'a> Surface<'a> {
     /// Returns the normal and a point of the plane that touches the true shape.
@@ -38,7 +44,6 @@ impl<'a> Surface<'a> {
 
     /// Returns the surface at a hit; `effects` are bits of the effects to consider. `None` only if
     /// the scene's bytes are inconsistent.
-    // Longer than 80 lines: each step needs what those before it found.
     pub(super) fn new<const W: usize, const EFFECTS: u32>(
         scene: &Scene<'a, W>,
         ray: &Ray,
@@ -51,89 +56,21 @@ impl<'a> Surface<'a> {
             map_point(&instance.object_from_world, ray.origin()),
             map_vector(&instance.object_from_world, ray.direction()),
         )?;
-        let to_world = |p| map_point(&instance.world_from_object, p);
-        let material_of = |own| {
-            let number = if instance.material == NO_MATERIAL {
-                own
-            } else {
-                instance.material
-            };
-            scene.materials.get(number as usize)
-        };
-        let is_textured = |material: &Material| {
-            EFFECTS & TEXTURES != 0 && material.effects & effects & TEXTURES != 0
-        };
-        let mut colour = Vec3::ONE;
-        let (point, normal, smooth, material, coordinates, reach) = if instance.kind == kind::MESH {
-            let mesh = scene.meshes.get(instance.geometry as usize)?;
-            let triangle = Leaves::new(scene, mesh)
-                .leaf(hit.on.leaf)?
-                .triangle(hit.on.lane)?;
-            let weights = triangle.weights(&object_ray);
-            let [a, b, c] = triangle.0;
-            let record = mesh.first_triangle.checked_add(hit.on.triangle)?;
-            let record = scene.triangles.get(record as usize)?;
-            let normal = (b - a).cross(c - a);
-            let smooth = if instance.flags & flag::SMOOTH != 0 && mesh.normal_count > 0 {
-                let corner = |i: usize| {
-                    let number = mesh.first_normal.checked_add(record.corners[i])?;
-                    scene
-                        .normals
-                        .get(number as usize)
-                        .map(|&n| Vec3::from_array(n))
-                };
-                Some(corner(0)? * weights[0] + corner(1)? * weights[1] + corner(2)? * weights[2])
-            } else {
-                None
-            };
-            let point = a * weights[0] + b * weights[1] + c * weights[2];
-            let material = material_of(record.material)?;
-            if graticule::is_between::<EFFECTS>(effects, material, point) {
-                return Some(Self::between_lines(to_world(point)));
-            }
-            // A point near the origin has the same absolute error as others.
-            let reach = map3([a, b, c], |corner| largest_magnitude(to_world(corner)));
-            let reach = max(reach[0], max(reach[1], reach[2]));
-            let coordinates = if is_textured(material) && mesh.coordinate_count > 0 {
-                coordinates(scene, mesh, record, weights)?
-            } else {
-                [[0.0; 2]; 2]
-            };
-            if EFFECTS & effect::VERTEX_COLOURS != 0
-                && material.effects & effects & effect::VERTEX_COLOURS != 0
-                && mesh.first_colour != NO_COLOURS
-            {
-                colour = vertex_colour(scene, mesh, record, weights)?;
-            }
-            (point, normal, smooth, material, coordinates, reach)
+        let local = if instance.kind == kind::MESH {
+            Local::of_mesh::<W, EFFECTS>(scene, instance, &object_ray, &hit.on, effects)?
         } else {
-            let spheroid = Spheroid::of_checked(instance.radii);
-            let point = spheroid.project(object_ray.at(hit.on.t));
-            let material = material_of(NO_MATERIAL)?;
-            if graticule::is_between::<EFFECTS>(effects, material, point) {
-                return Some(Self::between_lines(to_world(point)));
-            }
-            let normal = spheroid.normal(point);
-            let coordinates = if is_textured(material) {
-                [texture::around(point); 2]
-            } else {
-                [[0.0; 2]; 2]
-            };
-            (
-                point,
-                normal,
-                None,
-                material,
-                coordinates,
-                largest_magnitude(to_world(point)),
-            )
+            Local::of_spheroid::<W, EFFECTS>(scene, instance, &object_ray, &hit.on, effects)?
         };
+        let point = map_point(&instance.world_from_object, local.point);
+        if graticule::is_between::<EFFECTS>(effects, local.material, local.point) {
+            return Some(Self::between_lines(point));
+        }
         // A triangle without area is hit only where it closes a seam of its mesh: whichever way
         // it faces, it shows light and not the background.
         let geometric_normal =
-            world_normal(instance, normal).or_else(|| normalize(-ray.direction()))?;
-        let point = to_world(point);
-        let shading_normal = smooth
+            world_normal(instance, local.normal).or_else(|| normalize(-ray.direction()))?;
+        let shading_normal = local
+            .smooth
             .and_then(|smooth| world_normal(instance, smooth))
             .filter(|n| n.dot(geometric_normal) > 0.0)
             .unwrap_or(geometric_normal);
@@ -141,19 +78,23 @@ impl<'a> Surface<'a> {
             point,
             geometric_normal,
             shading_normal,
-            material,
-            coordinates,
-            colour,
-            error: Self::error(instance, reach),
+            material: local.material,
+            coordinates: local.coordinates,
+            colour: local.colour,
+            bulge: map_vector(&instance.world_from_object, local.bulge),
+            clearance: match &local.triangle {
+                Some(triangle) => Clearance::of_triangle(instance, triangle, local.normal, point),
+                None => Clearance::of_spheroid(instance, point),
+            },
         })
     }
 
     /// Returns the surface at a point of a facet, without coordinates.
     pub(super) const fn of_facet(
-        point: Vec3,
+        (point, bulge): (Vec3, Vec3),
         (geometric_normal, shading_normal): (Vec3, Vec3),
         material: &'a Material,
-        error: f32,
+        clearance: Clearance<'a>,
     ) -> Self {
         Self {
             point,
@@ -162,7 +103,8 @@ impl<'a> Surface<'a> {
             material,
             coordinates: [[0.0; 2]; 2],
             colour: Vec3::ONE,
-            error,
+            bulge,
+            clearance,
         }
     }
 
@@ -175,39 +117,187 @@ impl<'a> Surface<'a> {
             material: &graticule::BETWEEN,
             coordinates: [[0.0; 2]; 2],
             colour: Vec3::ONE,
-            error: 0.0,
+            bulge: Vec3::ZERO,
+            clearance: Clearance::NONE,
         }
     }
-
-    /// Returns the error bound of points of an instance, or of its part that is within `reach` of
-    /// the origin along each axis.
-    pub(super) fn error(instance: &Instance, reach: f32) -> f32 {
-        let translation = Vec3::from_array(instance.world_from_object[3]);
-        let size = reach + largest_magnitude(translation);
-        Self::SLACK * UNIT_ROUNDOFF * instance.condition * size
-    }
-
-    /// Error bound in unit roundoffs, for the weighted corners, both maps and the triangle test.
-    const SLACK: f32 = 32.0;
 
     /// Returns where a ray towards `direction` starts, clear of this surface.
     #[inline]
     pub(super) fn start(&self, direction: Vec3) -> Vec3 {
+        let distance = self.clearance.towards(direction);
         let side = if direction.dot(self.geometric_normal) >= 0.0 {
-            self.error
+            distance
         } else {
-            -self.error
+            -distance
         };
         self.point + self.geometric_normal * side
     }
 
-    /// Returns a ray to a light in a direction or at a place, and the light's distance along it.
+    /// Returns a ray to a light in a direction or at a place, and the light's distance along it;
+    /// `facing` is −1 where the surface is seen from inside, else 1.
+    ///
+    /// Where a light grazes the triangles of a smooth mesh the ray starts on the bent surface that
+    /// they stand for (Hanika 2021, "Hacking the Shadow Terminator"): triangles that face away from
+    /// the light do not shade what the normals of their corners say is lit.
     #[inline(always)]
-    pub(super) fn ray_to(&self, unit: Vec3, place: Option<Vec3>) -> Option<(Ray, f32)> {
-        let start = self.start(unit);
+    pub(super) fn ray_to(
+        &self,
+        unit: Vec3,
+        facing: f32,
+        place: Option<Vec3>,
+    ) -> Option<(Ray, f32)> {
+        let outside = self.geometric_normal * facing;
+        let share = max(min(1.0 - outside.dot(unit) / GRAZING, 1.0), 0.0);
+        let start = self.point + self.bulge * share + outside * self.clearance.towards(unit);
         let (along, limit) = place.map_or((unit, f32::INFINITY), |place| (place - start, 1.0));
         Some((Ray::new(start, along)?, limit))
     }
+}
+
+/// A surface at a hit, in the frame of its shape.
+struct Local<'a> {
+    point: Vec3,
+    /// Unit length, or zero for a triangle without area.
+    normal: Vec3,
+    /// Interpolated, where the instance asks for it.
+    smooth: Option<Vec3>,
+    bulge: Vec3,
+    material: &'a Material,
+    coordinates: [[f32; 2]; 2],
+    colour: Vec3,
+    triangle: Option<shape::Triangle>,
+}
+
+impl<'a> Local<'a> {
+    #[inline(always)]
+    fn of_mesh<const W: usize, const EFFECTS: u32>(
+        scene: &Scene<'a, W>,
+        instance: &Instance,
+        ray: &Ray,
+        on: &MeshHit,
+        effects: u32,
+    ) -> Option<Self> {
+        let mesh = scene.meshes.get(instance.geometry as usize)?;
+        let triangle = Leaves::new(scene, mesh).leaf(on.leaf)?.triangle(on.lane)?;
+        let weights = triangle.weights(ray);
+        let [a, b, c] = triangle.0;
+        let record = mesh.first_triangle.checked_add(on.triangle)?;
+        let record = scene.triangles.get(record as usize)?;
+        // Normalised first, since products of tiny triangles' edges underflow.
+        let normal = normalize((b - a).cross(c - a)).unwrap_or(Vec3::ZERO);
+        let point = a * weights[0] + b * weights[1] + c * weights[2];
+        let (mut smooth, mut bulge) = (None, Vec3::ZERO);
+        if instance.flags & flag::SMOOTH != 0 && mesh.normal_count > 0 {
+            let corner = |i: usize| {
+                let number = mesh.first_normal.checked_add(record.corners[i])?;
+                let normal = scene.normals.get(number as usize);
+                normal.map(|&n| Vec3::from_array(n))
+            };
+            let normals = [corner(0)?, corner(1)?, corner(2)?];
+            let is_inside = ray.direction().dot(normal) > 0.0;
+            bulge = bulge_of(point, &[a, b, c], &normals, weights, is_inside);
+            let [a, b, c] = normals;
+            smooth = Some(a * weights[0] + b * weights[1] + c * weights[2]);
+        }
+        let material = material_of(scene, instance, record.material)?;
+        let coordinates = if is_textured::<EFFECTS>(material, effects) && mesh.coordinate_count > 0
+        {
+            coordinates(scene, mesh, record, weights)?
+        } else {
+            [[0.0; 2]; 2]
+        };
+        let is_coloured = EFFECTS & effect::VERTEX_COLOURS != 0
+            && material.effects & effects & effect::VERTEX_COLOURS != 0
+            && mesh.first_colour != NO_COLOURS;
+        let colour = if is_coloured {
+            vertex_colour(scene, mesh, record, weights)?
+        } else {
+            Vec3::ONE
+        };
+        Some(Self {
+            point,
+            normal,
+            smooth,
+            bulge,
+            material,
+            coordinates,
+            colour,
+            triangle: Some(triangle),
+        })
+    }
+
+    #[inline(always)]
+    fn of_spheroid<const W: usize, const EFFECTS: u32>(
+        scene: &Scene<'a, W>,
+        instance: &Instance,
+        ray: &Ray,
+        on: &MeshHit,
+        effects: u32,
+    ) -> Option<Self> {
+        let spheroid = Spheroid::of_checked(instance.radii);
+        let point = spheroid.project(ray.at(on.t));
+        let material = material_of(scene, instance, NO_MATERIAL)?;
+        let coordinates = if is_textured::<EFFECTS>(material, effects) {
+            [texture::around(point); 2]
+        } else {
+            [[0.0; 2]; 2]
+        };
+        Some(Self {
+            point,
+            normal: spheroid.normal(point),
+            smooth: None,
+            bulge: Vec3::ZERO,
+            material,
+            coordinates,
+            colour: Vec3::ONE,
+            triangle: None,
+        })
+    }
+}
+
+/// Returns the material of an instance, or `own` where it has none.
+#[inline(always)]
+fn material_of<'a, const W: usize>(
+    scene: &Scene<'a, W>,
+    instance: &Instance,
+    own: u32,
+) -> Option<&'a Material> {
+    let number = if instance.material == NO_MATERIAL {
+        own
+    } else {
+        instance.material
+    };
+    scene.materials.get(number as usize)
+}
+
+#[inline(always)]
+const fn is_textured<const EFFECTS: u32>(material: &Material, effects: u32) -> bool {
+    EFFECTS & TEXTURES != 0 && material.effects & effects & TEXTURES != 0
+}
+
+/// Returns the vector from a point of a triangle to the bent surface that the normals of its corners
+/// describe; zero where that is behind the triangle, seen from outside or from inside.
+#[inline(always)]
+pub(super) fn bulge_of(
+    point: Vec3,
+    corners: &[Vec3; 3],
+    normals: &[Vec3; 3],
+    weights: [f32; 3],
+    is_inside: bool,
+) -> Vec3 {
+    let mut bulge = Vec3::ZERO;
+    for ((&corner, &normal), weight) in corners.iter().zip(normals).zip(weights) {
+        // The point's height over the plane that touches the surface at the corner.
+        let height = (point - corner).dot(normal);
+        let below = if is_inside {
+            max(height, 0.0)
+        } else {
+            min(height, 0.0)
+        };
+        bulge -= normal * (weight * below);
+    }
+    bulge
 }
 
 /// Returns the first and second texture coordinates of a point of a triangle, from the corners'
@@ -264,10 +354,10 @@ fn vertex_colour<const W: usize>(
     Some(corner(a, u)? + corner(b, v)? + corner(c, w)?)
 }
 
-/// Maps a normal by the inverse transpose; both maps are stored.
+/// Returns the unit normal in the room of a normal of about unit length in a shape's frame: by the
+/// inverse transpose; both maps are stored.
 pub(super) fn world_normal(instance: &Instance, normal: Vec3) -> Option<Vec3> {
-    // Normalised first, since products of tiny triangles' edges underflow.
-    normalize(mapped_normal(instance, normalize(normal)?))
+    normalize(mapped_normal(instance, normal))
 }
 
 /// Does what [`world_normal`] does, up to the normal's length.

@@ -179,7 +179,7 @@ where
                     continue;
                 }
             }
-            let Some((ray, limit)) = at.surface.ray_to(unit, from) else {
+            let Some((ray, limit)) = at.surface.ray_to(unit, at.incidence.facing, from) else {
                 continue;
             };
             if self.is_shadowed(&ray, limit, EffectSet::SHADOWS) {
@@ -222,7 +222,8 @@ where
             if irradiance <= 0.0 {
                 continue;
             }
-            let Some((ray, limit)) = at.surface.ray_to(unit, Some(place)) else {
+            let Some((ray, limit)) = at.surface.ray_to(unit, at.incidence.facing, Some(place))
+            else {
                 continue;
             };
             // One ray would be there without.
@@ -299,8 +300,7 @@ impl Lighting<'_, '_> {
     fn sees(&self, to_light: Vec3) -> Option<(Vec3, f32)> {
         let unit = normalize(to_light)?;
         let cosine = self.incidence.normal.dot(unit);
-        let outside = self.surface.geometric_normal.dot(unit) * self.incidence.facing > 0.0;
-        (cosine > 0.0 && outside).then_some((unit, cosine))
+        (cosine > 0.0).then_some((unit, cosine))
     }
 
     /// Returns what it sends back along the ray of irradiance 1 from a direction.
