@@ -111,6 +111,20 @@ pub enum Light {
         /// Whether it falls off with distance (Whitted's does not).
         inverse_square: bool,
     },
+    /// From a point into a cone.
+    Spot {
+        /// Metres, in the world.
+        position: DVec3,
+        /// The way the middle of its light travels; any length but zero.
+        direction: DVec3,
+        /// Angles from the direction up to which light is full, and from which on there is none:
+        /// radians, 0 ≤ first < second ≤ π/2. Between, it falls off as `KHR_lights_punctual` says.
+        cone: [f64; 2],
+        /// Linear RGB: irradiance within the first angle, as a point light's.
+        colour: [f32; 3],
+        /// Whether it falls off with distance.
+        inverse_square: bool,
+    },
     /// From infinitely far.
     Directional {
         /// The way the light travels; any length but zero.

@@ -82,6 +82,7 @@ fn words_out_of_range_have_their_error() {
     let colours = offset_of!(format::Texture, colours);
     let samples = offset_of!(format::Light, samples);
     let right = offset_of!(format::Light, right);
+    let up = offset_of!(format::Light, up);
     let count = mesh(offset_of!(Mesh, coordinate_count));
     let media = header.media.offset as usize;
     let coordinates = header.coordinates.offset as usize;
@@ -128,7 +129,8 @@ fn words_out_of_range_have_their_error() {
         (light(2, samples), 65, value(number, 2)),
         (light(2, right), nan, value(light_size, 2)),
         (light(0, samples), 1, value(light_size, 0)),
-        (light(1, right), over, value(light_size, 1)),
+        (light(1, right), over, value("a light's cone", 1)),
+        (light(0, up), 0, value("a light's cone", 0)),
         (light(2, light_kind), 5, value("a light's kind", 2)),
         (material(0, medium), 1, index("medium", 0, 1)),
         // Its range.

@@ -110,8 +110,10 @@ pub(super) fn small_scene() -> Scene {
             object(spheroid, 2, [0.5, 1.0, -2.5]),
         ],
         lights: vec![
-            Light::Point {
+            Light::Spot {
                 position: DVec3::new(0.0, 3.0, 0.0),
+                direction: DVec3::new(0.0, -3.0, -3.0),
+                cone: [0.4, 0.7],
                 colour: [9.0; 3],
                 inverse_square: true,
             },

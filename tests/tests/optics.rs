@@ -346,6 +346,27 @@ fn point_lights_fall_off_and_cast_shadows() {
 }
 
 #[test]
+fn a_spot_is_full_within_its_cone_and_falls_off_to_its_border() {
+    let (full, none) = (20f64.to_radians(), 35f64.to_radians());
+    let look = |x: f64| {
+        let spot = Light::Spot {
+            position: DVec3::new(x, 2.0, 0.0),
+            direction: DVec3::NEG_Y,
+            cone: [full, none],
+            colour: [8.0; 3],
+            inverse_square: false,
+        };
+        seen(&floor(spot), 0, [0.0, 3.0, 4.0], [0.0, -3.0, -4.0]).green
+    };
+    for degrees in [0.0f64, 15.0, 19.9, 22.0, 28.0, 34.0, 35.1, 60.0] {
+        let angle = degrees.to_radians();
+        let share = (angle.cos() - none.cos()) / (full.cos() - none.cos());
+        let expected = 4.0 * angle.cos() * share.clamp(0.0, 1.0).powi(2);
+        assert_near(look(2.0 * angle.tan()), expected, 1e-5);
+    }
+}
+
+#[test]
 fn a_texture_stains_glass_but_not_what_is_behind_a_veil() {
     let seen_through = |material: Material| {
         let mut scene = empty();

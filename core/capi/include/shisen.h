@@ -93,6 +93,9 @@
 // Effect: lights with a size.
 #define SHISEN_EFFECT_SOFT_LIGHT 131072
 
+// Effect: lights that shine into cones.
+#define SHISEN_EFFECT_SPOT_LIGHT 262144
+
 // Effect: images on surfaces.
 #define SHISEN_EFFECT_IMAGE_TEXTURE 64
 

@@ -82,6 +82,8 @@ pub const SHISEN_EFFECT_DISPERSION: u32 = 0x100;
 pub const SHISEN_EFFECT_ABSORPTION: u32 = 0x8;
 /// Effect: lights with a size.
 pub const SHISEN_EFFECT_SOFT_LIGHT: u32 = 0x20000;
+/// Effect: lights that shine into cones.
+pub const SHISEN_EFFECT_SPOT_LIGHT: u32 = 0x40000;
 /// Effect: images on surfaces.
 pub const SHISEN_EFFECT_IMAGE_TEXTURE: u32 = 0x40;
 /// Effect: checkers on surfaces.
@@ -102,6 +104,7 @@ const _: () = assert!(
         && EffectSet::DISPERSION.bits() == SHISEN_EFFECT_DISPERSION
         && EffectSet::ABSORPTION.bits() == SHISEN_EFFECT_ABSORPTION
         && EffectSet::SOFT_LIGHT.bits() == SHISEN_EFFECT_SOFT_LIGHT
+        && EffectSet::SPOT_LIGHT.bits() == SHISEN_EFFECT_SPOT_LIGHT
         && EffectSet::IMAGE_TEXTURE.bits() == SHISEN_EFFECT_IMAGE_TEXTURE
         && EffectSet::CHECKER_TEXTURE.bits() == SHISEN_EFFECT_CHECKER_TEXTURE
         && EffectSet::EMISSION.bits() == SHISEN_EFFECT_EMISSION

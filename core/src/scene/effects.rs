@@ -24,6 +24,8 @@ bitflags::bitflags! {
         const ABSORPTION = effect::ABSORPTION;
         /// Lights with a size, in several places. Without it, they shine from their middles.
         const SOFT_LIGHT = 1 << 17;
+        /// Spots, which shine into cones. Without it, they shine in all directions.
+        const SPOT_LIGHT = 1 << 18;
         /// Images on surfaces. Without it, those have their material's colours.
         const IMAGE_TEXTURE = effect::IMAGE_TEXTURE;
         /// Checkers on surfaces. Without it, those have their material's colours.
@@ -100,6 +102,7 @@ impl EffectSet {
         (Self::DISPERSION, "dispersion"),
         (Self::ABSORPTION, "absorption"),
         (Self::SOFT_LIGHT, "soft-light"),
+        (Self::SPOT_LIGHT, "spot-light"),
         (Self::IMAGE_TEXTURE, "image-texture"),
         (Self::CHECKER_TEXTURE, "checker-texture"),
         (Self::EMISSION, "emission"),
@@ -126,8 +129,8 @@ impl EffectSet {
     }
 
     /// Returns what a scene of these records asks for: the effects of the materials that rays can
-    /// meet, shadows where a light, a lit surface and an occluding instance come together, and soft
-    /// light where a light with a size and a lit surface do.
+    /// meet, shadows where a light, a lit surface and an occluding instance come together, soft light
+    /// where a light with a size and a lit surface do, and spots likewise.
     pub fn of_records(records: &Records<'_>) -> Self {
         let mut asked = 0;
         records.materials_met(|number| {
@@ -142,6 +145,9 @@ impl EffectSet {
         }
         if is_lit && records.lights.iter().any(Light::is_large) {
             set = set.union(Self::SOFT_LIGHT);
+        }
+        if is_lit && records.lights.iter().any(Light::is_spot) {
+            set = set.union(Self::SPOT_LIGHT);
         }
         set
     }

@@ -4,7 +4,9 @@
 //! aligned to [`ALIGNMENT`]. The format's version is its own, apart from the
 //! crate's; any change to a record here raises it.
 
+use crate::numeric::{max, min};
 use core::mem::offset_of;
+use glam::Vec3;
 use xxhash_rust::xxh32::xxh32;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
@@ -15,7 +17,7 @@ compile_error!("scenes are little-endian and used in place: big-endian targets a
 pub const MAGIC: [u8; 8] = *b"SHISEN\r\n";
 
 /// Raised by any change to the records in this module.
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 
 /// Bytes to which a blob and each of its tables are aligned.
 pub const ALIGNMENT: usize = 32;
@@ -474,13 +476,13 @@ pub struct Light {
     /// Points of it that each point of a surface samples: 1 to
     /// [`MOST_LIGHT_SAMPLES`] for rectangles, 0 for other kinds.
     pub samples: u32,
-    /// Vector from a rectangle's middle to that of its right side: metres. Zero
-    /// for other kinds.
+    /// Vector from a rectangle's middle to that of its right side: metres. For a spot, which is a
+    /// point light with a cone, the unit vector along its axis. Zero for other lights.
     pub right: [f32; 3],
     /// Zero.
     pub reserved: u32,
-    /// Vector from a rectangle's middle to that of its upper side: metres. Zero
-    /// for other kinds.
+    /// Vector from a rectangle's middle to that of its upper side: metres. For a spot a factor, a
+    /// summand, and zero: see [`Light::share`]. Zero for other lights.
     pub up: [f32; 3],
     /// Zero.
     pub reserved2: u32,
@@ -490,6 +492,21 @@ impl Light {
     /// Returns whether it has a size.
     pub const fn is_large(&self) -> bool {
         matches!(self.kind, light::RECTANGLE | light::TWO_SIDED_RECTANGLE)
+    }
+
+    /// Returns whether it shines into a cone.
+    pub const fn is_spot(&self) -> bool {
+        let [x, y, z] = self.right;
+        !self.is_large() && (x != 0.0 || y != 0.0 || z != 0.0)
+    }
+
+    /// Returns the share of a spot's light, 0 to 1, that goes away from a unit vector to it: the
+    /// square of a linear function of the cosine to its axis (`KHR_lights_punctual`).
+    pub fn share(&self, to_light: Vec3) -> f32 {
+        let [factor, summand, _] = self.up;
+        let cosine = -to_light.dot(Vec3::from_array(self.right));
+        let share = max(min(factor * cosine + summand, 1.0), 0.0);
+        share * share
     }
 }
 

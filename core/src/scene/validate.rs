@@ -10,6 +10,7 @@ use super::format::{
 use super::{EffectSet, STACK_ENTRIES, Scene, SceneError};
 use crate::shape::{Ray, Slabs, Spheroid};
 use core::ops::{Range, RangeInclusive};
+use glam::Vec3;
 use tree::{Tree, check_tree};
 use zerocopy::{FromBytes, Immutable, KnownLayout};
 
@@ -315,8 +316,14 @@ fn check_light(light: &Light, record: Record) -> Result<(), SceneError> {
     record.within("a light's size", size.as_flattened(), -1.0e6..=1.0e6)?;
     match light.kind {
         light::POINT | light::POINT_INVERSE_SQUARE | light::DIRECTIONAL => {
-            let is_small = light.samples == 0 && light.right == [0.0; 3] && light.up == [0.0; 3];
-            record.has("a light's size", is_small)
+            let axis = Vec3::from_array(light.right);
+            let is_spot = light.kind != light::DIRECTIONAL
+                && (axis.dot(axis) - 1.0).abs() < 1.0e-3
+                && light.up[0] > 0.0
+                && light.up[2] == 0.0;
+            let has_none = axis == Vec3::ZERO && light.up == [0.0; 3];
+            record.has("a light's cone", has_none || is_spot)?;
+            record.has("a light's size", light.samples == 0)
         }
         light::RECTANGLE | light::TWO_SIDED_RECTANGLE => {
             let is_known = (1..=MOST_LIGHT_SAMPLES).contains(&light.samples);

@@ -162,14 +162,15 @@ where
         if !self.casts_shadows() {
             return true;
         }
+        let scene = &self.searcher.scene;
         let place = Vec3::from_array(source.place);
         let is_inside = met.ray.direction().dot(met.surface.geometric_normal) > 0.0;
         let facing = if is_inside { -1.0 } else { 1.0 };
         let ray = if source.kind == light::DIRECTIONAL {
-            normalize(place).and_then(|unit| met.surface.ray_to(unit, facing, None))
+            normalize(place).and_then(|unit| met.surface.ray_to(scene, unit, facing, None))
         } else {
             let unit = normalize(place - met.surface.point);
-            unit.and_then(|unit| met.surface.ray_to(unit, facing, Some(place)))
+            unit.and_then(|unit| met.surface.ray_to(scene, unit, facing, Some(place)))
         };
         ray.is_some_and(|(ray, limit)| {
             let rung = met.detail.rung;

@@ -1,111 +1,139 @@
-//! How far above a surface rays start, so that rounding does not let them meet it again.
+//! Where rays start that leave a surface, so that rounding does not let them meet it again.
 
+use super::leaves::Leaves;
 use super::map::map_vector;
 use super::surface::mapped_normal;
-use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, max, min, sqrt};
-use crate::scene::format::Instance;
+use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, max, min, normalize, sqrt};
+use crate::scene::Scene;
+use crate::scene::format::{self, Instance, Mesh, flag};
 use crate::shape::Triangle;
 use glam::Vec3;
 
 /// Error bound in unit roundoffs of a triangle's points and of its test; of the maps; and of a
 /// spheroid with both.
-const OF_TRIANGLE: f32 = 16.0;
+const OF_TRIANGLE: f32 = 6.0;
 const OF_MAPS: f32 = 8.0;
 const OF_SPHEROID: f32 = 32.0;
 
 /// Least distance: metres. A ray that starts on a triangle meets it, however exact its numbers are.
 const LEAST: f32 = 1.0e-20;
 
-/// The distance from a surface beyond which rounding moves nothing across it.
+/// A part of a shape that rays leave.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Clearance<'a> {
-    /// Error of the point across the surface: metres.
-    least: f32,
-    triangle: Option<Leaning<'a>>,
+pub(super) struct Place<'a> {
+    pub(super) instance: &'a Instance,
+    pub(super) triangle: Option<TrianglePlace<'a>>,
 }
 
-/// What the error of the test of a triangle depends on beside the ray's direction.
+/// A triangle of a mesh.
 #[derive(Clone, Copy, Debug)]
-struct Leaning<'a> {
-    instance: &'a Instance,
-    /// Magnitudes of the normal's components in the mesh's frame.
-    normal: Vec3,
-    /// Error along each axis of the mesh, as a distance across the triangle: metres.
-    error: Vec3,
+pub(super) struct TrianglePlace<'a> {
+    pub(super) mesh: &'a Mesh,
+    pub(super) record: &'a format::Triangle,
+    pub(super) leaf: u32,
+    pub(super) lane: u32,
 }
 
-impl<'a> Clearance<'a> {
-    pub(super) const NONE: Self = Self {
-        least: 0.0,
-        triangle: None,
-    };
-
-    /// Returns that of a triangle with a unit `normal` in its mesh's frame (or zero), at a point of
-    /// the room. It grows with the coordinates along the normal, not with those along the triangle.
-    #[inline(always)]
-    pub(super) fn of_triangle(
-        instance: &'a Instance,
-        triangle: &Triangle,
-        normal: Vec3,
+impl<'a> Place<'a> {
+    /// Returns how far from a point of the surface, in the room, rays start that go towards a
+    /// direction: metres. It grows with a triangle's coordinates along its normal, not with those
+    /// along the triangle.
+    // Not inlined: several kinds of rays need it.
+    #[inline(never)]
+    pub(super) fn clearance<const W: usize>(
+        &self,
+        scene: &Scene<'a, W>,
         point: Vec3,
-    ) -> Self {
-        let (low, high) = triangle.bounds();
-        let (low, high) = (low.abs(), high.abs());
-        let most = Vec3::new(max(low.x, high.x), max(low.y, high.y), max(low.z, high.z));
+        direction: Vec3,
+    ) -> f32 {
+        let instance = self.instance;
+        let Some(triangle) = self.triangle.and_then(|of| of.corners(scene)) else {
+            let translation = Vec3::from_array(instance.world_from_object[3]);
+            let size = largest_magnitude(point) + largest_magnitude(translation);
+            return OF_SPHEROID * UNIT_ROUNDOFF * instance.condition * size;
+        };
+        let [a, b, c] = triangle.0;
+        let normal = normalize((b - a).cross(c - a)).unwrap_or(Vec3::ONE);
         let in_room = mapped_normal(instance, normal);
         // A metre across the triangle, in the mesh's units.
-        let scale = sqrt(in_room.dot(in_room));
-        let (normal, in_room) = if scale > 0.0 {
-            (normal.abs(), in_room.abs() / scale)
-        } else {
-            (Vec3::ONE, Vec3::ONE)
-        };
-        let units = UNIT_ROUNDOFF / max(scale, 1.0e-30);
-        let there = sizes(&instance.world_from_object, most);
+        let scale = max(sqrt(in_room.dot(in_room)), 1.0e-30);
+        let normal = normal.abs();
+        let corners = a.abs() + b.abs() + c.abs();
+        let there = sizes(&instance.world_from_object, corners);
         let back = sizes(&instance.object_from_world, point.abs());
-        let of_maps = in_room.dot(there) * UNIT_ROUNDOFF + normal.dot(back) * units;
-        let error = most * (OF_TRIANGLE * units);
-        Self {
-            least: OF_MAPS * of_maps + normal.dot(error) + LEAST,
-            triangle: Some(Leaning {
-                instance,
-                normal,
-                error,
-            }),
-        }
-    }
-
-    /// Returns that of a spheroid at a point of the room.
-    pub(super) fn of_spheroid(instance: &Instance, point: Vec3) -> Self {
-        let translation = Vec3::from_array(instance.world_from_object[3]);
-        let size = largest_magnitude(point) + largest_magnitude(translation);
-        Self {
-            least: OF_SPHEROID * UNIT_ROUNDOFF * instance.condition * size,
-            triangle: None,
-        }
-    }
-
-    /// Returns the distance for a ray towards a direction: metres.
-    #[inline(always)]
-    pub(super) fn towards(&self, direction: Vec3) -> f32 {
-        let Some(triangle) = &self.triangle else {
-            return self.least;
-        };
+        let of_maps = in_room.abs().dot(there) + normal.dot(back);
         // The test shears the triangle along the direction's main axis: its error there counts as
         // far as the direction leans the triangle.
-        let d = map_vector(&triangle.instance.object_from_world, direction).abs();
-        let (n, error) = (triangle.normal, triangle.error);
-        let all = n.dot(d);
-        let (main, own, error) = if d.x >= d.y && d.x >= d.z {
-            (d.x, n.x, error.x)
+        let d = map_vector(&instance.object_from_world, direction).abs();
+        let (main, own, corner) = if d.x >= d.y && d.x >= d.z {
+            (d.x, normal.x, corners.x)
         } else if d.y >= d.z {
-            (d.y, n.y, error.y)
+            (d.y, normal.y, corners.y)
         } else {
-            (d.z, n.z, error.z)
+            (d.z, normal.z, corners.z)
         };
-        let leaning = if main > 0.0 { all / main - own } else { 0.0 };
-        self.least + max(leaning, 0.0) * min(error, f32::MAX)
+        let leaning = if main > 0.0 {
+            max(normal.dot(d) / main - own, 0.0)
+        } else {
+            0.0
+        };
+        let of_triangle = normal.dot(corners) + leaning * corner;
+        (OF_MAPS * of_maps + OF_TRIANGLE * of_triangle) * (UNIT_ROUNDOFF / scale) + LEAST
     }
+
+    /// Returns the vector from a point of a triangle, in the room, to the bent surface that the
+    /// normals of its corners describe (Hanika 2021, "Hacking the Shadow Terminator"); zero where
+    /// that is behind the triangle, seen from outside or from inside.
+    // Not inlined: rarely needed.
+    #[inline(never)]
+    pub(super) fn bulge<const W: usize>(
+        &self,
+        scene: &Scene<'a, W>,
+        point: Vec3,
+        is_inside: bool,
+    ) -> Vec3 {
+        if self.instance.flags & flag::SMOOTH == 0 {
+            return Vec3::ZERO;
+        }
+        let found = || {
+            let of = self.triangle?;
+            let corners = of.corners(scene)?.0;
+            let point = super::map::map_point(&self.instance.object_from_world, point);
+            let weights = weights(&corners, point)?;
+            let mut bulge = Vec3::ZERO;
+            for ((&corner, weight), number) in corners.iter().zip(weights).zip(of.record.corners) {
+                let number = of.mesh.first_normal.checked_add(number)?;
+                let normal = Vec3::from_array(*scene.normals.get(number as usize)?);
+                // The point's height over the plane that touches the surface at the corner.
+                let height = (point - corner).dot(normal);
+                let below = if is_inside {
+                    max(height, 0.0)
+                } else {
+                    min(height, 0.0)
+                };
+                bulge -= normal * (weight * below);
+            }
+            Some(map_vector(&self.instance.world_from_object, bulge))
+        };
+        found().unwrap_or(Vec3::ZERO)
+    }
+}
+
+impl<'a> TrianglePlace<'a> {
+    fn corners<const W: usize>(&self, scene: &Scene<'a, W>) -> Option<Triangle> {
+        Leaves::new(scene, self.mesh)
+            .leaf(self.leaf)?
+            .triangle(self.lane)
+    }
+}
+
+/// Returns the weights of a triangle's corners at a point of it; `None` without an area.
+fn weights([a, b, c]: &[Vec3; 3], point: Vec3) -> Option<[f32; 3]> {
+    let normal = (*b - *a).cross(*c - *a);
+    let square = normal.dot(normal);
+    let share = |from: Vec3, to: Vec3| (to - from).cross(point - from).dot(normal) / square;
+    let (u, v) = (share(*b, *c), share(*c, *a));
+    (square > 0.0).then_some([u, v, 1.0 - u - v])
 }
 
 /// Returns the sizes of the terms whose sum is a point's place along each axis of a map.

@@ -2,14 +2,14 @@
 
 use super::apart::MOST_LIGHTS;
 use super::beam::SurfaceId;
-use super::clearance::Clearance;
+use super::clearance::{Place, TrianglePlace};
 use super::leaves::Leaves;
 use super::map::{map_point, map_vector};
 use super::shading::NOT_DULL;
 use super::surface::{self, Surface};
 use super::texture::{self, TEXTURES};
 use super::tracer::Tracer;
-use crate::numeric::{map3, min, normalize};
+use crate::numeric::{min, normalize};
 use crate::scene::EffectSet;
 use crate::scene::format::{Material, NO_COLOURS, NO_MATERIAL, NO_TEXTURE, effect, flag, kind};
 use crate::shape::{Ray, Spheroid};
@@ -45,7 +45,7 @@ pub(crate) struct Facet<'a> {
     /// texture.
     pub(crate) is_plain: bool,
     pub(crate) texture: Option<(u32, [[f32; 2]; 3])>,
-    clearance: Clearance<'a>,
+    place: Place<'a>,
 }
 
 impl<'a> Facet<'a> {
@@ -57,9 +57,8 @@ impl<'a> Facet<'a> {
         })
     }
 
-    /// Returns the surface at a point, given by the weights of the corners, that is seen along a
-    /// direction.
-    pub(crate) fn surface(&self, [a, b, c]: [f32; 3], direction: Vec3) -> Surface<'a> {
+    /// Returns the surface at a point, given by the weights of the corners.
+    pub(crate) fn surface(&self, [a, b, c]: [f32; 3]) -> Surface<'a> {
         let between = |[p, q, r]: [Vec3; 3]| p * a + q * b + r * c;
         let point = between(self.corners);
         let shading_normal = self
@@ -67,19 +66,14 @@ impl<'a> Facet<'a> {
             .and_then(|normals| normalize(between(normals)))
             .filter(|own| own.dot(self.normal) > 0.0)
             .unwrap_or(self.normal);
-        let bulge = self.normals.map_or(Vec3::ZERO, |normals| {
-            let units = map3(normals, |normal| normalize(normal).unwrap_or(self.normal));
-            let is_inside = direction.dot(self.normal) > 0.0;
-            surface::bulge_of(point, &self.corners, &units, [a, b, c], is_inside)
-        });
-        let (place, normals) = ((point, bulge), (self.normal, shading_normal));
-        Surface::of_facet(place, normals, self.material, self.clearance)
+        let normals = (self.normal, shading_normal);
+        Surface::of_facet(point, normals, self.material, self.place)
     }
 
     /// Returns the surface at a point of its plane.
     pub(crate) const fn at(&self, point: Vec3) -> Surface<'a> {
         let normals = (self.normal, self.normal);
-        Surface::of_facet((point, Vec3::ZERO), normals, self.material, self.clearance)
+        Surface::of_facet(point, normals, self.material, self.place)
     }
 }
 
@@ -253,7 +247,15 @@ where
             is_dull,
             is_plain,
             texture,
-            clearance: Clearance::of_triangle(instance, &triangle, own, corners[0]),
+            place: Place {
+                instance,
+                triangle: Some(TrianglePlace {
+                    mesh,
+                    record,
+                    leaf: id.leaf,
+                    lane: id.lane,
+                }),
+            },
         })
     }
 }

@@ -17,6 +17,7 @@ use super::surface::Surface;
 use super::texture::TEXTURES;
 use super::workspace::{Pending, Pixel, RayDetail, Workspace};
 use crate::numeric::{map3, sqrt};
+use crate::scene::Scene;
 use crate::scene::format::effect;
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
@@ -177,10 +178,16 @@ struct Arrival<'a> {
     is_tinted: bool,
 }
 
-impl Arrival<'_> {
-    fn next(&self, direction: Vec3, weight: Vec3, uncovered: f32, cause: u32) -> Option<Pending> {
+impl<'a> Arrival<'a> {
+    fn next<const W: usize>(
+        &self,
+        scene: &Scene<'a, W>,
+        direction: Vec3,
+        (weight, uncovered): (Vec3, f32),
+        cause: u32,
+    ) -> Option<Pending> {
         Some(Pending {
-            ray: Ray::new(self.surface.start(direction), direction)?,
+            ray: Ray::new(self.surface.start(scene, direction), direction)?,
             weight,
             uncovered,
             bounces: self.bounces,
@@ -189,13 +196,18 @@ impl Arrival<'_> {
         })
     }
 
-    fn reflected(&self, weight: Vec3, uncovered: f32, cause: u32) -> Option<Pending> {
+    fn reflected<const W: usize>(
+        &self,
+        scene: &Scene<'a, W>,
+        share: (Vec3, f32),
+        cause: u32,
+    ) -> Option<Pending> {
         let facing = if self.inside { -1.0 } else { 1.0 };
         let reflected = above(
             reflect(self.direction, self.normal),
             self.surface.geometric_normal * facing,
         );
-        self.next(reflected, weight, uncovered, cause)
+        self.next(scene, reflected, share, cause)
     }
 
     /// Returns the share of light that the border lets through.
@@ -205,9 +217,16 @@ impl Arrival<'_> {
     }
 
     /// Returns the refracted ray, with a share of the light; `None` on total reflection.
-    fn refracted(&self, refraction: &Refraction, share: Vec3, cause: u32) -> Option<Pending> {
+    fn refracted<const W: usize>(
+        &self,
+        scene: &Scene<'a, W>,
+        refraction: &Refraction,
+        share: Vec3,
+        cause: u32,
+    ) -> Option<Pending> {
         let uncovered = self.uncovered * share.max_element();
-        self.next(refraction.direction?, self.weight * share, uncovered, cause)
+        let share = (self.weight * share, uncovered);
+        self.next(scene, refraction.direction?, share, cause)
     }
 }
 
@@ -390,9 +409,12 @@ where
             self.enter(at);
         } else if is_mirror {
             let weight = at.weight * look.mirror;
+            let scene = &self.shading.searcher.scene;
             let cause = self.cause(effect::REFLECTION);
             if weight.max_element() >= LEAST_WEIGHT
-                && self.workspace.push(at.reflected(weight, 0.0, cause))
+                && self
+                    .workspace
+                    .push(at.reflected(scene, (weight, 0.0), cause))
             {
                 self.record.touch(effect::REFLECTION);
                 self.workspace.statistics.reflected += 1;
@@ -424,12 +446,16 @@ where
             self.begin_fan(at, part);
             return;
         }
+        let scene = &shading.searcher.scene;
         let refraction = shading.refraction(&at, self.nm);
         let reflectance = Vec3::splat(refraction.reflectance);
         let sides = shading.sides(&at, at.let_through(&refraction), reflectance);
         if let Some(share) = sides.through {
             let cause = self.cause(effect::REFRACTION);
-            if self.workspace.push(at.refracted(&refraction, share, cause)) {
+            if self
+                .workspace
+                .push(at.refracted(scene, &refraction, share, cause))
+            {
                 self.record.touch(effect::REFRACTION);
                 self.workspace.statistics.refracted += 1;
             }
@@ -448,7 +474,8 @@ where
             0.0
         };
         let cause = self.cause(effect::REFRACTION);
-        let reflected = at.reflected(at.weight * share, uncovered, cause);
+        let scene = &self.shading.searcher.scene;
+        let reflected = at.reflected(scene, (at.weight * share, uncovered), cause);
         if self.workspace.push(reflected) {
             self.record.touch(effect::REFRACTION);
             self.workspace.statistics.reflected += 1;

@@ -1,17 +1,17 @@
 //! The surface at a hit: exact point, normals, material.
 
-use super::clearance::Clearance;
+use super::clearance::{Place, TrianglePlace};
 use super::graticule;
 use super::hit::{Hit, MeshHit};
 use super::leaves::Leaves;
 use super::map::{map_point, map_vector};
 use super::texture::{self, TEXTURES};
-use crate::numeric::{map3, max, min, normalize};
+use crate::numeric::{map3, min, normalize};
 use crate::scene::Scene;
 use crate::scene::format::{
     Instance, Material, Mesh, NO_COLOURS, NO_MATERIAL, Triangle, effect, flag, kind,
 };
-use crate::shape::{self, Ray, Spheroid};
+use crate::shape::{Ray, Spheroid};
 use glam::Vec3;
 
 #[derive(Clone, Copy)]
@@ -27,9 +27,8 @@ pub(crate) struct Surface<'a> {
     pub(super) coordinates: [[f32; 2]; 2],
     /// Colour of the vertices; white without.
     pub(super) colour: Vec3,
-    /// From `point` to the bent surface that a smooth mesh stands for: metres.
-    pub(super) bulge: Vec3,
-    pub(super) clearance: Clearance<'a>,
+    /// `None` of what no ray leaves.
+    place: Option<Place<'a>>,
 }
 
 /// Cosine between a triangle's normal and a light under which its shadow rays start on the bent
@@ -81,20 +80,19 @@ impl<'a> Surface<'a> {
             material: local.material,
             coordinates: local.coordinates,
             colour: local.colour,
-            bulge: map_vector(&instance.world_from_object, local.bulge),
-            clearance: match &local.triangle {
-                Some(triangle) => Clearance::of_triangle(instance, triangle, local.normal, point),
-                None => Clearance::of_spheroid(instance, point),
-            },
+            place: Some(Place {
+                instance,
+                triangle: local.triangle,
+            }),
         })
     }
 
     /// Returns the surface at a point of a facet, without coordinates.
     pub(super) const fn of_facet(
-        (point, bulge): (Vec3, Vec3),
+        point: Vec3,
         (geometric_normal, shading_normal): (Vec3, Vec3),
         material: &'a Material,
-        clearance: Clearance<'a>,
+        place: Place<'a>,
     ) -> Self {
         Self {
             point,
@@ -103,8 +101,7 @@ impl<'a> Surface<'a> {
             material,
             coordinates: [[0.0; 2]; 2],
             colour: Vec3::ONE,
-            bulge,
-            clearance,
+            place: Some(place),
         }
     }
 
@@ -117,15 +114,14 @@ impl<'a> Surface<'a> {
             material: &graticule::BETWEEN,
             coordinates: [[0.0; 2]; 2],
             colour: Vec3::ONE,
-            bulge: Vec3::ZERO,
-            clearance: Clearance::NONE,
+            place: None,
         }
     }
 
     /// Returns where a ray towards `direction` starts, clear of this surface.
     #[inline]
-    pub(super) fn start(&self, direction: Vec3) -> Vec3 {
-        let distance = self.clearance.towards(direction);
+    pub(super) fn start<const W: usize>(&self, scene: &Scene<'a, W>, direction: Vec3) -> Vec3 {
+        let distance = self.clearance(scene, direction);
         let side = if direction.dot(self.geometric_normal) >= 0.0 {
             distance
         } else {
@@ -141,17 +137,29 @@ impl<'a> Surface<'a> {
     /// they stand for (Hanika 2021, "Hacking the Shadow Terminator"): triangles that face away from
     /// the light do not shade what the normals of their corners say is lit.
     #[inline(always)]
-    pub(super) fn ray_to(
+    pub(super) fn ray_to<const W: usize>(
         &self,
+        scene: &Scene<'a, W>,
         unit: Vec3,
         facing: f32,
         place: Option<Vec3>,
     ) -> Option<(Ray, f32)> {
         let outside = self.geometric_normal * facing;
-        let share = max(min(1.0 - outside.dot(unit) / GRAZING, 1.0), 0.0);
-        let start = self.point + self.bulge * share + outside * self.clearance.towards(unit);
+        let mut start = self.point + outside * self.clearance(scene, unit);
+        let grazing = 1.0 - outside.dot(unit) / GRAZING;
+        if grazing > 0.0
+            && let Some(place) = &self.place
+        {
+            start += place.bulge(scene, self.point, facing < 0.0) * min(grazing, 1.0);
+        }
         let (along, limit) = place.map_or((unit, f32::INFINITY), |place| (place - start, 1.0));
         Some((Ray::new(start, along)?, limit))
+    }
+
+    #[inline(always)]
+    fn clearance<const W: usize>(&self, scene: &Scene<'a, W>, direction: Vec3) -> f32 {
+        let place = self.place.as_ref();
+        place.map_or(0.0, |place| place.clearance(scene, self.point, direction))
     }
 }
 
@@ -162,11 +170,10 @@ struct Local<'a> {
     normal: Vec3,
     /// Interpolated, where the instance asks for it.
     smooth: Option<Vec3>,
-    bulge: Vec3,
     material: &'a Material,
     coordinates: [[f32; 2]; 2],
     colour: Vec3,
-    triangle: Option<shape::Triangle>,
+    triangle: Option<TrianglePlace<'a>>,
 }
 
 impl<'a> Local<'a> {
@@ -187,19 +194,16 @@ impl<'a> Local<'a> {
         // Normalised first, since products of tiny triangles' edges underflow.
         let normal = normalize((b - a).cross(c - a)).unwrap_or(Vec3::ZERO);
         let point = a * weights[0] + b * weights[1] + c * weights[2];
-        let (mut smooth, mut bulge) = (None, Vec3::ZERO);
-        if instance.flags & flag::SMOOTH != 0 && mesh.normal_count > 0 {
+        let smooth = if instance.flags & flag::SMOOTH != 0 && mesh.normal_count > 0 {
             let corner = |i: usize| {
                 let number = mesh.first_normal.checked_add(record.corners[i])?;
                 let normal = scene.normals.get(number as usize);
                 normal.map(|&n| Vec3::from_array(n))
             };
-            let normals = [corner(0)?, corner(1)?, corner(2)?];
-            let is_inside = ray.direction().dot(normal) > 0.0;
-            bulge = bulge_of(point, &[a, b, c], &normals, weights, is_inside);
-            let [a, b, c] = normals;
-            smooth = Some(a * weights[0] + b * weights[1] + c * weights[2]);
-        }
+            Some(corner(0)? * weights[0] + corner(1)? * weights[1] + corner(2)? * weights[2])
+        } else {
+            None
+        };
         let material = material_of(scene, instance, record.material)?;
         let coordinates = if is_textured::<EFFECTS>(material, effects) && mesh.coordinate_count > 0
         {
@@ -219,11 +223,15 @@ impl<'a> Local<'a> {
             point,
             normal,
             smooth,
-            bulge,
             material,
             coordinates,
             colour,
-            triangle: Some(triangle),
+            triangle: Some(TrianglePlace {
+                mesh,
+                record,
+                leaf: on.leaf,
+                lane: on.lane,
+            }),
         })
     }
 
@@ -247,7 +255,6 @@ impl<'a> Local<'a> {
             point,
             normal: spheroid.normal(point),
             smooth: None,
-            bulge: Vec3::ZERO,
             material,
             coordinates,
             colour: Vec3::ONE,
@@ -274,30 +281,6 @@ fn material_of<'a, const W: usize>(
 #[inline(always)]
 const fn is_textured<const EFFECTS: u32>(material: &Material, effects: u32) -> bool {
     EFFECTS & TEXTURES != 0 && material.effects & effects & TEXTURES != 0
-}
-
-/// Returns the vector from a point of a triangle to the bent surface that the normals of its corners
-/// describe; zero where that is behind the triangle, seen from outside or from inside.
-#[inline(always)]
-pub(super) fn bulge_of(
-    point: Vec3,
-    corners: &[Vec3; 3],
-    normals: &[Vec3; 3],
-    weights: [f32; 3],
-    is_inside: bool,
-) -> Vec3 {
-    let mut bulge = Vec3::ZERO;
-    for ((&corner, &normal), weight) in corners.iter().zip(normals).zip(weights) {
-        // The point's height over the plane that touches the surface at the corner.
-        let height = (point - corner).dot(normal);
-        let below = if is_inside {
-            max(height, 0.0)
-        } else {
-            min(height, 0.0)
-        };
-        bulge -= normal * (weight * below);
-    }
-    bulge
 }
 
 /// Returns the first and second texture coordinates of a point of a triangle, from the corners'

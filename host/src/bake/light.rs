@@ -25,6 +25,21 @@ pub(super) fn light(source: &Light) -> format::Light {
         Light::Point {
             position, colour, ..
         } => small(position, light::POINT, colour),
+        Light::Spot {
+            position,
+            direction,
+            cone: [full, none],
+            colour,
+            inverse_square,
+        } => {
+            let kinds = [light::POINT, light::POINT_INVERSE_SQUARE];
+            let factor = 1.0 / (libm::cos(full) - libm::cos(none)).max(1.0e-3);
+            format::Light {
+                right: vector(direction.normalize_or(DVec3::NEG_Y)),
+                up: vector(DVec3::new(factor, -libm::cos(none) * factor, 0.0)),
+                ..small(position, kinds[usize::from(inverse_square)], colour)
+            }
+        }
         Light::Directional { direction, colour } => small(
             -direction.normalize_or(DVec3::NEG_Y),
             light::DIRECTIONAL,

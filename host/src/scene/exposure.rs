@@ -19,6 +19,7 @@ impl Scene {
         };
         for light in &mut self.lights {
             let (Light::Point { colour, .. }
+            | Light::Spot { colour, .. }
             | Light::Directional { colour, .. }
             | Light::Rectangle { colour, .. }) = light;
             brighter(colour);
@@ -107,6 +108,12 @@ impl Scene {
                     position,
                     colour,
                     inverse_square,
+                }
+                | Light::Spot {
+                    position,
+                    colour,
+                    inverse_square,
+                    ..
                 } => {
                     let towards = position - place;
                     let squared = if inverse_square {

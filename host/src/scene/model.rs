@@ -101,20 +101,34 @@ fn placed(mesh: &TriangleMesh, metres: Option<f64>, floor: f64) -> DAffine3 {
 
 /// Returns a light that moves and grows with a model: its surfaces stay as bright.
 fn moved(light: Light, place: &DAffine3) -> Light {
+    let scale = place.matrix3.x_axis.length();
+    let brighter = |colour: [f32; 3], inverse_square| {
+        let share = if inverse_square { scale * scale } else { 1.0 };
+        colour.map(|channel| (f64::from(channel) * share) as f32)
+    };
     match light {
         Light::Point {
             position,
             colour,
             inverse_square,
-        } => {
-            let scale = place.matrix3.x_axis.length();
-            let share = if inverse_square { scale * scale } else { 1.0 };
-            Light::Point {
-                position: place.transform_point3(position),
-                colour: colour.map(|channel| (f64::from(channel) * share) as f32),
-                inverse_square,
-            }
-        }
+        } => Light::Point {
+            position: place.transform_point3(position),
+            colour: brighter(colour, inverse_square),
+            inverse_square,
+        },
+        Light::Spot {
+            position,
+            direction,
+            cone,
+            colour,
+            inverse_square,
+        } => Light::Spot {
+            position: place.transform_point3(position),
+            direction: place.transform_vector3(direction),
+            cone,
+            colour: brighter(colour, inverse_square),
+            inverse_square,
+        },
         Light::Directional { direction, colour } => Light::Directional {
             direction: place.transform_vector3(direction),
             colour,

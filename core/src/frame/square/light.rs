@@ -268,12 +268,10 @@ where
         let tracer = &self.renderer.tracer;
         let mut hit = hit_of(&id, self.seen.near[block % self.seen.near.len()][lane % 8]);
         let between = self.picture.ray(middle.0, middle.1);
-        let direction = self.picture.direction(middle.0, middle.1);
         // What lies between places on one facet, or on a spheroid, is on it.
         let (on_facet, t, is_coated) = match self.chart(surface, &id) {
             Some(chart) if chart.facet.is_plain => {
-                let surface = chart.surface(middle, direction);
-                (surface, None, chart.facet.texture.is_some())
+                (chart.surface(middle), None, chart.facet.texture.is_some())
             }
             Some(chart) => (None, chart.distance(middle), false),
             None => {
@@ -421,13 +419,10 @@ where
 
 impl<'a> Chart<'a> {
     /// Returns the surface at a place of the picture; `None` where it is seen edge-on.
-    fn surface(&self, (x, y): (f32, f32), direction: Vec3) -> Option<Surface<'a>> {
+    fn surface(&self, (x, y): (f32, f32)) -> Option<Surface<'a>> {
         let weights = self.weights.map(|form| max(value(form, (x, y)), 0.0));
         let sum = weights[0] + weights[1] + weights[2];
-        (sum > 0.0).then(|| {
-            let weights = weights.map(|weight| weight / sum);
-            self.facet.surface(weights, direction)
-        })
+        (sum > 0.0).then(|| self.facet.surface(weights.map(|weight| weight / sum)))
     }
 
     /// Returns the t of a place of the picture; `None` off the triangle.

@@ -56,7 +56,11 @@ where
     ) -> Option<u8> {
         let tracer = &self.renderer.tracer;
         let lights = tracer.scene().lights();
-        if lights.len() > MOST_LIGHTS || lights.iter().any(Light::is_large) {
+        if lights.len() > MOST_LIGHTS
+            || lights
+                .iter()
+                .any(|light| light.is_large() || light.is_spot())
+        {
             return None;
         }
         let facet = tracer

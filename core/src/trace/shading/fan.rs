@@ -90,6 +90,7 @@ where
 
     #[inline(never)]
     fn next_wavelength(&mut self) {
+        let scene = &self.shading.searcher.scene;
         if let Some(fan) = &mut self.fan {
             while let Some(sample) = fan.part.next() {
                 let refraction = self.shading.refraction(&fan.at, sample.nm);
@@ -104,7 +105,7 @@ where
                 }
                 if self
                     .workspace
-                    .push(fan.at.refracted(&refraction, share, cause))
+                    .push(fan.at.refracted(scene, &refraction, share, cause))
                 {
                     self.workspace.statistics.refracted += 1;
                     self.is_first = fan.is_new;

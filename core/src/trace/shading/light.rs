@@ -12,6 +12,8 @@ use crate::trace::surface::Surface;
 use crate::trace::texture::{self, TEXTURES};
 use glam::Vec3;
 
+const SPOT_LIGHT: u32 = EffectSet::SPOT_LIGHT.bits();
+
 /// Effects of surfaces whose light is not their texture's colour times what falls on them.
 pub(in crate::trace) const NOT_DULL: u32 = effect::REFLECTION | effect::REFRACTION | effect::METAL;
 
@@ -170,6 +172,14 @@ where
             if source.kind == light::POINT_INVERSE_SQUARE {
                 colour /= to_light.dot(to_light);
             }
+            if Self::has(SPOT_LIGHT) && self.shading.effects & SPOT_LIGHT != 0 && source.is_spot() {
+                self.record.touch(SPOT_LIGHT);
+                let share = source.share(unit);
+                if share == 0.0 {
+                    continue;
+                }
+                colour *= share;
+            }
             if R::SPLITS && at.look.is_primary {
                 let diffuse = colour * (at.look.diffuse * cosine);
                 if self
@@ -179,7 +189,8 @@ where
                     continue;
                 }
             }
-            let Some((ray, limit)) = at.surface.ray_to(unit, at.incidence.facing, from) else {
+            let Some((ray, limit)) = at.surface.ray_to(scene, unit, at.incidence.facing, from)
+            else {
                 continue;
             };
             if self.is_shadowed(&ray, limit, EffectSet::SHADOWS) {
@@ -200,6 +211,7 @@ where
             return Vec3::ZERO;
         };
         let (sample, effects) = (self.shading.sample, self.shading.effects);
+        let scene = &self.shading.searcher.scene;
         let points = (Self::has(SOFT_LIGHT) && effects & SOFT_LIGHT != 0)
             .then(|| Points::new(sample.seed(), number));
         let count = match points {
@@ -222,7 +234,9 @@ where
             if irradiance <= 0.0 {
                 continue;
             }
-            let Some((ray, limit)) = at.surface.ray_to(unit, at.incidence.facing, Some(place))
+            let Some((ray, limit)) =
+                at.surface
+                    .ray_to(scene, unit, at.incidence.facing, Some(place))
             else {
                 continue;
             };

@@ -147,7 +147,12 @@ fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
         EffectSet::SOFT_LIGHT if !records.lights.iter().any(Light::is_large) => {
             "all lights are points or infinitely far"
         }
-        EffectSet::SHADOWS | EffectSet::SOFT_LIGHT => "no material shows the light of lights",
+        EffectSet::SPOT_LIGHT if !records.lights.iter().any(Light::is_spot) => {
+            "no light shines into a cone"
+        }
+        EffectSet::SHADOWS | EffectSet::SOFT_LIGHT | EffectSet::SPOT_LIGHT => {
+            "no material shows the light of lights"
+        }
         EffectSet::IMAGE_TEXTURE => "no material has an image",
         EffectSet::CHECKER_TEXTURE => "no material has a checker",
         EffectSet::EMISSION => "no material shines",
@@ -161,8 +166,7 @@ fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
 /// The materials and lights that rays can meet, and their names.
 pub(super) struct Met<'r> {
     materials: Vec<(String, &'r Material)>,
-    /// Names, and whether the lights have a size.
-    lights: Vec<(String, bool)>,
+    lights: Vec<(String, &'r Light)>,
 }
 
 impl<'r> Met<'r> {
@@ -189,24 +193,31 @@ impl<'r> Met<'r> {
                 .map(|(one, number)| {
                     let kind = match one.kind {
                         light::DIRECTIONAL => "directional",
+                        _ if one.is_spot() => "spot",
                         light::POINT | light::POINT_INVERSE_SQUARE => "point",
                         _ => "rectangle",
                     };
-                    (format!("light {number} ({kind})"), one.is_large())
+                    (format!("light {number} ({kind})"), one)
                 })
                 .collect(),
         }
     }
 
-    /// Returns what asks for an effect; for shadows and soft light all lit materials.
+    /// Returns what asks for an effect; for those of lights all lit materials.
     pub(super) fn cause(&self, asked: EffectSet) -> Cause {
-        let (shadows, soft) = (asked == EffectSet::SHADOWS, asked == EffectSet::SOFT_LIGHT);
+        let asks = |light: &Light| match asked {
+            EffectSet::SHADOWS => true,
+            EffectSet::SOFT_LIGHT => light.is_large(),
+            EffectSet::SPOT_LIGHT => light.is_spot(),
+            _ => false,
+        };
+        let of_lights = EffectSet::SHADOWS | EffectSet::SOFT_LIGHT | EffectSet::SPOT_LIGHT;
         let materials = self.materials.iter().filter(|(_, material)| {
-            let lit = (shadows || soft) && material.effects & effect::LIT != 0;
+            let lit = of_lights.contains(asked) && material.effects & effect::LIT != 0;
             lit || EffectSet::of_material(material).contains(asked)
         });
         let lights = self.lights.iter();
-        let lights = lights.filter(|(_, is_large)| shadows || (soft && *is_large));
+        let lights = lights.filter(|(_, light)| asks(light));
         Cause {
             effect: asked.to_string(),
             materials: materials.map(|(name, _)| name.clone()).collect(),

@@ -129,6 +129,7 @@ tables! {
         direction: Option<Numbers>,
         colour: Option<Numbers>,
         inverse_square: Option<Spanned<bool>>,
+        cone_degrees: Option<Spanned<[f64; 2]>>,
         size: Option<Spanned<[f64; 2]>>,
         up: Option<Numbers>,
         samples: Option<Number>,

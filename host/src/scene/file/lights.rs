@@ -1,9 +1,9 @@
 //! Lights of a scene file.
 
 use super::entries::{LightEntry, Numbers};
-use super::fault::{Check, Checked, LENGTH, LIGHT_SAMPLES, POSITION, RADIANCE, SceneFault};
+use super::fault::{CONE, Check, Checked, LENGTH, LIGHT_SAMPLES, POSITION, RADIANCE, SceneFault};
 use crate::scene::Light;
-use LightKind::{Directional, Point, Rectangle};
+use LightKind::{Directional, Point, Rectangle, Spot};
 use glam::DVec3;
 use toml::Spanned;
 
@@ -13,6 +13,7 @@ const DEFAULT_SAMPLES: u32 = 16;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum LightKind {
     Point,
+    Spot,
     Directional,
     Rectangle,
 }
@@ -22,28 +23,16 @@ pub(super) fn read_light(check: &Check<'_>, entry: &Spanned<LightEntry>) -> Chec
     let colour = check.colour_or("colour", &light.colour, RADIANCE, [1.0; 3])?;
     let known = [
         ("point", Point),
+        ("spot", Spot),
         ("directional", Directional),
         ("rectangle", Rectangle),
     ];
     let kind = check.named("type of light", &light.kind, &known.into())?;
-    if kind == Directional {
-        check.only_for("point lights and rectangles", "position", &light.position)?;
-    }
-    if kind == Point {
-        let owner = "directional lights and rectangles";
-        check.only_for(owner, "direction", &light.direction)?;
-    } else {
-        check.only_for("point lights", "inverse_square", &light.inverse_square)?;
-    }
-    if kind != Rectangle {
-        check.only_for("rectangles", "size", &light.size)?;
-        check.only_for("rectangles", "up", &light.up)?;
-        check.only_for("rectangles", "samples", &light.samples)?;
-        check.only_for("rectangles", "two_sided", &light.two_sided)?;
-    }
+    check_keys(check, light, kind)?;
     let missing = |key, example| {
         let owner = match kind {
             Point => "a point light",
+            Spot => "a spot",
             Directional => "a directional light",
             Rectangle => "a rectangle",
         };
@@ -72,6 +61,24 @@ pub(super) fn read_light(check: &Check<'_>, entry: &Spanned<LightEntry>) -> Chec
             colour,
             inverse_square: is_on(&light.inverse_square),
         }),
+        Spot => {
+            let cone = light.cone_degrees.as_ref();
+            let cone = cone.ok_or_else(|| missing("cone_degrees", "[full, none]"))?;
+            let [full, none] = check.numbers("cone_degrees", cone, CONE)?;
+            if full >= none {
+                let help = "give the angle from the axis up to which light is full, and a larger \
+                    one from which on there is none, such as [20, 30]";
+                let message = format!("the spot's `cone_degrees` are {full} and {none}");
+                return check.refuse(message, help, cone.span());
+            }
+            Ok(Light::Spot {
+                position: vector("position", &light.position)?.0,
+                direction: direction()?,
+                cone: [full.to_radians(), none.to_radians()],
+                colour,
+                inverse_square: is_on(&light.inverse_square),
+            })
+        }
         Directional => Ok(Light::Directional {
             direction: direction()?,
             colour,
@@ -95,6 +102,32 @@ pub(super) fn read_light(check: &Check<'_>, entry: &Spanned<LightEntry>) -> Chec
             })
         }
     }
+}
+
+/// Refuses keys that are for other kinds of light.
+fn check_keys(check: &Check<'_>, light: &LightEntry, kind: LightKind) -> Checked<()> {
+    if kind == Directional {
+        let owner = "point lights, spots and rectangles";
+        check.only_for(owner, "position", &light.position)?;
+    }
+    if kind == Point {
+        let owner = "spots, directional lights and rectangles";
+        check.only_for(owner, "direction", &light.direction)?;
+    }
+    if kind != Spot {
+        check.only_for("spots", "cone_degrees", &light.cone_degrees)?;
+    }
+    if !matches!(kind, Point | Spot) {
+        let owner = "point lights and spots";
+        check.only_for(owner, "inverse_square", &light.inverse_square)?;
+    }
+    if kind != Rectangle {
+        check.only_for("rectangles", "size", &light.size)?;
+        check.only_for("rectangles", "up", &light.up)?;
+        check.only_for("rectangles", "samples", &light.samples)?;
+        check.only_for("rectangles", "two_sided", &light.two_sided)?;
+    }
+    Ok(())
 }
 
 /// Returns the unit vector to the right of a rectangle, seen from where its light goes.

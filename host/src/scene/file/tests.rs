@@ -126,7 +126,10 @@ normals = "smooth" | normals = "smoth" | no kind of normals
 radius = 0.5 | radius = 0 | `radius` is 0
 casts_shadow = false | normalise = true | `normalise` is for
 casts_shadow = false | normals = "flat" | `normals` is for
-type = "point" | type = "spot" | no type of light "spot"
+type = "point" | type = "laser" | no type of light "laser"
+cone_degrees = [20, 30] | cone_degrees = [0, 0] | `cone_degrees` are 0 and 0
+cone_degrees = [20, 30] | cone_degrees = [20, 91] | `cone_degrees` is 91
+cone_degrees = [20, 30] | | a spot needs `cone_degrees` | type = "spot"
 direction = [0.3, -1, -0.2] | direction = [0, 0, -0.0] | is zero
 samples = 16 | samples = 65 | `samples` is 65
 samples = 16 | samples = 1.5 | whole number
@@ -146,10 +149,10 @@ frame = 120 | frame = 0 | `frame` is 0
 frame = 120 | | needs `frame` | position = [0, 1.6, -2]
 divisions = 9 | divisions = 0 | `divisions` is 0 | graticule
 width_degrees = 0.3 | width_degrees = nan | `width_degrees` is NaN | graticule
-"directional" | "point" | `direction` is for directional lights and rectangles only | direction = [0.3
-"point" | "directional" | `position` is for point lights and rectangles only | position = [0, 2.5
+"directional" | "point" | `direction` is for spots, directional lights and rectangles only | direction = [0.3
+"point" | "directional" | `position` is for point lights, spots and rectangles only | position = [0, 2.5
 position = [0, 2.5, 0.5] | | a point light needs `position` | type = "point"
-direction = [0.3, -1, -0.2] | inverse_square = false | `inverse_square` is for point lights only
+direction = [0.3, -1, -0.2] | inverse_square = false | `inverse_square` is for point lights and spots only
 direction = [0.3, -1, -0.2] | | a directional light needs `direction` | type = "directional"
 nadir   = [0.12, 0.20, 0.08] | | the background has either | *
 alpha = 1.0 | colour = [0, 0, 0] | the background has either | *

@@ -18,6 +18,7 @@ use gltf::{Document, Node};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::f32::consts::FRAC_1_PI;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use std::path::Path;
 use surface::{Pose, Surface};
 
@@ -96,13 +97,15 @@ impl Importer<'_> {
         for (node, place) in &nodes {
             places[node.index()] = Some(*place);
         }
-        let mut spots = BTreeSet::new();
+        // What a light or a mesh has that is not used, counts once for all of its nodes.
+        let mut lights = BTreeSet::new();
         let mut read = vec![false; document.meshes().len()];
         for (node, place) in &nodes {
             if let Some(light) = node.light() {
+                let before = (!lights.insert(light.index())).then(|| self.unused.clone());
                 self.add_light(&light, *place);
-                if matches!(light.kind(), Kind::Spot { .. }) {
-                    spots.insert(light.index());
+                if let Some(before) = before {
+                    self.unused = before;
                 }
             }
             if let Some(camera) = node.camera() {
@@ -114,7 +117,6 @@ impl Importer<'_> {
                 None => self.instances(document, node, *place)?,
             };
             let weights = node.weights().or(mesh.weights()).unwrap_or_default();
-            // What a mesh has that is not used, counts once for all of its nodes.
             let is_known = std::mem::replace(&mut read[mesh.index()], true);
             let before = is_known.then(|| self.unused.clone());
             for primitive in mesh.primitives() {
@@ -128,8 +130,6 @@ impl Importer<'_> {
                 self.unused = before;
             }
         }
-        self.unused
-            .add("cone{s} of spot lights", spots.len() as u64);
         Ok(())
     }
 
@@ -276,17 +276,40 @@ impl Importer<'_> {
             return;
         }
         let ahead = place.transform_vector3(Vec3::NEG_Z).as_dvec3();
-        self.lights.push(match light.kind() {
+        let position = place.transform_point3(Vec3::ZERO).as_dvec3();
+        let light = match light.kind() {
             Kind::Directional => Light::Directional {
                 direction: ahead.normalize_or(DVec3::NEG_Z),
                 colour,
             },
-            Kind::Point | Kind::Spot { .. } => Light::Point {
-                position: place.transform_point3(Vec3::ZERO).as_dvec3(),
+            Kind::Point => Light::Point {
+                position,
                 colour,
                 inverse_square: true,
             },
-        });
+            Kind::Spot {
+                inner_cone_angle,
+                outer_cone_angle,
+            } => Light::Spot {
+                position,
+                direction: ahead.normalize_or(DVec3::NEG_Z),
+                cone: self.cone([inner_cone_angle, outer_cone_angle]),
+                colour,
+                inverse_square: true,
+            },
+        };
+        self.lights.push(light);
+    }
+
+    /// Returns the angles of a spot's cone; those that cannot be are the format's default.
+    fn cone(&mut self, angles: [f32; 2]) -> [f64; 2] {
+        let [full, none] = angles.map(f64::from);
+        if (0.0..none).contains(&full) && none <= FRAC_PI_2 + 1.0e-6 {
+            return [full, none.min(FRAC_PI_2)];
+        }
+        let kind = "cone{s} of spot lights whose angles are not 0 <= inner < outer <= π/2";
+        self.unused.add(kind, 1);
+        [0.0, FRAC_PI_4]
     }
 
     fn add_camera(&mut self, [node, own]: [Option<&str>; 2], place: Mat4) {
