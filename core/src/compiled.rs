@@ -12,12 +12,16 @@ use crate::simd::{self, Simd};
 use crate::trace::{Budget, Hit, Ledger, Pixel, Tracer, Workspace};
 
 /// Sets of effects that shading is compiled for in this crate, besides the set of all effects; the
-/// smallest first.
-pub const COMPILED: [EffectSet; 3] = [
-    EffectSet::SHADOWS,
-    EffectSet::SHADOWS.union(EffectSet::REFLECTION),
-    EffectSet::ALL.difference(EffectSet::SPOT_LIGHT),
-];
+/// smallest first. The unit tests of this crate compile the set of all effects alone.
+pub const COMPILED: [EffectSet; 3] = if cfg!(test) {
+    [EffectSet::ALL; 3]
+} else {
+    [
+        EffectSet::SHADOWS,
+        EffectSet::SHADOWS.union(EffectSet::REFLECTION),
+        EffectSet::WHITTED,
+    ]
+};
 
 macro_rules! compiled {
     ($(

@@ -24,6 +24,7 @@ mod square;
 mod tile;
 mod view;
 
+pub use crate::trace::Width;
 pub use crate::trace::budget::{Budget, Statistics};
 pub use crate::trace::dispersion::{Spectrum, SpectrumError};
 pub use crate::trace::ledger::{Entry, Ledger};
@@ -37,7 +38,7 @@ use dome::{goes_in_blocks, hits_together};
 pub use fill::{Fill, Surroundings, SurroundingsError};
 use foveation::Foveation;
 pub use job::{FrameError, FrameJob, Part, Pictures, Place, Progress, Tiles};
-pub use square::LARGEST_UNIT;
+pub use square::{LARGEST_UNIT, foveated_samples};
 use tile::{BLOCK, Block, Target};
 pub use tile::{Tile, TileError};
 pub use view::{
@@ -115,6 +116,8 @@ pub struct Renderer<'a, const W: usize = 8> {
     together: Option<Together<W>>,
     /// The detail of rays that no gaze reduces.
     most: RayDetail,
+    /// Returns the width of a view's rays with a number of samples a pixel.
+    pixel_width: Option<fn(&View, u16) -> Width>,
     lod: Option<LevelOfDetail>,
     pixels: Pixels<W>,
 }
@@ -209,6 +212,12 @@ where
             settings,
             together: None,
             most: tracer.detail(),
+            // A pointer: sets of effects without levels do not link the function.
+            pixel_width: if EFFECTS & EffectSet::TEXTURE_LEVELS.bits() == 0 {
+                None
+            } else {
+                Some(View::pixel_width)
+            },
             lod: None,
             pixels: Pixels::All,
         }
@@ -242,6 +251,7 @@ where
             depth: level.bounces(full.depth),
             rung: Ladder::new(self.tracer.scene().rungs()).nearest(level.level()),
             wavelengths: level.wavelengths(full.wavelengths),
+            ..full
         };
         self
     }
@@ -321,6 +331,25 @@ where
         }
     }
 
+    /// Returns the most detail of the rays of a view.
+    fn most_of(&self, view: &View) -> RayDetail {
+        let width_of = self.pixel_width.filter(|_| self.reads_levels());
+        let width_of = width_of.map(|width_of| width_of(view, self.settings.samples));
+        RayDetail {
+            spread: width_of.unwrap_or(Width::ZERO),
+            ..self.most
+        }
+    }
+
+    /// Returns whether textures are as coarse as what a pixel sees of them.
+    fn reads_levels(&self) -> bool {
+        let carried_out = self
+            .tracer
+            .effects()
+            .intersection(self.tracer.scene().effects());
+        carried_out.contains(EffectSet::TEXTURE_LEVELS)
+    }
+
     /// Returns where the patch that contains pixel (x, y) lies in the visual field.
     fn patch_region(&self, view: &View, x: u32, y: u32) -> Region {
         match &self.lod {
@@ -334,7 +363,7 @@ where
     // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
     fn block_detail(&self, patch: Region, view: &View, x: u32, y: u32) -> BlockDetail {
-        let most = self.most;
+        let most = self.most_of(view);
         if let Pixels::Below(gaze, level) = &self.pixels {
             let levels = BlockLevels::new(gaze, self.tracer.simd(), view, (x, y));
             return levels.below(*level, most);

@@ -9,6 +9,7 @@ mod blob;
 mod cover;
 mod instance;
 mod layout;
+mod levels;
 mod light;
 mod material;
 mod tree;
@@ -26,7 +27,7 @@ use material::Textures;
 use rayon::prelude::*;
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::{
-    self, IdLeaf, Instance, LeafBlock, NO_COLOURS, NO_MATERIAL, Node,
+    self, IdLeaf, Instance, LeafBlock, MOST_NESTED, NO_COLOURS, NO_MATERIAL, Node,
 };
 use shisen_core::shape::Spheroid;
 use shisen_core::{Runs, Simd};
@@ -82,6 +83,11 @@ pub enum BakeError {
         Spheroid::RADII.1
     )]
     Radius { object: usize },
+    #[error(
+        "material {material} (counted from 0) has a priority, but only the first {MOST_NESTED} can: \
+         describe it before others"
+    )]
+    Nested { material: usize },
     #[error("the scene holds a value that the tracer refuses: {0}")]
     Refused(#[from] SceneError),
     #[error(
@@ -134,7 +140,10 @@ where
         let meshes: Vec<Prepared<'_, W>> = prepared.collect();
         let mut tables = Tables::<W>::default();
         let mut textures = Textures::default();
-        for source in &scene.materials {
+        for (material, source) in scene.materials.iter().enumerate() {
+            if source.priority > 0 && material >= MOST_NESTED {
+                return Err(BakeError::Nested { material });
+            }
             tables.add_material(source, &mut textures);
         }
         // The tree over instances comes first, whose size is known only once the instances are.

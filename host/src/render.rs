@@ -44,7 +44,7 @@ pub use observer::{Foveation, Observer};
 use rayon::ThreadPool;
 use shisen_core::frame::{
     Budget, LevelOfDetail, Pixel, Renderer, Settings, Spectrum, SpectrumError, Statistics,
-    Surroundings, SurroundingsError, Tile, TileJob, View, Workspace,
+    Surroundings, SurroundingsError, Tile, TileJob, View, Workspace, foveated_samples,
 };
 use shisen_core::scene::{EffectSet, Scene};
 use shisen_core::{Runs, Simd};
@@ -81,6 +81,20 @@ impl Default for Options {
             threads: std::thread::available_parallelism().map_or(1, Into::into),
             tile: 32,
             simd: Simd::detect(),
+        }
+    }
+}
+
+impl Options {
+    /// Returns how many rays a pixel has where an observer has a foveation.
+    pub fn foveated_samples(&self) -> u16 {
+        let samples = self.settings.samples;
+        match self.dispersion {
+            Dispersion::Images(wavelengths, _) => {
+                let shares = images::shares(samples, wavelengths.count());
+                shares.map(foveated_samples).sum()
+            }
+            _ => foveated_samples(samples),
         }
     }
 }

@@ -120,7 +120,11 @@ fn words_out_of_range_have_their_error() {
         (texture(0, map + 4), nan, value(mapped, 0)),
         (texture(0, wrap), 3, value("a texture's wrapping", 0)),
         (material(2, emission_texture), 3, index("texture", 2, 3)),
-        (material(0, metal), thin, value("a material's metal", 0)),
+        (
+            material(0, metal),
+            thin,
+            value("a material's microfacets or alpha", 0),
+        ),
         (colour, 1, index("colour", 0, 1)),
         (texture(0, colours), over, value(coloured, 0)),
         (coordinates + 4, far, value("a texture coordinate", 0)),

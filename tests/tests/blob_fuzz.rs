@@ -4,7 +4,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::bake::simplify::PolygonLevels;
-use shisen::scene::material::{Graticule, Material, Metal};
+use shisen::scene::material::{Alpha, Cover, Graticule, Material, Microfacets};
 use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::texture::{Image, Pattern, Texture, Wrap};
 use shisen::scene::{Background, Light, Object, Scene, Shape};
@@ -40,7 +40,7 @@ fn tetrahedron(image: &Texture) -> TriangleMesh {
                 Pattern::Checker([[0.9; 3], [0.1; 3]]),
                 [3.0, 2.0],
             )),
-            metal: Some(Metal {
+            microfacets: Some(Microfacets {
                 metalness: 0.9,
                 roughness: 0.3,
                 texture: Some(Texture {
@@ -49,6 +49,11 @@ fn tetrahedron(image: &Texture) -> TriangleMesh {
                     second_coordinates: true,
                     ..image.clone()
                 }),
+            }),
+            alpha: Some(Alpha {
+                opacity: 0.9,
+                texture: Some(image.clone()),
+                cover: Cover::Mask(0.5),
             }),
             vertex_colours: true,
             ..Material::default()
@@ -61,7 +66,8 @@ fn tetrahedron(image: &Texture) -> TriangleMesh {
 /// Returns everything that a scene can have, little of each.
 // Longer than 80 lines: it is a table of values.
 pub(super) fn small_scene() -> Scene {
-    let image = Image::new(2, 1, &[[255, 9, 0], [3, 200, 50]]).expect("an image");
+    let texels = [[255, 9, 0, 255], [3, 200, 50, 100]];
+    let image = Image::with_alpha(2, 1, &texels).expect("an image");
     let image = Texture::new(Pattern::Image(Arc::new(image)), [1.0, 5.0]);
     let tetrahedron = tetrahedron(&image);
     let globe = Material {
@@ -74,6 +80,7 @@ pub(super) fn small_scene() -> Scene {
         transmission: [0.9; 3],
         absorption: [0.1, 0.2, 0.3],
         medium: Some(Medium::SF11),
+        priority: 2,
         ..Material::default()
     };
     let chrome = Material {

@@ -162,7 +162,10 @@ fn a_cave_with_a_dome_is_reported_and_drawn_whole() {
                  [[wall]]\nname = \"floor\"\nlower_left = [-1, -1, 1]\n\
                  lower_right = [1, -1, 1]\nupper_left = [-1, -1, -1]\n";
     fs::write(folder.join("room.toml"), walls).expect("a file");
-    let report = report(folder, "cave --walls room.toml --size 64 --lod paper");
+    let report = report(
+        folder,
+        "cave --walls room.toml --size 64 --view-size 128x96 --lod paper",
+    );
     let paths = list(&report, "images")
         .iter()
         .map(|image| image["path"].as_str());

@@ -101,7 +101,11 @@ fn small_view() -> View {
 fn fixed(baked: &Baked<4>, set: EffectSet, mode: Mode) -> Renderer<'_, 4> {
     const OPAQUE: u32 = SHADOWS.bits();
     const MIRRORS: u32 = SHADOWS.union(REFLECTION).bits();
-    const GLASS: u32 = REFRACTION.union(ABSORPTION).union(SHADOWS).bits();
+    const GLASS: u32 = REFRACTION
+        .union(ABSORPTION)
+        .union(SHADOWS)
+        .union(EffectSet::CLEAR_SHADOWS)
+        .bits();
     let (scene, simd) = (baked.scene(), Simd::PORTABLE);
     let settings = ways::settings(mode, 1);
     match set.bits() {
@@ -146,7 +150,10 @@ fn shading_fixed_to_a_set_gives_the_same_pixels() {
     for (scene, set) in [
         (paper(PaperScene::B), SHADOWS),
         (paper(PaperScene::A), SHADOWS | REFLECTION),
-        (clear, SHADOWS | REFRACTION | ABSORPTION),
+        (
+            clear,
+            SHADOWS | REFRACTION | ABSORPTION | EffectSet::CLEAR_SHADOWS,
+        ),
     ] {
         let compact = Baked::<4>::new(&scene).expect("a scene");
         assert_eq!(compact.scene().effects(), set);
@@ -269,13 +276,12 @@ fn the_ledger_adds_up_and_its_pixels_are_the_picture_s() {
     let rays = |effect| ledger.entry(effect).rays;
     let bounced = found.reflected + found.refracted;
     assert_eq!(rays(EffectSet::ALL), bounced + found.shadow);
-    assert_eq!(rays(SHADOWS) + rays(EffectSet::SOFT_LIGHT), found.shadow);
-    assert_eq!(
-        rays(REFLECTION) + rays(REFRACTION) + rays(EffectSet::DISPERSION),
-        bounced
-    );
+    let to_lights = SHADOWS | EffectSet::SOFT_LIGHT | EffectSet::CLEAR_SHADOWS;
+    assert_eq!(rays(to_lights), found.shadow);
+    let onwards = REFLECTION | REFRACTION | EffectSet::DISPERSION | EffectSet::ALPHA;
+    assert_eq!(rays(onwards), bounced);
     assert_eq!(found.primary, 3 * 48 * 48);
-    let traces = SHADOWS | EffectSet::SOFT_LIGHT | REFLECTION | REFRACTION | EffectSet::DISPERSION;
+    let traces = to_lights | onwards;
     for &(effect, name) in EffectSet::NAMED {
         let entry = ledger.entry(effect);
         assert!(
@@ -383,7 +389,10 @@ fn effects_are_chosen_on_the_command_line() {
     says(&found, json!({ "effects": [] }));
     says(&found["rays"], json!({ "shadow": 0, "reflected": 0 }));
     // One wavelength is no dispersion.
-    let one = report(folder.path(), "cave --scene prism --size 8 --wavelengths 1");
+    let one = report(
+        folder.path(),
+        "cave --scene prism --size 8 --view-size 8x6 --wavelengths 1",
+    );
     let is_in = |key: &str| list(&one, key).contains(&"dispersion".into());
     assert!(is_in("effects_asked") && !is_in("effects"));
     let words = "dome render --scene grid --size 16 --effects=-graticule";

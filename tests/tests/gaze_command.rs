@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 use shisen_tests::command::{folder, line, number, refused, says, shisen, succeed};
+use shisen_tests::meshes::write_ball;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
 use std::io::{BufRead, BufReader, Write};
 use std::process::Stdio;
@@ -206,17 +207,20 @@ fn impossible_gazes_are_usage() {
 #[test]
 fn an_acuity_finer_than_a_pixel_is_full_tracing_and_says_so() {
     let folder = folder();
+    write_ball(folder.path());
     let cave = |words: &str| {
-        let mut command = line(folder.path(), &format!("cave --json {words}"));
-        let said = succeed(&mut command);
+        let small = "cave --mesh ball.obj --view-size 8x6 --json";
+        let said = succeed(&mut line(folder.path(), &format!("{small} {words}")));
         (said.objects().remove(0), said.err)
     };
     let (full, _) = cave("--size 16");
     let (fine, said) = cave("--size 16 --lod foveated --acuity 0,0.0001");
     assert_eq!(fine["frame_hash"], full["frame_hash"]);
     assert!(said.contains("finer than a pixel everywhere"), "{said}");
-    let (coarse, said) = cave("--size 96 --lod foveated");
-    assert!(!said.contains("finer"), "{said}");
+    says(&fine, json!({ "samples": 1 }));
+    let (coarse, said) = cave("--size 64 --lod foveated");
+    assert_eq!(said, "");
+    says(&coarse, json!({ "samples": 4 }));
     // Rays are counted by wall and eye.
     for kind in ["primary", "shadow", "lit", "leaves"] {
         let of_image = |image: &Value| image["rays"][kind].as_u64().unwrap();
@@ -227,5 +231,14 @@ fn an_acuity_finer_than_a_pixel_is_full_tracing_and_says_so() {
             .map(of_image)
             .sum();
         assert_eq!(Some(of_images), coarse["rays"][kind].as_u64(), "{kind}");
+    }
+    // Samples are traced in fours.
+    let (uneven, said) = cave("--size 64 --lod foveated --samples 5");
+    says(&uneven, json!({ "samples": 8 }));
+    for said in [
+        said,
+        cave("--size 16 --lod foveated --samples 5 --tracker mock --frames 1").1,
+    ] {
+        assert!(said.contains("8 rays a pixel instead of 5"), "{said}");
     }
 }

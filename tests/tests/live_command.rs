@@ -172,9 +172,12 @@ fn an_interrupt_ends_it_with_a_report() {
 #[test]
 fn budgets_that_are_too_small_are_counted_and_told() {
     let folder = folder();
-    let (report, said) = warned(folder.path(), "run --budget 1steps --frames 5 --size 16");
+    let words = "run --budget 1steps --frames 5 --size 16 --lod foveated --samples 5";
+    let (report, said) = warned(folder.path(), words);
     assert_eq!(report["frames_with_unfinished_fovea"], 5, "{report}");
-    assert_eq!(said.matches("the budget is too small").count(), 1, "{said}");
+    for told in ["the budget is too small", "8 rays a pixel instead of 5"] {
+        assert_eq!(said.matches(told).count(), 1, "{said}");
+    }
     // Where a refresh leaves more time than the budget, no frame is late, and all are over
     // their time.
     let words = "run --hz 10 --budget 0.1ms --frames 8 --record log";

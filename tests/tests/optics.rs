@@ -335,10 +335,10 @@ fn point_lights_fall_off_and_cast_shadows() {
             assert_near(look(&scene), expected, 1e-6 * expected);
             add_sphere(&mut scene, 0.1, 0.5 * position, matt([1.0; 3]));
             assert_eq!(look(&scene), 0.0, "a ball between them");
-            // Neither glass nor what is told not to casts a shadow.
+            // What is told not to casts no shadow, and what is clear hardly one.
             scene.objects.last_mut().expect("the ball").casts_shadow = false;
             assert_near(look(&scene), expected, 1e-6 * expected);
-            *scene.materials.last_mut().expect("the ball's") = glass(1.5);
+            *scene.materials.last_mut().expect("the ball's") = glass(1.0);
             scene.objects.last_mut().expect("the ball").casts_shadow = true;
             assert_near(look(&scene), expected, 1e-6 * expected);
         }
@@ -445,4 +445,72 @@ fn a_half_covering_background_is_premultiplied_but_whole_in_a_mirror() {
     assert_eq!(channels(past), [0.125, 0.25, 0.5, 0.25]);
     let mirrored = seen(&scene, 1, [0.1, 0.2, 3.0], [0.0, 0.0, -1.0]);
     assert_eq!(channels(mirrored), [0.5, 1.0, 2.0, 1.0]);
+}
+
+/// Returns a ball of water in a ball of glass before a wall of lamps, whose lamps differ.
+fn nested(glass: Material, water: Material) -> Scene {
+    let mut scene = empty();
+    scene.background = Background {
+        zenith: [1.0, 0.0, 0.0],
+        horizon: [0.1, 0.2, 0.3],
+        nadir: [0.0, 1.0, 0.0],
+        ..Background::uniform([0.0; 3])
+    };
+    add_sphere(&mut scene, 1.0, DVec3::ZERO, glass);
+    add_sphere(&mut scene, 0.6, DVec3::new(0.1, 0.05, 0.0), water);
+    scene
+}
+
+#[test]
+fn water_within_glass_bends_light_by_the_ratio_of_their_indices() {
+    let of = |index: f32, priority: u32, absorption: [f32; 3]| Material {
+        priority,
+        absorption,
+        ..glass(index)
+    };
+    let blue = [2.0, 1.0, 0.1];
+    let found = nested(of(1.5, 1, [0.0; 3]), of(1.333, 2, blue));
+    // A border says the same by the ratio alone.
+    let expected = nested(of(1.5, 0, [0.0; 3]), of(1.333 / 1.5, 0, blue));
+    // The second of two of one priority fills the place; a lower one has no border.
+    let equal = nested(of(1.5, 3, [0.0; 3]), of(1.333, 3, blue));
+    let lower = nested(of(1.5, 3, [0.0; 3]), of(1.333, 1, blue));
+    let mut solid = nested(of(1.5, 0, [0.0; 3]), of(1.333, 0, blue));
+    solid.objects.pop();
+    // A stone is seen through all that is before it.
+    let mut stone = nested(of(1.5, 1, [0.0; 3]), of(1.333, 2, blue));
+    add_sphere(&mut stone, 0.3, DVec3::new(0.1, 0.05, 0.0), matt([1.0; 3]));
+    let mut differs = 0.0f32;
+    for step in 0..200 {
+        let height = -0.99 + f64::from(step) / 100.0;
+        let from = [0.05, height as f32, 5.0];
+        let look = |scene: &Scene| {
+            let pixel = seen(scene, 5, from, [0.0, 0.0, -1.0]);
+            DVec3::new(pixel.red.into(), pixel.green.into(), pixel.blue.into())
+        };
+        let [expected, alone] = [&expected, &solid].map(look);
+        assert!(
+            (look(&found) - expected).abs().max_element() < 2e-4,
+            "{height}"
+        );
+        assert!(
+            (look(&equal) - expected).abs().max_element() < 2e-4,
+            "{height}"
+        );
+        assert!(
+            (look(&lower) - alone).abs().max_element() < 1e-6,
+            "{height}"
+        );
+        differs = differs.max((expected - alone).abs().max_element() as f32);
+    }
+    assert!(differs > 0.1);
+    // Straight at the stone's middle: Fresnel's equations twice, and 0.3 m of water.
+    let pixel = seen(&stone, 1 + 1, [0.1, 0.05, 5.0], [0.0, 0.0, -1.0]);
+    let borders = [1.5f64, 1.5 / 1.333].map(|ratio| 1.0 - ((ratio - 1.0) / (ratio + 1.0)).powi(2));
+    let water = borders[0] * borders[1] * (-0.3f64 * 2.0).exp();
+    assert!(
+        (f64::from(pixel.red) - water).abs() < 0.03,
+        "{} {water}",
+        pixel.red
+    );
 }

@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 use shisen_tests::command::{folder, report};
+use shisen_tests::meshes::write_ball;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -46,9 +47,10 @@ impl Png {
 #[test]
 fn a_room_s_eyes_are_put_together_left_first() {
     let folder = folder();
+    write_ball(folder.path());
     let cave = |stereo: &str| {
-        let words =
-            format!("cave --size 32 --view-size 40x30 --ipd 0.3 --stereo {stereo} --out {stereo}");
+        let small = "cave --mesh ball.obj --size 32 --view-size 40x30 --ipd 0.3";
+        let words = format!("{small} --stereo {stereo} --out {stereo}");
         report(folder.path(), &words)
     };
     let read = |path: &Value| Png::read(&folder.path().join(path.as_str().expect("a path")));

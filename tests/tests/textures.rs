@@ -3,18 +3,18 @@
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::simplify::PolygonLevels;
 use shisen::bake::{BakeError, Baked};
-use shisen::scene::material::{Material, Metal};
+use shisen::scene::material::Material;
 use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::texture::{Image, Pattern, Texture};
-use shisen::scene::{Background, Object, Scene, Shape};
-use shisen_core::frame::{Budget, Workspace};
+use shisen::scene::{Object, Scene, Shape};
+use shisen_core::frame::{Budget, Renderer, Settings, View, Workspace};
 use shisen_core::scene::EffectSet;
 use shisen_core::shape::Ray;
 use shisen_core::trace::Tracer;
 use shisen_core::{Runs, Simd};
 use shisen_tests::paths::Paths;
 use shisen_tests::rays::Random;
-use shisen_tests::scenes::{empty, object};
+use shisen_tests::scenes::{empty, object, pixels};
 use std::sync::Arc;
 
 const FIRST: [f32; 3] = [0.9, 0.8, 0.1];
@@ -109,7 +109,8 @@ fn a_checkered_floor_is_that_of_brute_force() {
         * DAffine3::from_scale(DVec3::splat(side));
     let scene = floor(checker(cells.map(|c| c as f32)), map);
     let Paths { fast, compact } = Paths::new(&scene);
-    assert_eq!(fast.scene().effects(), EffectSet::CHECKER_TEXTURE);
+    let asked = EffectSet::CHECKER_TEXTURE | EffectSet::TEXTURE_LEVELS;
+    assert_eq!(fast.scene().effects(), asked);
     let object_from_world = map.inverse();
     let mut random = Random::new(11);
     let (mut compared, mut near_a_border) = (0, 0);
@@ -153,7 +154,8 @@ fn texels_have_their_colours_in_their_middles() {
     let picture = image(7, 4);
     let pictured = floor(picture.clone(), DAffine3::IDENTITY);
     let baked = Baked::<4>::new(&pictured).expect("a scene");
-    assert_eq!(baked.scene().effects(), EffectSet::IMAGE_TEXTURE);
+    let asked = EffectSet::IMAGE_TEXTURE | EffectSet::TEXTURE_LEVELS;
+    assert_eq!(baked.scene().effects(), asked);
     let seen = |u, v| look(&baked.scene(), Simd::detect(), above(u, v), down);
     for column in 0..7 {
         for row in 0..4 {
@@ -236,7 +238,7 @@ fn emission_shows_outside_and_with_its_texture() {
     lamp.materials[0].emission_texture = lamp.materials[0].texture.take();
     lamp.materials[0].emission = [3.0, 2.0, 1.0];
     let baked = Baked::<8>::new(&lamp).expect("a scene");
-    let asked = EffectSet::EMISSION | EffectSet::CHECKER_TEXTURE;
+    let asked = EffectSet::EMISSION | EffectSet::CHECKER_TEXTURE | EffectSet::TEXTURE_LEVELS;
     assert_eq!(baked.scene().effects(), asked);
     let lit = |origin, direction| look(&baked.scene(), Simd::detect(), origin, direction);
     let first = Vec3::new(3.0, 2.0, 1.0) * Vec3::from(FIRST);
@@ -288,41 +290,44 @@ fn vertices_have_second_coordinates_and_colours() {
 }
 
 #[test]
-fn metal_is_tinted_and_never_black() {
-    const BASE: Vec3 = Vec3::new(0.9, 0.6, 0.2);
-    const AROUND: [f32; 3] = [0.2, 0.4, 0.8];
-    // Blue 51 is a fifth of metal; green 255 leaves the roughness as it is.
-    let data = Image::new(1, 1, &[[7, 255, 51]]).expect("sides");
-    let data = Texture::new(Pattern::Image(Arc::new(data)), [1.0; 2]);
-    for (metalness, roughness, texture) in [
-        (1.0, 0.0, None),
-        (1.0, 0.25, None),
-        (1.0, 1.0, None),
-        (0.5, 0.25, None),
-        (1.0, 0.25, Some(data)),
-    ] {
-        let metal = if texture.is_some() { 0.2 } else { metalness };
-        let mut square = floor(image(1, 1), DAffine3::IDENTITY);
-        square.materials[0] = Material {
-            diffuse: BASE.to_array(),
-            metal: Some(Metal {
-                metalness,
-                roughness,
-                texture,
-            }),
-            ..Material::default()
-        };
-        square.background = Background::uniform(AROUND);
-        let smoothness = (1.0 - 2.0 * roughness).max(0.0).powi(2) * metal;
-        let expected = BASE * (1.0 - smoothness) + BASE * smoothness * Vec3::from(AROUND);
-        let Paths { fast, compact } = Paths::new(&square);
-        let (origin, direction) = (DVec3::new(0.1, 1.0, 0.2), DVec3::NEG_Y);
-        for depth in [0, 1] {
-            let fast = Tracer::new(fast.scene(), Simd::detect(), depth);
-            let compact = Tracer::new(compact.scene(), Simd::PORTABLE, depth);
-            let found = seen(&fast, origin, direction);
-            assert_near(found, expected, 1e-6);
-            assert_eq!(seen(&compact, origin, direction), found);
+fn a_pixel_sees_the_mean_of_its_footprint() {
+    // Half of the texels are white: from afar all is grey, and near by it is not.
+    let mut random = Random::new(9);
+    let texels: Vec<[u8; 3]> = (0..256 * 128)
+        .map(|_| [if random.below(2) == 0 { 255 } else { 0 }; 3])
+        .collect();
+    let noise = Image::new(256, 128, &texels).expect("sides");
+    let noise = Texture::new(Pattern::Image(Arc::new(noise)), [1.0; 2]);
+    let checker = Texture::new(Pattern::Checker([[1.0; 3], [0.0; 3]]), [256.0, 256.0]);
+    for (texture, texel) in [(noise, 1.0 / 181.0), (checker, 1.0 / 256.0)] {
+        let scene = floor(texture, DAffine3::IDENTITY);
+        let baked = Baked::<8>::new(&scene).expect("a scene");
+        // A view straight down, of 16 × 16 pixels that are this wide on the floor.
+        for (width, spread) in [(4.0, 0.11), (8.0, 0.06), (0.5, 0.6)] {
+            let step = (width * texel) as f32;
+            let settings = Settings::default();
+            let renderer = Renderer::new(baked.scene(), Simd::detect(), settings);
+            let view = View::new(
+                Vec3::new(0.003, 1.0, 0.003),
+                Vec3::new(-8.0 * step, -1.0, -8.0 * step),
+                Vec3::X * step,
+                Vec3::Z * step,
+                [16; 2],
+            );
+            let view = view.expect("a view");
+            let seen = pixels(&renderer, &view);
+            let seen: Vec<f64> = seen.iter().map(|pixel| f64::from(pixel.red)).collect();
+            let mean = seen.iter().sum::<f64>() / 256.0;
+            let square = seen.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / 256.0;
+            let found = square.sqrt();
+            if width > 1.0 {
+                assert!(
+                    (mean - 0.5).abs() < 0.03 && found < spread,
+                    "{width}: {mean} {found}"
+                );
+            } else {
+                assert!(found > 0.25, "{width}: {found}");
+            }
         }
     }
 }

@@ -90,11 +90,17 @@
 // Effect: clear bodies absorb light.
 #define SHISEN_EFFECT_ABSORPTION 8
 
+// Effect: clear bodies within one another.
+#define SHISEN_EFFECT_NESTED_MEDIA 8192
+
 // Effect: lights with a size.
 #define SHISEN_EFFECT_SOFT_LIGHT 131072
 
 // Effect: lights that shine into cones.
 #define SHISEN_EFFECT_SPOT_LIGHT 262144
+
+// Effect: shadows that light comes through.
+#define SHISEN_EFFECT_CLEAR_SHADOWS 524288
 
 // Effect: images on surfaces.
 #define SHISEN_EFFECT_IMAGE_TEXTURE 64
@@ -102,14 +108,20 @@
 // Effect: checkers on surfaces.
 #define SHISEN_EFFECT_CHECKER_TEXTURE 32
 
+// Effect: textures as coarse as what a pixel sees of them.
+#define SHISEN_EFFECT_TEXTURE_LEVELS 4096
+
 // Effect: surfaces that shine.
 #define SHISEN_EFFECT_EMISSION 128
 
 // Effect: meridians and parallels on a surface.
 #define SHISEN_EFFECT_GRATICULE 16
 
-// Effect: metal, in part or whole.
-#define SHISEN_EFFECT_METAL 512
+// Effect: microfacets, of metal and of what is more or less rough.
+#define SHISEN_EFFECT_MICROFACETS 512
+
+// Effect: surfaces with holes, or more or less opaque from place to place.
+#define SHISEN_EFFECT_ALPHA 2048
 
 // Effect: colours of vertices.
 #define SHISEN_EFFECT_VERTEX_COLOURS 1024
@@ -155,12 +167,12 @@
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a frame's handle, without its pictures and tiles.
-#define SHISEN_FRAME_SIZE 2640
+#define SHISEN_FRAME_SIZE 2712
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for a frame's handle, without its pictures and tiles.
-#define SHISEN_FRAME_SIZE 2824
+#define SHISEN_FRAME_SIZE 2896
 #endif
 
 #if defined(SHISEN_POINTERS_32)

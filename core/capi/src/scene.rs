@@ -19,10 +19,17 @@ pub const SHISEN_BLOB_ALIGNMENT: usize = 32;
 pub(crate) const WIDTH: usize = 4;
 
 /// Effects that the library was built for.
-pub(crate) const EFFECTS: u32 = if cfg!(feature = "dispersion") {
-    EffectSet::ALL.bits()
-} else {
-    EffectSet::ALL.difference(EffectSet::DISPERSION).bits()
+pub(crate) const EFFECTS: u32 = {
+    let all = if cfg!(feature = "all-effects") {
+        EffectSet::ALL
+    } else {
+        EffectSet::WHITTED
+    };
+    if cfg!(feature = "dispersion") {
+        all.bits()
+    } else {
+        all.difference(EffectSet::DISPERSION).bits()
+    }
 };
 
 /// A scene that has been checked. It refers to the baked scene's bytes, which
@@ -80,20 +87,28 @@ pub const SHISEN_EFFECT_REFRACTION: u32 = 0x4;
 pub const SHISEN_EFFECT_DISPERSION: u32 = 0x100;
 /// Effect: clear bodies absorb light.
 pub const SHISEN_EFFECT_ABSORPTION: u32 = 0x8;
+/// Effect: clear bodies within one another.
+pub const SHISEN_EFFECT_NESTED_MEDIA: u32 = 0x2000;
 /// Effect: lights with a size.
 pub const SHISEN_EFFECT_SOFT_LIGHT: u32 = 0x20000;
 /// Effect: lights that shine into cones.
 pub const SHISEN_EFFECT_SPOT_LIGHT: u32 = 0x40000;
+/// Effect: shadows that light comes through.
+pub const SHISEN_EFFECT_CLEAR_SHADOWS: u32 = 0x80000;
 /// Effect: images on surfaces.
 pub const SHISEN_EFFECT_IMAGE_TEXTURE: u32 = 0x40;
 /// Effect: checkers on surfaces.
 pub const SHISEN_EFFECT_CHECKER_TEXTURE: u32 = 0x20;
+/// Effect: textures as coarse as what a pixel sees of them.
+pub const SHISEN_EFFECT_TEXTURE_LEVELS: u32 = 0x1000;
 /// Effect: surfaces that shine.
 pub const SHISEN_EFFECT_EMISSION: u32 = 0x80;
 /// Effect: meridians and parallels on a surface.
 pub const SHISEN_EFFECT_GRATICULE: u32 = 0x10;
-/// Effect: metal, in part or whole.
-pub const SHISEN_EFFECT_METAL: u32 = 0x200;
+/// Effect: microfacets, of metal and of what is more or less rough.
+pub const SHISEN_EFFECT_MICROFACETS: u32 = 0x200;
+/// Effect: surfaces with holes, or more or less opaque from place to place.
+pub const SHISEN_EFFECT_ALPHA: u32 = 0x800;
 /// Effect: colours of vertices.
 pub const SHISEN_EFFECT_VERTEX_COLOURS: u32 = 0x400;
 
@@ -109,7 +124,11 @@ const _: () = assert!(
         && EffectSet::CHECKER_TEXTURE.bits() == SHISEN_EFFECT_CHECKER_TEXTURE
         && EffectSet::EMISSION.bits() == SHISEN_EFFECT_EMISSION
         && EffectSet::GRATICULE.bits() == SHISEN_EFFECT_GRATICULE
-        && EffectSet::METAL.bits() == SHISEN_EFFECT_METAL
+        && EffectSet::MICROFACETS.bits() == SHISEN_EFFECT_MICROFACETS
+        && EffectSet::CLEAR_SHADOWS.bits() == SHISEN_EFFECT_CLEAR_SHADOWS
+        && EffectSet::ALPHA.bits() == SHISEN_EFFECT_ALPHA
+        && EffectSet::TEXTURE_LEVELS.bits() == SHISEN_EFFECT_TEXTURE_LEVELS
+        && EffectSet::NESTED_MEDIA.bits() == SHISEN_EFFECT_NESTED_MEDIA
         && EffectSet::VERTEX_COLOURS.bits() == SHISEN_EFFECT_VERTEX_COLOURS
 );
 

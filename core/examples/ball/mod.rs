@@ -51,6 +51,7 @@ pub(crate) fn scene() -> Scene {
         texture: NO_TEXTURE,
         emission_texture: NO_TEXTURE,
         metal_texture: NO_TEXTURE,
+        alpha_texture: NO_TEXTURE,
         medium: NO_MEDIUM,
         ..Material::new_zeroed()
     };

@@ -5,7 +5,7 @@ use super::view::{Directions, Kind, View};
 use crate::gaze::{Detail, Gaze, Region};
 use crate::numeric::{max, min};
 use crate::simd::{Kernel, Lanes, Runs, Simd};
-use crate::trace::{NOT_TRACED, RayDetail, TileRays};
+use crate::trace::{NOT_TRACED, RayDetail, TileRays, Width};
 
 const SIDE: usize = BLOCK as usize;
 
@@ -57,6 +57,8 @@ pub(super) struct OwnDetail {
     /// Rungs; [`NOT_TRACED`] for pixels that are not traced.
     pub(super) rungs: [[u8; SIDE]; SIDE],
     wavelengths: [[u8; SIDE]; SIDE],
+    /// That of all pixels.
+    spread: Width,
 }
 
 impl BlockDetail {
@@ -80,6 +82,7 @@ impl BlockDetail {
                     depth: detail.bounces(most.depth),
                     rung,
                     wavelengths: detail.wavelengths(most.wavelengths),
+                    ..most
                 },
                 _ => RayDetail { rung, ..most },
             }
@@ -171,6 +174,7 @@ impl OwnDetail {
         depths: [[0; SIDE]; SIDE],
         rungs: [[NOT_TRACED; SIDE]; SIDE],
         wavelengths: [[0; SIDE]; SIDE],
+        spread: Width::ZERO,
     };
 
     #[inline(always)]
@@ -181,6 +185,7 @@ impl OwnDetail {
             depth,
             rung,
             wavelengths: self.wavelengths[row][column],
+            spread: self.spread,
         })
     }
 
@@ -190,6 +195,7 @@ impl OwnDetail {
         self.depths[row][column] = detail.depth;
         self.rungs[row][column] = detail.rung;
         self.wavelengths[row][column] = detail.wavelengths;
+        self.spread = detail.spread;
     }
 }
 

@@ -8,6 +8,7 @@ mod sizes;
 use super::Renderer;
 use super::begun::Work;
 use super::tile::{Piece, Target, Tile, offset};
+use crate::numeric::sqrt;
 use crate::scene::format::Material;
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
@@ -16,7 +17,7 @@ use crate::trace::beam::{
     Beam, Drawing, MOST_SURFACES, ROW_BLOCKS, SIDE, Samples, Seen, SurfaceId, Surfaces,
 };
 use crate::trace::facet::Fineness;
-use crate::trace::{Hit, MeshHit, Pixel, Steps};
+use crate::trace::{Hit, MeshHit, Pixel, RayDetail, Steps, Width};
 use fine::Pixels;
 use glam::Vec3;
 use heapless::Vec;
@@ -30,6 +31,12 @@ const PIXELS: usize = SIDE * SIDE;
 /// Samples of a pixel in one pass.
 const SAMPLES_OF_PIXEL: usize = 4;
 const SAMPLES: u16 = SAMPLES_OF_PIXEL as u16;
+
+/// Returns how many samples of a pixel [foveation](super::Renderer::with_foveation) traces where
+/// this many are asked for: whole passes of four.
+pub const fn foveated_samples(asked: u16) -> u16 {
+    asked.div_ceil(SAMPLES).saturating_mul(SAMPLES)
+}
 
 /// Directions from one point over a square's picture: to the right, below, and of its first corner,
 /// which is (0, 0).
@@ -47,6 +54,12 @@ impl Picture {
 
     fn ray(&self, x: f32, y: f32) -> Option<Ray> {
         Ray::new(self.eye, self.direction(x, y))
+    }
+
+    /// Returns the width of one of the four samples of a pixel.
+    fn width(&self) -> Width {
+        let [right, ..] = self.directions;
+        Width::new(0.5 * sqrt(right.dot(right)))
     }
 }
 
@@ -147,6 +160,19 @@ where
             if number + 1 == passes {
                 square.write(piece, &sums, work);
             }
+        }
+    }
+
+    /// Returns the detail of its rays.
+    fn detail(&self) -> RayDetail {
+        let spread = if self.renderer.reads_levels() {
+            self.picture.width()
+        } else {
+            Width::ZERO
+        };
+        RayDetail {
+            spread,
+            ..self.renderer.most
         }
     }
 

@@ -12,9 +12,10 @@ pub use flat_screen::FlatScreen;
 pub(super) use screen::Screen;
 pub use screen::ViewError;
 
+use crate::numeric::sqrt;
 use crate::shape::Ray;
 use crate::simd::{Lanes, Simd};
-use crate::trace::Sample;
+use crate::trace::{Sample, Width};
 use glam::Vec3;
 
 /// The rays of a picture: from an eye through the pixels of a flat screen or
@@ -135,6 +136,16 @@ impl View {
             Kind::Screen(_) => true,
             Kind::Dome(dome) => dome.ray(column as f32, row as f32).is_some(),
         }
+    }
+
+    /// Returns the width of a pixel's rays in the middle, after a unit of their directions: metres.
+    pub(super) fn pixel_width(&self, samples: u16) -> Width {
+        let [x, y] = self.size().map(|pixels| (pixels / 2) as f32);
+        let beside = self.direction(x - 1.0, y).zip(self.direction(x, y));
+        beside.map_or(Width::ZERO, |(left, right)| {
+            let step = right - left;
+            Width::new(sqrt(step.dot(step) / f32::from(samples)))
+        })
     }
 
     /// Returns the ray through a point of the picture, in pixels from the centre of the first;

@@ -20,22 +20,32 @@ bitflags::bitflags! {
         /// Clear bodies bend each wavelength its own way, if the renderer has wavelengths, too.
         /// Without it, they have the index of the d line for all.
         const DISPERSION = effect::DISPERSION;
+        /// Clear bodies within one another. Without it, each is as if it were in the surroundings.
+        const NESTED_MEDIA = effect::NESTED_MEDIA;
         /// Clear bodies take light away along the way. Without it, they do not.
         const ABSORPTION = effect::ABSORPTION;
         /// Lights with a size, in several places. Without it, they shine from their middles.
         const SOFT_LIGHT = 1 << 17;
         /// Spots, which shine into cones. Without it, they shine in all directions.
         const SPOT_LIGHT = 1 << 18;
+        /// Shadows that light comes through: of glass, of veils, of masks. Without it, they are dark.
+        const CLEAR_SHADOWS = 1 << 19;
         /// Images on surfaces. Without it, those have their material's colours.
         const IMAGE_TEXTURE = effect::IMAGE_TEXTURE;
         /// Checkers on surfaces. Without it, those have their material's colours.
         const CHECKER_TEXTURE = effect::CHECKER_TEXTURE;
+        /// Textures as coarse as what a pixel sees of them. Without it, they are read at points.
+        const TEXTURE_LEVELS = effect::TEXTURE_LEVELS;
         /// Surfaces that shine. Without it, they do not.
         const EMISSION = effect::EMISSION;
-        /// Metal in part or whole. Without it, surfaces are not metal.
-        const METAL = effect::METAL;
+        /// Surfaces of microfacets: metal, and what is more or less rough. Without it, they are
+        /// lit by Blinn-Phong's highlight alone.
+        const MICROFACETS = effect::MICROFACETS;
         /// Colours of vertices. Without it, surfaces have their material's colours.
         const VERTEX_COLOURS = effect::VERTEX_COLOURS;
+        /// Surfaces with holes, or that are more or less opaque from place to place. Without it,
+        /// they are opaque.
+        const ALPHA = effect::ALPHA;
         /// Meridians and parallels. Without it, the surface is the same all over.
         const GRATICULE = effect::GRATICULE;
     }
@@ -57,13 +67,14 @@ pub struct Records<'r> {
 }
 
 impl Records<'_> {
-    /// Calls `met` with the number of each material that rays can meet, once or
-    /// more often.
-    pub fn materials_met(&self, mut met: impl FnMut(u32)) {
+    /// Calls `met` with the number of each material that rays can meet, and whether what is made of
+    /// it keeps light from other things, once or more often.
+    pub fn materials_met(&self, mut met: impl FnMut(u32, bool)) {
         let instances = self.instances.iter();
+        let occludes = |instance: &Instance| instance.flags & flag::OCCLUDES != 0;
         for instance in instances.clone() {
             if instance.material != NO_MATERIAL {
-                met(instance.material);
+                met(instance.material, occludes(instance));
             }
         }
         for (number, mesh) in self.meshes.iter().enumerate() {
@@ -74,10 +85,11 @@ impl Records<'_> {
             if !instances.clone().any(shows) {
                 continue;
             }
+            let occludes = instances.clone().any(|one| shows(one) && occludes(one));
             let first = self.triangles.get(mesh.first_triangle as usize..);
             let triangles = first.unwrap_or_default().iter();
             for triangle in triangles.take(mesh.triangle_count as usize) {
-                met(triangle.material);
+                met(triangle.material, occludes);
             }
         }
     }
@@ -90,6 +102,16 @@ impl EffectSet {
     /// All effects.
     pub const ALL: Self = Self::all();
 
+    /// The effects of Whitted's ray trees (1980), with textures, dispersion and lights with a size:
+    /// what a firmware is compiled for that has no room for all effects.
+    pub const WHITTED: Self = Self::ALL
+        .difference(Self::MICROFACETS)
+        .difference(Self::SPOT_LIGHT)
+        .difference(Self::CLEAR_SHADOWS)
+        .difference(Self::ALPHA)
+        .difference(Self::NESTED_MEDIA)
+        .difference(Self::TEXTURE_LEVELS);
+
     /// Number of bits that a set has room for.
     pub(crate) const PLACES: usize = 32;
 
@@ -101,13 +123,17 @@ impl EffectSet {
         (Self::REFRACTION, "refraction"),
         (Self::DISPERSION, "dispersion"),
         (Self::ABSORPTION, "absorption"),
+        (Self::NESTED_MEDIA, "nested-media"),
         (Self::SOFT_LIGHT, "soft-light"),
         (Self::SPOT_LIGHT, "spot-light"),
+        (Self::CLEAR_SHADOWS, "clear-shadows"),
         (Self::IMAGE_TEXTURE, "image-texture"),
         (Self::CHECKER_TEXTURE, "checker-texture"),
+        (Self::TEXTURE_LEVELS, "texture-levels"),
         (Self::EMISSION, "emission"),
-        (Self::METAL, "metal"),
+        (Self::MICROFACETS, "microfacets"),
         (Self::VERTEX_COLOURS, "vertex-colours"),
+        (Self::ALPHA, "alpha"),
         (Self::GRATICULE, "graticule"),
     ];
 
@@ -129,19 +155,25 @@ impl EffectSet {
     }
 
     /// Returns what a scene of these records asks for: the effects of the materials that rays can
-    /// meet, shadows where a light, a lit surface and an occluding instance come together, soft light
-    /// where a light with a size and a lit surface do, and spots likewise.
+    /// meet, shadows where a light, a lit surface and an occluding instance come together, clear
+    /// ones where some of those let light through, soft light where a light with a size and a lit
+    /// surface do, and spots likewise.
     pub fn of_records(records: &Records<'_>) -> Self {
-        let mut asked = 0;
-        records.materials_met(|number| {
+        let (mut asked, mut of_occluders) = (0, 0);
+        records.materials_met(|number, occludes| {
             let material = records.materials.get(number as usize);
-            asked |= material.map_or(0, |material| material.effects);
+            let effects = material.map_or(0, |material| material.effects);
+            asked |= effects;
+            of_occluders |= if occludes { effects } else { 0 };
         });
         let mut set = Self::from_bits_truncate(asked & 0xffff);
         let occludes = |instance: &Instance| instance.flags & flag::OCCLUDES != 0;
         let is_lit = asked & effect::LIT != 0;
         if !records.lights.is_empty() && is_lit && records.instances.iter().any(occludes) {
             set = set.union(Self::SHADOWS);
+            if of_occluders & (effect::REFRACTION | effect::ALPHA) != 0 {
+                set = set.union(Self::CLEAR_SHADOWS);
+            }
         }
         if is_lit && records.lights.iter().any(Light::is_large) {
             set = set.union(Self::SOFT_LIGHT);

@@ -4,9 +4,10 @@
 //! aligned to [`ALIGNMENT`]. The format's version is its own, apart from the
 //! crate's; any change to a record here raises it.
 
-use crate::numeric::{max, min};
+pub mod light;
+
 use core::mem::offset_of;
-use glam::Vec3;
+pub use light::Light;
 use xxhash_rust::xxh32::xxh32;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
@@ -42,6 +43,9 @@ pub const NO_TEXTURE: u32 = u32::MAX;
 
 /// No colours of vertices.
 pub const NO_COLOURS: u32 = u32::MAX;
+
+/// Roughness of microfacets from which on no ray shows what they mirror, but the blurred background.
+pub const ROUGH: f32 = 0.4;
 
 /// No medium: one index of refraction for all wavelengths.
 pub const NO_MEDIUM: u32 = u32::MAX;
@@ -314,23 +318,32 @@ pub mod effect {
     pub const EMISSION: u32 = 128;
     /// Refraction by the wavelength: of what has a [`medium`](super::Material::medium).
     pub const DISPERSION: u32 = 256;
-    /// Metal in part or whole, smooth or rough.
-    pub const METAL: u32 = 512;
+    /// Microfacets: [`metalness`](super::Material::metalness) and
+    /// [`roughness`](super::Material::roughness) instead of `shininess` and `mirror`.
+    pub const MICROFACETS: u32 = 512;
     /// Colours of a mesh's vertices, which multiply what textures do, or the emission of a surface
     /// without diffuse reflectance.
     pub const VERTEX_COLOURS: u32 = 1024;
+    /// [`opacity`](super::Material::opacity), alone or by a texture's alpha.
+    pub const ALPHA: u32 = 2048;
+    /// Textures that are read as coarsely as a ray's footprint is large: images with several
+    /// [`levels`](super::Texture::levels), and checkers.
+    pub const TEXTURE_LEVELS: u32 = 4096;
+    /// [`priority`](super::Material::priority) among clear bodies within one another.
+    pub const NESTED_MEDIA: u32 = 8192;
 }
 
 /// A surface, in Whitted's terms, linear RGB.
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C, align(32))]
 pub struct Material {
-    /// Lambertian reflectance; with [`effect::METAL`] that of what is no metal, and the colour of
-    /// what is.
+    /// Lambertian reflectance; with [`effect::MICROFACETS`] that of what is no metal, and the colour
+    /// of what is.
     pub diffuse: [f32; 3],
     /// Blinn-Phong exponent.
     pub shininess: f32,
-    /// Blinn-Phong highlight.
+    /// Blinn-Phong highlight; with [`effect::MICROFACETS`] the share that what is no metal reflects
+    /// head-on.
     pub specular: [f32; 3],
     /// Relative to the surroundings: 0.01 to 100.
     pub index_of_refraction: f32,
@@ -362,12 +375,22 @@ pub struct Material {
     /// Index of the texture whose blue `metalness` is multiplied by, and its green `roughness`; or
     /// [`NO_TEXTURE`].
     pub metal_texture: u32,
-    /// Share of metal: 0 to 1 with [`effect::METAL`], else 0.
+    /// Share of metal: 0 to 1 with [`effect::MICROFACETS`], else 0.
     pub metalness: f32,
-    /// The square root of the width of a microfacets' lobe: 0 to 1 with [`effect::METAL`], else 0.
+    /// The square root of the microfacets' α: 0 to 1 with [`effect::MICROFACETS`], else 0.
     pub roughness: f32,
+    /// Index of the texture whose alpha `opacity` is multiplied by, or [`NO_TEXTURE`].
+    pub alpha_texture: u32,
+    /// Opacity under which there is a hole and above which the surface is opaque; 0 for a surface
+    /// that is seen as far as it is opaque. 0 to 1 with [`effect::ALPHA`], else 0.
+    pub alpha_cutoff: f32,
+    /// Opacity: 0 to 1 with [`effect::ALPHA`], else 0.
+    pub opacity: f32,
+    /// Which of several clear bodies fills the place that they share: that of the highest number.
+    /// Above 0 with [`effect::NESTED_MEDIA`], else 0.
+    pub priority: u32,
     /// Zero.
-    pub reserved2: [u32; 3],
+    pub reserved2: [u32; 7],
 }
 
 /// The values of [`Texture::kind`].
@@ -398,6 +421,12 @@ pub mod reading {
     pub const SECOND: u32 = 4;
 }
 
+/// The materials, the first ones, whose clear bodies can be within one another.
+pub const MOST_NESTED: usize = 254;
+
+/// Most levels of an image: those of the largest.
+pub const MOST_LEVELS: u32 = 14;
+
 /// Most texels of an image along either side.
 pub const LARGEST_SIDE: u32 = 8192;
 
@@ -423,92 +452,36 @@ pub struct Texture {
     pub wrap: [u32; 2],
     /// Bits of [`reading`].
     pub reading: u32,
+    /// Images of half the sides each, rounded down but never 0, that follow one another from the
+    /// first texel on: 1 for the image alone; 0 for other kinds.
+    pub levels: u32,
     /// Zero.
-    pub reserved: [u32; 5],
+    pub reserved: [u32; 4],
 }
 
 impl Texture {
-    /// Returns its bit among [`effect`].
-    pub const fn effect(&self) -> u32 {
-        if self.kind == texture::IMAGE {
-            effect::IMAGE_TEXTURE
-        } else {
-            effect::CHECKER_TEXTURE
+    /// Returns its bits among [`effect`].
+    pub const fn effects(&self) -> u32 {
+        match (self.kind, self.levels) {
+            (texture::IMAGE, ..=1) => effect::IMAGE_TEXTURE,
+            (texture::IMAGE, _) => effect::IMAGE_TEXTURE | effect::TEXTURE_LEVELS,
+            _ => effect::CHECKER_TEXTURE | effect::TEXTURE_LEVELS,
         }
     }
+
+    /// Returns the sides of a level of an image, and its first texel among the image's own.
+    pub fn level(&self, level: u32) -> ([u32; 2], u32) {
+        let (mut sides, mut first) = ([self.width, self.height], 0_u32);
+        for _ in 0..level.min(MOST_LEVELS) {
+            first = first.wrapping_add(sides[0].wrapping_mul(sides[1]));
+            sides = sides.map(|side| (side / 2).max(1));
+        }
+        (sides, first)
+    }
 }
 
-/// Red, green and blue of an image, and a zero.
+/// Red, green, blue and alpha of an image.
 pub type Texel = [u8; 4];
-
-/// The values of [`Light::kind`].
-pub mod light {
-    /// A point light, as bright at any distance.
-    pub const POINT: u32 = 0;
-    /// A point light that falls off by the inverse square of the distance.
-    pub const POINT_INVERSE_SQUARE: u32 = 1;
-    /// A light infinitely far away.
-    pub const DIRECTIONAL: u32 = 2;
-    /// A parallelogram that shines to the side of
-    /// [`right`](super::Light::right) × [`up`](super::Light::up). It is itself
-    /// invisible.
-    pub const RECTANGLE: u32 = 3;
-    /// A parallelogram that shines to both sides.
-    pub const TWO_SIDED_RECTANGLE: u32 = 4;
-}
-
-/// Most points of a light that each point of a surface samples.
-pub const MOST_LIGHT_SAMPLES: u32 = 64;
-
-/// A light.
-#[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
-#[repr(C, align(32))]
-pub struct Light {
-    /// Position, for a rectangle that of its middle; for a directional light the unit
-    /// vector towards it.
-    pub place: [f32; 3],
-    /// One of [`light`].
-    pub kind: u32,
-    /// Linear RGB irradiance, at 1 m if it falls off; for rectangles the radiance.
-    /// Light of radiance 1 from all around a surface, or of irradiance 1 head-on,
-    /// gives it the colour of its reflectance.
-    pub colour: [f32; 3],
-    /// Points of it that each point of a surface samples: 1 to
-    /// [`MOST_LIGHT_SAMPLES`] for rectangles, 0 for other kinds.
-    pub samples: u32,
-    /// Vector from a rectangle's middle to that of its right side: metres. For a spot, which is a
-    /// point light with a cone, the unit vector along its axis. Zero for other lights.
-    pub right: [f32; 3],
-    /// Zero.
-    pub reserved: u32,
-    /// Vector from a rectangle's middle to that of its upper side: metres. For a spot a factor, a
-    /// summand, and zero: see [`Light::share`]. Zero for other lights.
-    pub up: [f32; 3],
-    /// Zero.
-    pub reserved2: u32,
-}
-
-impl Light {
-    /// Returns whether it has a size.
-    pub const fn is_large(&self) -> bool {
-        matches!(self.kind, light::RECTANGLE | light::TWO_SIDED_RECTANGLE)
-    }
-
-    /// Returns whether it shines into a cone.
-    pub const fn is_spot(&self) -> bool {
-        let [x, y, z] = self.right;
-        !self.is_large() && (x != 0.0 || y != 0.0 || z != 0.0)
-    }
-
-    /// Returns the share of a spot's light, 0 to 1, that goes away from a unit vector to it: the
-    /// square of a linear function of the cosine to its axis (`KHR_lights_punctual`).
-    pub fn share(&self, to_light: Vec3) -> f32 {
-        let [factor, summand, _] = self.up;
-        let cosine = -to_light.dot(Vec3::from_array(self.right));
-        let share = max(min(factor * cosine + summand, 1.0), 0.0);
-        share * share
-    }
-}
 
 /// A triangle's data for shading, beside its corners.
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
@@ -553,7 +526,7 @@ const _: () = {
     assert!(size_of::<LeafBlock<8>>() == 320 && size_of::<LeafBlock<4>>() == 160);
     assert!(size_of::<Mesh>() == 64);
     assert!(size_of::<Instance>() == 160);
-    assert!(size_of::<Material>() == 128);
+    assert!(size_of::<Material>() == 160);
     assert!(size_of::<Light>() == 64);
     assert!(size_of::<Texture>() == 96);
 };

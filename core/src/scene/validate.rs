@@ -3,9 +3,9 @@
 mod tree;
 
 use super::format::{
-    ALIGNMENT, COVER_NODES, Header, Instance, LARGEST_SIDE, Light, MAGIC, MOST_LIGHT_SAMPLES,
-    Material, Mesh, NO_COLOURS, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, Table, Texture, VERSION,
-    checksum, effect, kind, light, texture, wrap,
+    ALIGNMENT, COVER_NODES, Header, Instance, LARGEST_SIDE, Light, MAGIC, Material, Mesh,
+    NO_COLOURS, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, Table, Texture, VERSION, checksum, effect,
+    kind, light, texture, wrap,
 };
 use super::{EffectSet, STACK_ENTRIES, Scene, SceneError};
 use crate::shape::{Ray, Slabs, Spheroid};
@@ -264,10 +264,11 @@ fn check_material(m: &Material, record: Record) -> Result<(), SceneError> {
             && m.graticule_width <= GRATICULE_WIDEST
     };
     record.has("a material's meridians and parallels", lines)?;
-    let metal = [m.metalness, m.roughness];
-    record.within("a material's metal", &metal, 0.0..=1.0)?;
-    let is_metal = m.effects & effect::METAL != 0 || metal == [0.0; 2];
-    record.has("a material's metal", is_metal)?;
+    let shares = [m.metalness, m.roughness, m.alpha_cutoff, m.opacity];
+    record.within("a material's microfacets or alpha", &shares, 0.0..=1.0)?;
+    let asked = m.effects & (effect::MICROFACETS | effect::ALPHA);
+    let is_asked = asked != 0 || shares == [0.0; 4];
+    record.has("a material's microfacets or alpha", is_asked)?;
     let what = "a material's emission";
     record.within(what, &m.emission, 0.0..=1.0e12)?;
     let shines = m.emission.iter().any(|&c| c > 0.0);
@@ -276,12 +277,19 @@ fn check_material(m: &Material, record: Record) -> Result<(), SceneError> {
 
 /// Returns whether a material's textures are there, and of the kinds that it says.
 fn check_textured(m: &Material, textures: &[Texture], record: Record) -> Result<(), SceneError> {
-    let asked = m.effects & (effect::CHECKER_TEXTURE | effect::IMAGE_TEXTURE);
+    let kinds = effect::CHECKER_TEXTURE | effect::IMAGE_TEXTURE | effect::TEXTURE_LEVELS;
+    let asked = m.effects & kinds;
     let mut expected = 0;
-    for number in [m.texture, m.emission_texture, m.metal_texture] {
+    let textures_of = [
+        m.texture,
+        m.emission_texture,
+        m.metal_texture,
+        m.alpha_texture,
+    ];
+    for number in textures_of {
         if number != NO_TEXTURE {
             let texture = textures.get(number as usize);
-            expected |= texture.ok_or(record.index("texture", number))?.effect();
+            expected |= texture.ok_or(record.index("texture", number))?.effects();
         }
     }
     record.has("a material's kind of texture", asked == expected)
@@ -295,12 +303,14 @@ fn check_texture(t: &Texture, texels: usize, record: Record) -> Result<(), Scene
     record.within("a texture's colours", colours, 0.0..=1.0)?;
     let sides = [t.width, t.height];
     match t.kind {
-        texture::CHECKER if sides == [0; 2] && t.first_texel == 0 => Ok(()),
+        texture::CHECKER if sides == [0; 2] && t.first_texel == 0 && t.levels == 0 => Ok(()),
         texture::IMAGE if sides.iter().all(|side| (1..=LARGEST_SIDE).contains(side)) => {
             let has_none = colours.iter().all(|&channel| channel == 0.0);
             record.has("a texture's colours", has_none)?;
+            let most = sides[0].max(sides[1]).ilog2() + 1;
+            record.has("a texture's levels", (1..=most).contains(&t.levels))?;
             // Sides of this many texels do not overflow.
-            part(t.first_texel, t.width * t.height, texels)
+            part(t.first_texel, t.level(t.levels).1, texels)
                 .map(|_| ())
                 .ok_or(record.index("texel", t.first_texel))
         }
@@ -326,7 +336,7 @@ fn check_light(light: &Light, record: Record) -> Result<(), SceneError> {
             record.has("a light's size", light.samples == 0)
         }
         light::RECTANGLE | light::TWO_SIDED_RECTANGLE => {
-            let is_known = (1..=MOST_LIGHT_SAMPLES).contains(&light.samples);
+            let is_known = (1..=light::MOST_SAMPLES).contains(&light.samples);
             record.has("a light's number of samples", is_known)
         }
         _ => Err(record.value("a light's kind")),

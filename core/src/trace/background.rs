@@ -1,6 +1,6 @@
 //! What is seen past all objects: a gradient over the elevation.
 
-use crate::numeric::{SQUARABLE, map3, normalize};
+use crate::numeric::{SQUARABLE, map3, max, normalize};
 use crate::scene::format::Background;
 use crate::simd::Lanes;
 use glam::Vec3;
@@ -17,6 +17,23 @@ pub(super) fn colour(background: &Background, direction: Vec3) -> Vec3 {
     let horizon = Vec3::from_array(background.horizon);
     // Exactly the horizon's colour where all are equal.
     horizon + (Vec3::from_array(far) - horizon) * height.abs()
+}
+
+/// Returns the mean of [`colour`] over the lobe that a surface of a roughness, above 0, mirrors
+/// around a direction, as if its heights were evenly spread around their mean: error ≤ 0.05 of the
+/// differences between the horizon and both poles.
+pub(super) fn blurred(background: &Background, direction: Vec3, roughness: f32) -> Vec3 {
+    let height = normalize(direction).map_or(0.0, |direction| direction.y);
+    let mean = height * (1.0 - 0.4 * roughness * roughness);
+    let spread = 0.9 * roughness;
+    // The means of how far heights are above zero, and below.
+    let above = |mean: f32| {
+        let (low, high) = (max(mean - spread, 0.0), max(mean + spread, 0.0));
+        (high * high - low * low) / (4.0 * spread)
+    };
+    let [zenith, horizon, nadir] =
+        [background.zenith, background.horizon, background.nadir].map(Vec3::from_array);
+    horizon + (zenith - horizon) * above(mean) + (nadir - horizon) * above(-mean)
 }
 
 /// [`colour`] times the background's coverage, for eight directions at a time.

@@ -120,7 +120,7 @@ impl<'a> Place<'a> {
 }
 
 impl<'a> TrianglePlace<'a> {
-    fn corners<const W: usize>(&self, scene: &Scene<'a, W>) -> Option<Triangle> {
+    pub(super) fn corners<const W: usize>(&self, scene: &Scene<'a, W>) -> Option<Triangle> {
         Leaves::new(scene, self.mesh)
             .leaf(self.leaf)?
             .triangle(self.lane)

@@ -86,6 +86,15 @@ where
         self.searcher.effects.contains(EffectSet::SHADOWS)
     }
 
+    /// Returns whether light comes through shadows.
+    pub(crate) fn has_clear_shadows(&self) -> bool {
+        let carried_out = self
+            .searcher
+            .effects
+            .intersection(self.searcher.scene.effects());
+        carried_out.contains(EffectSet::CLEAR_SHADOWS)
+    }
+
     /// Returns where a ray meets a spheroid; `None` of other shapes, and past it.
     pub(crate) fn on_spheroid(&self, instance: u32, ray: &Ray) -> Option<f32> {
         let instance = self.searcher.scene.instances.get(instance as usize)?;
@@ -113,7 +122,7 @@ where
             && (material.emission_texture != NO_TEXTURE
                 || material.metal_texture != NO_TEXTURE
                 || material.texture != NO_TEXTURE && (effects & NOT_DULL != 0 || !is_mesh));
-        if is_textured || effects & effect::GRATICULE != 0 {
+        if is_textured || effects & (effect::GRATICULE | effect::ALPHA) != 0 {
             Fineness::Everywhere
         } else if effects & effect::VERTEX_COLOURS != 0 {
             Fineness::BetweenFacets
@@ -132,11 +141,12 @@ where
         // Glass and flat mirrors show other things, which may be smaller than a pixel.
         let is_flat = || self.facet(id).is_some_and(|facet| facet.is_flat());
         let is_clear = effects & effect::REFRACTION != 0;
-        if is_clear || effects & NOT_DULL != 0 && is_flat() {
+        if is_clear || effects & effect::REFLECTION != 0 && is_flat() {
             return true;
         }
-        // With more lights, shadows on planes are not drawn; they may be thinner than a pixel.
-        if scene.lights.len() > MOST_LIGHTS && self.casts_shadows() && is_flat() {
+        // Shadows on planes that are not drawn may be thinner than a pixel.
+        let is_drawn = scene.lights.len() <= MOST_LIGHTS && !self.has_clear_shadows();
+        if !is_drawn && self.casts_shadows() && is_flat() {
             return true;
         }
         self.fineness(id) != Fineness::Nowhere

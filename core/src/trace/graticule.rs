@@ -25,7 +25,11 @@ pub(crate) static BETWEEN: Material = Material {
     metal_texture: NO_TEXTURE,
     metalness: 0.0,
     roughness: 0.0,
-    reserved2: [0; 3],
+    alpha_texture: NO_TEXTURE,
+    alpha_cutoff: 0.0,
+    opacity: 0.0,
+    priority: 0,
+    reserved2: [0; 7],
 };
 
 /// Returns whether a point in a shape's own frame is between a material's lines, by `effects`.

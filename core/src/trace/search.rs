@@ -36,7 +36,20 @@ where
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Option<Hit> {
-        let limit = f32::INFINITY;
+        self.nearest_within(rung, ray, f32::INFINITY, budget, workspace)
+    }
+
+    /// Does what [`nearest_on`](Self::nearest_on) does, for hits up to `limit` directions from the
+    /// start.
+    #[inline(always)]
+    pub(super) fn nearest_within(
+        &self,
+        rung: u8,
+        ray: &Ray,
+        limit: f32,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Option<Hit> {
         let hit = if Simd::HAS_VECTORS {
             self.search(Nearest, rung, ray, limit, budget, workspace)
         } else {

@@ -2,25 +2,30 @@
 //!
 //! Compiled for a set of effects; effects outside the set have no code.
 
+mod arrival;
+mod clear;
 mod fan;
 mod light;
+mod microfacet;
 
 use super::background;
 use super::budget::Budget;
+use super::cone::Width;
 use super::dispersion::Balance;
 use super::hit::Hit;
 use super::ledger::Record;
+use super::media::Media;
 use super::optics::{Refraction, reflect, refract};
 use super::sample::Sample;
 use super::search::Searcher;
 use super::surface::Surface;
 use super::texture::TEXTURES;
 use super::workspace::{Pending, Pixel, RayDetail, Workspace};
-use crate::numeric::{map3, sqrt};
-use crate::scene::Scene;
-use crate::scene::format::effect;
+use crate::numeric::{map3, max, sqrt};
+use crate::scene::format::{Material, effect};
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
+use arrival::{Arrival, Sides, above};
 use fan::Fan;
 use glam::Vec3;
 use light::Incidence;
@@ -29,6 +34,9 @@ pub(super) use light::NOT_DULL;
 /// Least weight of a ray in some channel of a pixel: a quarter of a step of an eight-bit picture.
 /// Lighter rays are not traced; at a clear body's border the other ray gets their share.
 pub const LEAST_WEIGHT: f32 = 1.0 / 1024.0;
+
+/// Least cosine at which what a pixel sees of a surface still grows.
+const LEAST_COSINE: f32 = 0.05;
 
 /// A primary ray that hits something.
 pub(super) struct PrimaryRay<'r> {
@@ -107,8 +115,12 @@ where
 }
 
 /// Effects that are recorded whenever a ray meets a surface that has them.
-const OF_SURFACES: u32 =
-    effect::GRATICULE | effect::EMISSION | effect::METAL | effect::VERTEX_COLOURS | TEXTURES;
+const OF_SURFACES: u32 = effect::GRATICULE
+    | effect::EMISSION
+    | effect::MICROFACETS
+    | effect::VERTEX_COLOURS
+    | effect::TEXTURE_LEVELS
+    | TEXTURES;
 
 /// Returns the number of an effect's bit.
 const fn place(bit: u32) -> u8 {
@@ -145,8 +157,36 @@ impl<const W: usize, const EFFECTS: u32> Shading<'_, '_, W, EFFECTS> {
 
     /// Returns the refraction from or to air at one wavelength, `nm`, or at all (0).
     fn refraction(&self, at: &Arrival<'_>, nm: f32) -> Refraction {
-        let material = at.surface.material;
-        let own = if EFFECTS & effect::DISPERSION != 0
+        let (before, beyond) = if EFFECTS & effect::NESTED_MEDIA != 0
+            && let Some(border) = self.border(at.media, at.surface.material, at.inside)
+        {
+            let index = |number: Option<u8>| {
+                let materials = self.searcher.scene.materials;
+                let material = number.and_then(|number| materials.get(usize::from(number)));
+                material.map_or(1.0, |material| self.index(material, nm))
+            };
+            (index(border.before), index(border.beyond))
+        } else {
+            let own = self.index(at.surface.material, nm);
+            if at.inside { (own, 1.0) } else { (1.0, own) }
+        };
+        refract(at.direction, at.normal, before, beyond)
+    }
+
+    /// Returns the clear bodies that a ray is in beyond a border.
+    #[inline(always)]
+    fn beyond(&self, at: &Arrival<'_>) -> Media {
+        if EFFECTS & effect::NESTED_MEDIA == 0 {
+            return at.media;
+        }
+        let border = self.border(at.media, at.surface.material, at.inside);
+        border.map_or(at.media, |border| border.after)
+    }
+
+    /// Returns a material's index of refraction at one wavelength, `nm`, or at all (0).
+    #[inline(always)]
+    fn index(&self, material: &Material, nm: f32) -> f32 {
+        if EFFECTS & effect::DISPERSION != 0
             && material.effects & self.effects & effect::DISPERSION != 0
             && nm > 0.0
             && let Some(medium) = self.searcher.scene.media.get(material.medium as usize)
@@ -154,86 +194,8 @@ impl<const W: usize, const EFFECTS: u32> Shading<'_, '_, W, EFFECTS> {
             medium.index(nm)
         } else {
             material.index_of_refraction
-        };
-        let (before, beyond) = if at.inside { (own, 1.0) } else { (1.0, own) };
-        refract(at.direction, at.normal, before, beyond)
+        }
     }
-}
-
-/// A ray's arrival at the border of a clear body, or at a mirror.
-struct Arrival<'a> {
-    surface: Surface<'a>,
-    /// Colour that the surface's texture and its vertices give to what it lets through.
-    stain: Vec3,
-    /// Direction of the ray, unit length.
-    direction: Vec3,
-    /// Shading normal on the ray's side, unit length.
-    normal: Vec3,
-    inside: bool,
-    /// Weight of the ray's light in the pixel, on arrival.
-    weight: Vec3,
-    uncovered: f32,
-    /// Number of bounces of its child rays.
-    bounces: u8,
-    is_tinted: bool,
-}
-
-impl<'a> Arrival<'a> {
-    fn next<const W: usize>(
-        &self,
-        scene: &Scene<'a, W>,
-        direction: Vec3,
-        (weight, uncovered): (Vec3, f32),
-        cause: u32,
-    ) -> Option<Pending> {
-        Some(Pending {
-            ray: Ray::new(self.surface.start(scene, direction), direction)?,
-            weight,
-            uncovered,
-            bounces: self.bounces,
-            cause: place(cause),
-            is_tinted: self.is_tinted,
-        })
-    }
-
-    fn reflected<const W: usize>(
-        &self,
-        scene: &Scene<'a, W>,
-        share: (Vec3, f32),
-        cause: u32,
-    ) -> Option<Pending> {
-        let facing = if self.inside { -1.0 } else { 1.0 };
-        let reflected = above(
-            reflect(self.direction, self.normal),
-            self.surface.geometric_normal * facing,
-        );
-        self.next(scene, reflected, share, cause)
-    }
-
-    /// Returns the share of light that the border lets through.
-    fn let_through(&self, refraction: &Refraction) -> Vec3 {
-        let transmission = Vec3::from_array(self.surface.material.transmission) * self.stain;
-        transmission * refraction.transmittance
-    }
-
-    /// Returns the refracted ray, with a share of the light; `None` on total reflection.
-    fn refracted<const W: usize>(
-        &self,
-        scene: &Scene<'a, W>,
-        refraction: &Refraction,
-        share: Vec3,
-        cause: u32,
-    ) -> Option<Pending> {
-        let uncovered = self.uncovered * share.max_element();
-        let share = (self.weight * share, uncovered);
-        self.next(scene, refraction.direction?, share, cause)
-    }
-}
-
-/// The shares of light that go on from the border of a clear body, if any.
-struct Sides {
-    through: Option<Vec3>,
-    back: Option<Vec3>,
 }
 
 /// A ray tree under way: what it is traced with, and the light that its rays have gathered.
@@ -258,6 +220,12 @@ struct RayTree<'t, 'a, const W: usize, const EFFECTS: u32, R> {
     through: Vec3,
     /// White less the sum of the sample's wavelengths; `None` without a fan.
     missing: Option<Vec3>,
+    /// Angle by which the tree's rays widen: radians.
+    spread: Width,
+    /// Width of what the ray that is being shaded sees of its surface: metres.
+    footprint: f32,
+    /// The clear bodies that the ray is in that is being shaded.
+    media: Media,
 }
 
 impl<'t, 'a, const W: usize, const EFFECTS: u32, R: Record> RayTree<'t, 'a, W, EFFECTS, R>
@@ -292,6 +260,9 @@ where
             reflected: Vec3::ONE,
             through: Vec3::ZERO,
             missing: None,
+            spread: Width::ZERO,
+            footprint: 0.0,
+            media: Media::NONE,
         }
     }
 
@@ -313,6 +284,11 @@ where
     fn trace(&mut self, mut next: Pending, mut met: Option<(Surface<'a>, f32)>) -> Pixel {
         let (searcher, rung) = (self.shading.searcher, self.shading.detail.rung);
         self.workspace.pending.clear();
+        if Self::has(effect::TEXTURE_LEVELS) {
+            let direction = next.ray.direction();
+            let length = sqrt(direction.dot(direction));
+            self.spread = Width::new(self.shading.detail.spread.get() / length);
+        }
         // The loop ends: every ray has more bounces than its parent, and a fan has a fixed
         // number of wavelengths.
         loop {
@@ -345,7 +321,10 @@ where
     /// Adds what a ray sees to the pixel and pushes its child rays.
     fn shade(&mut self, from: &Pending, met: Option<(Surface<'a>, f32)>) {
         let direction = from.ray.direction();
-        let Some((surface, t)) = met else {
+        if Self::has(effect::NESTED_MEDIA) {
+            self.media = from.media;
+        }
+        let Some((surface, t)) = self.past_holes(&from.ray, met) else {
             self.see_background(direction, from.weight, from.uncovered);
             return;
         };
@@ -354,12 +333,25 @@ where
         self.record.touch(effects & OF_SURFACES);
         let length = sqrt(direction.dot(direction));
         let direction = direction / length;
-        let inside = direction.dot(surface.geometric_normal) > 0.0;
-        let weight = if inside && Self::has(effect::ABSORPTION) && effects & effect::ABSORPTION != 0
+        let width = if Self::has(effect::TEXTURE_LEVELS) {
+            from.width.get() + self.spread.get() * (t * length)
+        } else {
+            0.0
+        };
+        let cosine = direction.dot(surface.geometric_normal);
+        let inside = cosine > 0.0;
+        if Self::has(effect::TEXTURE_LEVELS) {
+            // As large as the ellipse that is seen aslant.
+            self.footprint = width / sqrt(max(cosine.abs(), LEAST_COSINE));
+        }
+        let filling = self.filling(inside.then_some(material));
+        let weight = if Self::has(effect::ABSORPTION)
+            && let Some(filling) = filling
+            && filling.effects & self.shading.effects & effect::ABSORPTION != 0
         {
             self.record.touch(effect::ABSORPTION);
             let distance = t * length;
-            let [r, g, b] = map3(material.absorption, |a| libm::expf(-a * distance));
+            let [r, g, b] = map3(filling.absorption, |a| libm::expf(-a * distance));
             from.weight * Vec3::new(r, g, b)
         } else {
             from.weight
@@ -371,14 +363,14 @@ where
             normal,
             facing,
         };
-        let look = self.look(&surface, from.bounces == 0);
+        let look = self.look(&surface, incidence, from.bounces == 0);
         let own = self.own_light(&surface, &look, incidence);
         self.add(weight * own);
         let is_clear = Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0;
         let is_mirror = Self::has(effect::REFLECTION) && effects & effect::REFLECTION != 0;
         if from.bounces >= self.shading.detail.depth {
-            if Self::has(effect::METAL) && is_mirror && effects & effect::METAL != 0 {
-                // At the last bounce the background stands for what metal mirrors.
+            if Self::has(effect::MICROFACETS) && is_mirror && effects & effect::MICROFACETS != 0 {
+                // At the last bounce the background stands for what microfacets mirror.
                 let reflected = above(
                     reflect(direction, normal),
                     surface.geometric_normal * facing,
@@ -394,6 +386,9 @@ where
             }
             return;
         }
+        if self.shading.border(self.media, material, inside).is_some() {
+            self.record.touch(effect::NESTED_MEDIA);
+        }
         let at = Arrival {
             surface,
             stain: look.stain,
@@ -404,6 +399,8 @@ where
             uncovered: from.uncovered,
             bounces: from.bounces + 1,
             is_tinted: from.is_tinted,
+            width: Width::new(width),
+            media: self.media,
         };
         if is_clear {
             self.enter(at);
@@ -452,10 +449,12 @@ where
         let sides = shading.sides(&at, at.let_through(&refraction), reflectance);
         if let Some(share) = sides.through {
             let cause = self.cause(effect::REFRACTION);
-            if self
-                .workspace
-                .push(at.refracted(scene, &refraction, share, cause))
-            {
+            if self.workspace.push(at.refracted(
+                scene,
+                &refraction,
+                share,
+                (cause, shading.beyond(&at)),
+            )) {
                 self.record.touch(effect::REFRACTION);
                 self.workspace.statistics.refracted += 1;
             }
@@ -512,15 +511,5 @@ where
         } else {
             self.light += light;
         }
-    }
-}
-
-/// Mirrors a direction that points into the surface back out of it. Continuous.
-fn above(direction: Vec3, normal: Vec3) -> Vec3 {
-    let depth = direction.dot(normal);
-    if depth < 0.0 {
-        direction - normal * (2.0 * depth)
-    } else {
-        direction
     }
 }

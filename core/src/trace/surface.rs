@@ -156,6 +156,19 @@ impl<'a> Surface<'a> {
         Some((Ray::new(start, along)?, limit))
     }
 
+    /// Returns how the first or second coordinates on textures grow over the surface: their
+    /// gradients, per metre. Zero of a triangle without an area.
+    pub(super) fn gradients<const W: usize>(
+        &self,
+        scene: &Scene<'a, W>,
+        is_second: bool,
+    ) -> [Vec3; 2] {
+        let place = self.place.as_ref();
+        let at = (self.point, self.geometric_normal);
+        let found = place.and_then(|place| place.gradients(scene, at, is_second));
+        found.unwrap_or_default()
+    }
+
     #[inline(always)]
     fn clearance<const W: usize>(&self, scene: &Scene<'a, W>, direction: Vec3) -> f32 {
         let place = self.place.as_ref();

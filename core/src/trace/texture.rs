@@ -4,36 +4,62 @@ use crate::numeric::{map3, max, min, sqrt};
 use crate::scene::Scene;
 use crate::scene::format::{Texel, Texture, effect, reading, texture as kind, wrap};
 use core::f32::consts::FRAC_1_PI;
+use core::ops::{Add, Mul, Sub};
 use glam::Vec3;
 use libm::floorf;
 
 pub(super) const TEXTURES: u32 = effect::CHECKER_TEXTURE | effect::IMAGE_TEXTURE;
 
 /// Returns the colour of a texture, 0 to 1, at a surface's first or second coordinates; `effects`
-/// are bits of the effects to consider.
+/// are bits of the effects to consider, and `extent` returns the box that a pixel sees of the first
+/// or second coordinates.
 pub(super) fn colour<const W: usize, const EFFECTS: u32>(
     scene: &Scene<'_, W>,
     number: u32,
     effects: u32,
     coordinates: &[[f32; 2]; 2],
+    extent: impl FnOnce(&Texture, bool) -> [f32; 2],
 ) -> Vec3 {
     let effects = effects & EFFECTS;
     let Some(texture) = scene.textures.get(number as usize) else {
         return Vec3::ONE;
     };
-    if effects & texture.effect() == 0 {
+    if effects & texture.effects() & TEXTURES == 0 {
         return Vec3::ONE;
     }
     let [first, second] = *coordinates;
     let is_second = texture.reading & reading::SECOND != 0;
     let place = mapped(texture, if is_second { second } else { first });
-    if EFFECTS & effect::IMAGE_TEXTURE != 0 && texture.kind == kind::IMAGE {
+    if EFFECTS & effects & effect::TEXTURE_LEVELS != 0 && texture.levels != 1 {
+        mean_over(texture, scene.texels, place, extent(texture, is_second))
+    } else if EFFECTS & effect::IMAGE_TEXTURE != 0 && texture.kind == kind::IMAGE {
         image(texture, scene.texels, place)
     } else if EFFECTS & effect::CHECKER_TEXTURE != 0 {
         checker(texture, place)
     } else {
         Vec3::ONE
     }
+}
+
+/// Returns the alpha of an image, 0 to 1, at a surface's first or second coordinates; 1 without an
+/// image.
+pub(super) fn alpha<const W: usize, const EFFECTS: u32>(
+    scene: &Scene<'_, W>,
+    number: u32,
+    effects: u32,
+    coordinates: &[[f32; 2]; 2],
+) -> f32 {
+    let is_there = EFFECTS & effects & effect::IMAGE_TEXTURE != 0;
+    let texture = scene.textures.get(number as usize);
+    let Some(texture) = texture.filter(|one| is_there && one.kind == kind::IMAGE) else {
+        return 1.0;
+    };
+    let [first, second] = *coordinates;
+    let is_second = texture.reading & reading::SECOND != 0;
+    let place = mapped(texture, if is_second { second } else { first });
+    interpolated(texture, scene.texels, place, |[.., alpha]| {
+        f32::from(alpha) / 255.0
+    })
 }
 
 /// Returns the place on a texture of a surface's first or second coordinates.
@@ -78,6 +104,41 @@ pub(crate) fn mean<const W: usize>(
         }
         return sum / (columns * rows) as f32;
     }
+    checker_over(texture, [u, v], [du, dv])
+}
+
+/// Returns the mean colour over about the area of a box: exact of a checker, and of an image between
+/// the two levels whose texels are next smaller and larger.
+fn mean_over(texture: &Texture, texels: &[Texel], place: [f32; 2], [du, dv]: [f32; 2]) -> Vec3 {
+    if texture.kind != kind::IMAGE {
+        return checker_over(texture, place, [du, dv]);
+    }
+    let area = du * texture.width as f32 * (dv * texture.height as f32);
+    let level = min(
+        0.5 * libm::log2f(max(area, 1.0)),
+        texture.levels.saturating_sub(1) as f32,
+    );
+    let (first, share) = (level as u32, level - floorf(level));
+    let colour = |level: u32| {
+        let ([width, height], first) = texture.level(level);
+        let level = Texture {
+            width,
+            height,
+            first_texel: texture.first_texel.wrapping_add(first),
+            ..*texture
+        };
+        image(&level, texels, place)
+    };
+    let fine = colour(first);
+    if share > 0.0 {
+        fine + (colour(first + 1) - fine) * share
+    } else {
+        fine
+    }
+}
+
+/// Returns the mean colour of a checker over a box.
+fn checker_over(texture: &Texture, [u, v]: [f32; 2], [du, dv]: [f32; 2]) -> Vec3 {
     let even = 0.5 + 0.5 * mean_wave(u, du) * mean_wave(v, dv);
     let [first, second] = texture.colours.map(Vec3::from_array);
     second + (first - second) * even
@@ -94,6 +155,13 @@ fn mean_wave(middle: f32, extent: f32) -> f32 {
     };
     let half = 0.5 * extent;
     (integral(middle + half) - integral(middle - half)) / extent
+}
+
+/// Returns the box that a pixel of a width, in metres, sees of a texture, by the gradients of a
+/// surface's coordinates: per metre.
+pub(super) fn extent(texture: &Texture, [u, v]: [Vec3; 2], width: f32) -> [f32; 2] {
+    let [[au, bu], [av, bv], _] = texture.map;
+    [u * au + v * av, u * bu + v * bv].map(|along| sqrt(along.dot(along)) * width)
 }
 
 /// Returns a surface's coordinates as a texture has them.
@@ -122,9 +190,31 @@ fn is_odd(whole: f32) -> bool {
 }
 
 /// Returns the colour of an image: interpolated in linear light, or of the nearest texel.
-fn image(texture: &Texture, texels: &[Texel], [u, v]: [f32; 2]) -> Vec3 {
-    let is_nearest = texture.reading & reading::NEAREST != 0;
+fn image(texture: &Texture, texels: &[Texel], place: [f32; 2]) -> Vec3 {
     let is_linear = texture.reading & reading::LINEAR != 0;
+    interpolated(texture, texels, place, |[r, g, b, _]| {
+        Vec3::from_array(map3([r, g, b], |code| {
+            if is_linear {
+                f32::from(code) / 255.0
+            } else {
+                SRGB[usize::from(code)]
+            }
+        }))
+    })
+}
+
+/// Returns what `read` makes of an image's texels: interpolated, or of the nearest texel.
+#[inline(always)]
+fn interpolated<T>(
+    texture: &Texture,
+    texels: &[Texel],
+    [u, v]: [f32; 2],
+    read: impl Fn(Texel) -> T,
+) -> T
+where
+    T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>,
+{
+    let is_nearest = texture.reading & reading::NEAREST != 0;
     let [across, up] = texture.wrap;
     // Rows go down.
     let from_top = if up == wrap::REPEAT { -v } else { 1.0 - v };
@@ -134,19 +224,12 @@ fn image(texture: &Texture, texels: &[Texel], [u, v]: [f32; 2]) -> Vec3 {
         // Loading has checked the sides: nothing wraps.
         let number = row.wrapping_mul(texture.width).wrapping_add(column);
         let number = number.wrapping_add(texture.first_texel);
-        let &[r, g, b, _] = texels.get(number as usize).unwrap_or(&[0; 4]);
-        Vec3::from_array(map3([r, g, b], |code| {
-            if is_linear {
-                f32::from(code) / 255.0
-            } else {
-                SRGB[usize::from(code)]
-            }
-        }))
+        read(*texels.get(number as usize).unwrap_or(&[0; 4]))
     };
     if is_nearest {
         return texel(left, upper);
     }
-    let mix = |a: Vec3, b: Vec3, share: f32| a + (b - a) * share;
+    let mix = |a: T, b: T, share: f32| a + (b - a) * share;
     mix(
         mix(texel(left, upper), texel(right, upper), to_right),
         mix(texel(left, lower), texel(right, lower), to_right),

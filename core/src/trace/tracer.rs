@@ -2,6 +2,7 @@
 
 use super::background;
 use super::budget::Budget;
+use super::cone::Width;
 use super::dispersion::{Balance, Spectrum, SpectrumError};
 use super::hit::Hit;
 use super::ledger::Ledger;
@@ -49,6 +50,7 @@ where
                     depth: depth.min(MAX_DEPTH),
                     rung: 0,
                     wavelengths: 1,
+                    spread: Width::ZERO,
                 },
                 spectrum: Spectrum::Rgb,
                 effects: EffectSet::from_bits_truncate(EFFECTS),

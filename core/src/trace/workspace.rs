@@ -1,7 +1,9 @@
 //! The memory that tracing works in, and what it hands around.
 
 use super::budget::{Budget, Statistics};
+use super::cone::Width;
 use super::dispersion::Balance;
+use super::media::Media;
 use super::stack::{TraversalStack, Work};
 use crate::shape::Ray;
 use glam::Vec3;
@@ -114,6 +116,8 @@ pub struct RayDetail {
     pub rung: u8,
     /// Wavelengths that dispersive media distinguish; 1 for no dispersion.
     pub wavelengths: u8,
+    /// Width of a primary ray after a unit of its direction: metres.
+    pub spread: Width,
 }
 
 /// A ray of the tree that is still to be traced.
@@ -127,6 +131,10 @@ pub(super) struct Pending {
     pub(super) bounces: u8,
     /// The effect that sent it, by its bit's number.
     pub(super) cause: u8,
+    /// The clear bodies that it starts in.
+    pub(super) media: Media,
+    /// Its width where it starts.
+    pub(super) width: Width,
     /// Whether glass reflects it with a sample's wavelengths.
     pub(super) is_tinted: bool,
 }
@@ -139,9 +147,11 @@ impl Pending {
             uncovered: 1.0,
             bounces: 0,
             cause: 0,
+            media: Media::NONE,
+            width: Width::ZERO,
             is_tinted: false,
         }
     }
 }
 
-const _: () = assert!(size_of::<Workspace>() <= 2 * 1024 + 64);
+const _: () = assert!(size_of::<Workspace>() <= 2 * 1024 + 128);

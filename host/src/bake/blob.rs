@@ -73,8 +73,8 @@ pub(super) struct Tables<const W: usize> {
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) coordinates: Vec<[f32; 2]>,
     pub(super) textures: Vec<Texture>,
-    /// Each image once, and the number of all their texels.
-    pub(super) images: Vec<Arc<Image>>,
+    /// Each image once with its coarser levels, and the number of all their texels.
+    pub(super) images: Vec<(Arc<Image>, Vec<Texel>)>,
     pub(super) texels: u32,
     pub(super) media: Vec<Medium>,
     pub(super) colours: Vec<[f32; 3]>,
@@ -177,8 +177,9 @@ impl<const W: usize> Tables<W> {
         write(bytes, header.coordinates, self.coordinates);
         write(bytes, header.textures, self.textures);
         let mut at = header.texels.offset as usize;
-        for image in &self.images {
+        for (image, levels) in &self.images {
             put(bytes, &mut at, image.texels().as_bytes());
+            put(bytes, &mut at, levels.as_bytes());
         }
         write(bytes, header.media, self.media);
         write(bytes, header.colours, self.colours);

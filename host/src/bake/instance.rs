@@ -1,7 +1,6 @@
 //! Objects as the core has them: where they stand, and a box around each.
 
 use super::BakeError;
-use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::{Object, Scene, Shape};
 use glam::{DAffine3, DVec3};
@@ -70,7 +69,7 @@ pub(super) fn instance(
         kind,
         geometry,
         material: object.material.map_or(NO_MATERIAL, |m| m as u32),
-        flags: flags(scene, object),
+        flags: flags(object),
         radii,
         condition: condition as f32,
         cover: 0,
@@ -84,19 +83,9 @@ pub(super) fn instance(
     Ok((instance, slack))
 }
 
-/// Returns whether the object casts a shadow and is smooth. Its mesh and material exist.
-fn flags(scene: &Scene, object: &Object) -> u32 {
-    let opaque = |m: &Material| m.transmission == [0.0; 3];
-    let occludes = match (object.material, object.shape) {
-        (Some(index), _) => opaque(&scene.materials[index]),
-        (None, Shape::Mesh(index)) => {
-            let materials = &scene.meshes[index].materials;
-            materials.is_empty() || materials.iter().any(opaque)
-        }
-        (None, _) => true,
-    };
-    (flag::OCCLUDES * u32::from(object.casts_shadow && occludes))
-        | (flag::SMOOTH * u32::from(object.smooth))
+/// Returns whether the object casts a shadow and is smooth.
+fn flags(object: &Object) -> u32 {
+    (flag::OCCLUDES * u32::from(object.casts_shadow)) | (flag::SMOOTH * u32::from(object.smooth))
 }
 
 fn columns(map: DAffine3) -> [[f32; 3]; 4] {

@@ -1,10 +1,11 @@
 //! Materials and textures as the core has them, each texture once.
 
 use super::blob::Tables;
-use crate::scene::material::Material;
+use super::levels::Levels;
+use crate::scene::material::{Cover, Material};
 use crate::scene::texture::{Image, Pattern, Texture, Wrap};
 use shisen_core::scene::format::{
-    self, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, effect, kind, reading, texture, wrap,
+    self, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, ROUGH, effect, kind, reading, texture, wrap,
 };
 use shisen_core::spectrum::line;
 use std::sync::Arc;
@@ -30,7 +31,7 @@ impl<const W: usize> Tables<W> {
     pub(super) fn add_material(&mut self, source: &Material, textures: &mut Textures) {
         let mut baked = material(source);
         let shows = |colour: [f32; 3]| colour.iter().any(|&c| c > 0.0);
-        let metal = source.metal.as_ref();
+        let facets = source.microfacets.as_ref();
         let images = [
             (
                 &mut baked.texture,
@@ -48,14 +49,22 @@ impl<const W: usize> Tables<W> {
             ),
             (
                 &mut baked.metal_texture,
-                metal.and_then(|metal| metal.texture.as_ref()),
+                facets.and_then(|facets| facets.texture.as_ref()),
                 reading::LINEAR,
+            ),
+            (
+                &mut baked.alpha_texture,
+                source
+                    .alpha
+                    .as_ref()
+                    .and_then(|alpha| alpha.texture.as_ref()),
+                0,
             ),
         ];
         for (number, texture, of_data) in images {
             if let Some(texture) = texture {
                 *number = textures.add(texture, of_data, self);
-                baked.effects |= self.textures[*number as usize].effect();
+                baked.effects |= self.textures[*number as usize].effects();
             }
         }
         // Opaque materials need no medium, nor does a constant index.
@@ -78,8 +87,9 @@ impl<const W: usize> Tables<W> {
 #[derive(Default)]
 pub(super) struct Textures {
     textures: Vec<(Texture, u32)>,
-    /// Each image with the number of its first texel.
-    images: Vec<(Arc<Image>, u32)>,
+    /// Each image with its levels, which differ for colours and data, and the number of its first
+    /// texel.
+    images: Vec<(Arc<Image>, Levels, u32)>,
 }
 
 impl Textures {
@@ -125,7 +135,8 @@ impl Textures {
             } else {
                 0
             },
-            reserved: [0; 5],
+            levels: 0,
+            reserved: [0; 4],
         };
         match &source.pattern {
             Pattern::Checker(colours) => baked.colours = *colours,
@@ -141,7 +152,13 @@ impl Textures {
                     baked.reading |= reading::NEAREST;
                 }
                 (baked.width, baked.height) = (image.width(), image.height());
-                baked.first_texel = self.first_texel(image, tables);
+                let levels = match (source.nearest, of_data) {
+                    (true, _) => Levels::None,
+                    (false, reading::LINEAR) => Levels::OfData,
+                    (false, _) => Levels::OfColours,
+                };
+                baked.levels = levels.count(image);
+                baked.first_texel = self.first_texel(image, levels, tables);
             }
         }
         tables.textures.push(baked);
@@ -149,19 +166,24 @@ impl Textures {
         tables.textures.len() as u32 - 1
     }
 
-    fn first_texel<const W: usize>(&mut self, image: &Arc<Image>, tables: &mut Tables<W>) -> u32 {
-        let known = self
-            .images
-            .iter()
-            .find(|(known, _)| Arc::ptr_eq(known, image));
-        if let Some(&(_, first)) = known {
+    fn first_texel<const W: usize>(
+        &mut self,
+        image: &Arc<Image>,
+        levels: Levels,
+        tables: &mut Tables<W>,
+    ) -> u32 {
+        let same = |(known, of, _): &&(Arc<Image>, Levels, u32)| {
+            Arc::ptr_eq(known, image) && (*of == levels || levels == Levels::None)
+        };
+        if let Some(&(_, _, first)) = self.images.iter().find(same) {
             return first;
         }
         let first = tables.texels;
         // The images of a scene are limited to fewer bytes than a scene.
-        tables.texels += image.texels().len() as u32;
-        tables.images.push(Arc::clone(image));
-        self.images.push((Arc::clone(image), first));
+        let texels = levels.of(image);
+        tables.texels += (image.texels().len() + texels.len()) as u32;
+        tables.images.push((Arc::clone(image), texels));
+        self.images.push((Arc::clone(image), levels, first));
         first
     }
 }
@@ -170,18 +192,24 @@ impl Textures {
 fn material(m: &Material) -> format::Material {
     let any = |colour: [f32; 3]| colour.iter().any(|&c| c > 0.0);
     let is_clear = any(m.transmission);
-    let metal = m.metal.as_ref().filter(|metal| metal.metalness > 0.0);
-    // A texture can make it smooth somewhere; from one half on metal mirrors nothing.
-    let mirrors = metal.is_some_and(|metal| metal.roughness < 0.5 || metal.texture.is_some());
+    let alpha = m.alpha.as_ref();
+    let facets = m.microfacets.as_ref();
+    let mirrors = facets.map_or(any(m.mirror), |facets| {
+        // A texture can make it smooth somewhere.
+        let is_smooth = facets.roughness < ROUGH || facets.texture.is_some();
+        is_smooth && (any(m.specular) || facets.metalness > 0.0)
+    });
     let asked = [
         (any(m.emission), effect::EMISSION),
         (any(m.diffuse) || any(m.specular), effect::LIT),
         (is_clear, effect::REFRACTION),
         (is_clear && any(m.absorption), effect::ABSORPTION),
-        (!is_clear && (any(m.mirror) || mirrors), effect::REFLECTION),
+        (!is_clear && mirrors, effect::REFLECTION),
         (m.graticule.is_some(), effect::GRATICULE),
-        (m.metal.is_some(), effect::METAL),
+        (facets.is_some(), effect::MICROFACETS),
         (m.vertex_colours, effect::VERTEX_COLOURS),
+        (m.alpha.is_some(), effect::ALPHA),
+        (is_clear && m.priority > 0, effect::NESTED_MEDIA),
     ];
     let asked = asked.into_iter().filter(|(is_asked, _)| *is_asked);
     let effects = asked.fold(0, |all, (_, effect)| all | effect);
@@ -204,8 +232,15 @@ fn material(m: &Material) -> format::Material {
         medium: NO_MEDIUM,
         emission_texture: NO_TEXTURE,
         metal_texture: NO_TEXTURE,
-        metalness: m.metal.as_ref().map_or(0.0, |metal| metal.metalness),
-        roughness: m.metal.as_ref().map_or(0.0, |metal| metal.roughness),
-        reserved2: [0; 3],
+        metalness: facets.map_or(0.0, |facets| facets.metalness),
+        roughness: facets.map_or(0.0, |facets| facets.roughness),
+        alpha_texture: NO_TEXTURE,
+        alpha_cutoff: match alpha.map(|alpha| alpha.cover) {
+            Some(Cover::Mask(cutoff)) => cutoff,
+            _ => 0.0,
+        },
+        opacity: alpha.map_or(0.0, |alpha| alpha.opacity),
+        priority: if is_clear { m.priority } else { 0 },
+        reserved2: [0; 7],
     }
 }

@@ -119,7 +119,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         cameras = arguments.cameras(&observers, directions)?;
     }
     let Ready { baked, shown, .. } = ready;
-    let (options, traced) = arguments.tracing.options(&baked)?;
+    let (options, mut traced) = arguments.tracing.options(&baked)?;
     make_writable(&arguments.out)?;
     let frames = Frames {
         baked: &baked,
@@ -134,6 +134,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return follow(arguments, tracker, &frames, &title, shown.scene);
     }
     lod::check_acuity(&frames, &mut observers)?;
+    if observers.iter().any(|one| one.foveation.is_some()) {
+        traced.samples = arguments.tracing.foveated_samples(&options);
+    }
     let fill = &arguments.fill;
     let frame = match looked {
         Some(look) => {
@@ -187,6 +190,9 @@ fn follow(
     let TrackerArguments {
         frames: count, hz, ..
     } = arguments.tracker;
+    if arguments.lod.is_foveated() {
+        arguments.tracing.foveated_samples(frames.options);
+    }
     let interrupt = Interrupt::watched();
     let head = arguments.room.head();
     let mut follower = Follower::new(tracker, &arguments.tracker, head, &interrupt)?;

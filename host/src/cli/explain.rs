@@ -126,7 +126,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         size: arguments.room.size,
         pixels: account.pixels,
         lod: arguments.lod.name(),
-        samples: arguments.tracing.samples,
+        samples: traced.samples,
         depth: arguments.tracing.depth,
         dispersion: traced.dispersion,
         threads: traced.threads,

@@ -136,6 +136,9 @@ impl LiveArguments {
                 "--dispersion paper renders a frame for each wavelength: take comb or split"
             ));
         }
+        if self.lod.is_foveated() {
+            self.tracing.foveated_samples(&options);
+        }
         Ok(Prepared {
             arguments: self.clone(),
             shown,

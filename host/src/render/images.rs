@@ -9,7 +9,7 @@ use shisen_core::scene::{EffectSet, Scene};
 use shisen_core::spectrum::{SpectralSample, SpectralTable};
 
 /// Returns how to render each wavelength's picture, and what colour it has; `None`
-/// where all wavelengths have one picture. Samples that cannot be shared out evenly go to the first.
+/// where all wavelengths have one picture.
 pub(super) fn images<const W: usize>(
     scene: &Scene<'_, W>,
     options: &Options,
@@ -26,15 +26,22 @@ pub(super) fn images<const W: usize>(
     let count = wavelengths.count();
     let mut storage = vec![SpectralSample::default(); SpectralTable::samples(wavelengths, 1)];
     let table = SpectralTable::new(wavelengths, 1, matching, &mut storage).ok()?;
-    let samples = usize::from(options.settings.samples);
-    let share = |(number, sample): (usize, &SpectralSample)| {
+    let share = |(samples, sample): (u16, &SpectralSample)| {
         let mut one = *options;
-        let own = samples / count + usize::from(number < samples % count);
-        one.settings.samples = own.max(1) as u16;
+        one.settings.samples = samples;
         one.dispersion = Dispersion::Single(sample.nm);
         (one, sample.weight)
     };
-    Some(table.phase(0).iter().enumerate().map(share).collect())
+    let shared = shares(options.settings.samples, count);
+    Some(shared.zip(table.phase(0)).map(share).collect())
+}
+
+/// Returns the samples of each of `count` pictures. Samples that cannot be shared out evenly go to
+/// the first.
+pub(super) fn shares(samples: u16, count: usize) -> impl Iterator<Item = u16> {
+    let samples = usize::from(samples);
+    let share = move |number| samples / count + usize::from(number < samples % count);
+    (0..count).map(move |number| share(number).max(1) as u16)
 }
 
 /// All pictures, counts of rays and steps, and seconds of an image, in an order that is always the

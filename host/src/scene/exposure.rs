@@ -46,7 +46,8 @@ impl Scene {
         let background = &self.background;
         let sky = [background.zenith, background.horizon, background.nadir] != [[0.0; 3]; 3];
         let shows = |one: &Material| {
-            let passes_on = one.metal.is_some() || [one.mirror, one.transmission] != [[0.0; 3]; 2];
+            let passes_on =
+                one.microfacets.is_some() || [one.mirror, one.transmission] != [[0.0; 3]; 2];
             one.emission != [0.0; 3] || (sky && passes_on)
         };
         self.lights.is_empty() && self.ambient == [0.0; 3] && !materials.any(shows)

@@ -53,7 +53,7 @@ use super::{Background, Object, Scene, Shape};
 use crate::files::UNREAD;
 use crate::files::description::{FileError, Located, read_description};
 use crate::scene::import::ImportError;
-use crate::scene::material::Material;
+use crate::scene::material::{Alpha, Material};
 use crate::scene::mesh::TriangleMesh;
 use entries::{BackgroundEntry, CameraEntry, MeshEntry, ObjectEntry, SceneEntry};
 use fault::{Check, Checked, DEGREES, FRAMES, LENGTH, POSITION, RADIANCE, SHARE};
@@ -162,6 +162,10 @@ impl Scene {
             let texture = texture.map(|number| textures[number].clone());
             Material {
                 emission_texture: texture.clone(),
+                alpha: material.alpha.map(|alpha| Alpha {
+                    texture: texture.clone(),
+                    ..alpha
+                }),
                 texture,
                 ..material
             }

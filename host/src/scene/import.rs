@@ -142,7 +142,8 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 ///   viridis over its finite range; three or four numbers of `UInt8` are colours as sRGB codes them.
 /// - `.gltf` and `.glb`: every triangle primitive in the default scene (or the
 ///   first), in world space, skins and morph targets at rest. The base colour is the diffuse
-///   reflectance, and with metalness and roughness that of [metal](crate::scene::material::Metal);
+///   reflectance, and with metalness and roughness that of
+///   [microfacets](crate::scene::material::Microfacets);
 ///   blending by its alpha shows what is straight behind. `KHR_materials_transmission`, `_ior`,
 ///   `_dispersion` and `_volume` give transmission (of a thin wall where there is no volume), index of
 ///   refraction, its change with the wavelength and absorption, `_unlit` emission alone,

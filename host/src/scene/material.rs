@@ -24,6 +24,10 @@ pub struct Material {
     /// What it is made of: its index, which depends on the wavelength, is used
     /// instead of `index_of_refraction`.
     pub medium: Option<Medium>,
+    /// Which of several clear bodies fills the place that they share: that of the highest number, 1
+    /// to 100, or the one entered last. 0, in a scene without such numbers, is for bodies that do not
+    /// meet.
+    pub priority: u32,
     /// Beer's absorption inside the body, per metre and channel, 0 or more.
     pub absorption: [f32; 3],
     /// Where the surface is this material; between the lines it is black.
@@ -32,8 +36,11 @@ pub struct Material {
     pub texture: Option<Texture>,
     /// What `emission` is multiplied by.
     pub emission_texture: Option<Texture>,
-    /// Where it is metal: `diffuse` is then the metal's colour, too.
-    pub metal: Option<Metal>,
+    /// Microfacets, instead of `shininess` and `mirror`: `diffuse` is then the colour of its metal,
+    /// too, and `specular` the share that what is no metal reflects head-on.
+    pub microfacets: Option<Microfacets>,
+    /// Where it has holes, or how opaque it is.
+    pub alpha: Option<Alpha>,
     /// Whether the colours of a mesh's vertices multiply `diffuse`, or `emission` where `diffuse`
     /// is black.
     pub vertex_colours: bool,
@@ -45,18 +52,41 @@ pub struct Material {
 impl Material {
     /// Returns its textures.
     pub fn textures(&self) -> impl Iterator<Item = &Texture> {
-        let metal = self.metal.as_ref().and_then(|metal| metal.texture.as_ref());
-        let others = [self.texture.as_ref(), self.emission_texture.as_ref()];
-        others.into_iter().chain([metal]).flatten()
+        let facets = self.microfacets.as_ref();
+        let facets = facets.and_then(|facets| facets.texture.as_ref());
+        let alpha = self.alpha.as_ref().and_then(|alpha| alpha.texture.as_ref());
+        let others = [self.texture.as_ref(), self.emission_texture.as_ref(), alpha];
+        others.into_iter().chain([facets]).flatten()
     }
 }
 
-/// Metal, as glTF has it.
+/// Opacity from place to place. With [`Cover::Blend`] the material's `index_of_refraction` is 1 and
+/// its `transmission` white.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Metal {
+pub struct Alpha {
+    /// Opacity, 0 to 1.
+    pub opacity: f32,
+    /// What it is multiplied by: the texture's alpha.
+    pub texture: Option<Texture>,
+    /// What it stands for.
+    pub cover: Cover,
+}
+
+/// What an opacity between 0 and 1 stands for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cover {
+    /// A hole under this opacity, above 0 to 1, and an opaque surface from it on.
+    Mask(f32),
+    /// Seen as far as it is opaque.
+    Blend,
+}
+
+/// Metal and roughness, as glTF has them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Microfacets {
     /// Share of metal, 0 to 1.
     pub metalness: f32,
-    /// The square root of the width of a microfacets' lobe, 0 (a mirror) to 1.
+    /// The square root of GGX's α, 0 (a mirror) to 1.
     pub roughness: f32,
     /// Data whose blue multiplies `metalness`, and its green `roughness`.
     pub texture: Option<Texture>,
@@ -83,11 +113,13 @@ impl Default for Material {
             transmission: [0.0; 3],
             index_of_refraction: 1.5,
             medium: None,
+            priority: 0,
             absorption: [0.0; 3],
             graticule: None,
             texture: None,
             emission_texture: None,
-            metal: None,
+            microfacets: None,
+            alpha: None,
             vertex_colours: false,
             emission: [0.0; 3],
         }

@@ -44,6 +44,22 @@ impl Texture {
     }
 }
 
+impl Texture {
+    /// Returns the texture whose alpha is this one's brightness, unless it has an alpha.
+    pub(in crate::scene) fn into_opacity(mut self) -> Self {
+        if let Pattern::Image(image) = &mut self.pattern
+            && image.is_opaque()
+        {
+            let image = Arc::make_mut(image);
+            image.opaque = false;
+            for texel in &mut image.texels {
+                texel[3] = texel[0].max(texel[1]).max(texel[2]);
+            }
+        }
+        self
+    }
+}
+
 /// How an image goes on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wrap {
@@ -88,14 +104,20 @@ impl Image {
     /// Returns an image of texels coded as sRGB, row by row from the top; `None` if a side is not 1
     /// to [`LARGEST_SIDE`] or their number is not width × height.
     pub fn new(width: u32, height: u32, texels: &[[u8; 3]]) -> Option<Self> {
+        let texels: Vec<[u8; 4]> = texels.iter().map(|&[r, g, b]| [r, g, b, u8::MAX]).collect();
+        Self::with_alpha(width, height, &texels)
+    }
+
+    /// Does what [`new`](Self::new) does, of texels with an alpha, 0 to 255.
+    pub fn with_alpha(width: u32, height: u32, texels: &[[u8; 4]]) -> Option<Self> {
         let sides = [width, height];
         let fits = sides.iter().all(|side| (1..=LARGEST_SIDE).contains(side))
             && texels.len() == width as usize * height as usize;
         fits.then(|| Self {
             width,
             height,
-            texels: texels.iter().map(|&[r, g, b]| [r, g, b, 0]).collect(),
-            opaque: true,
+            texels: texels.to_vec(),
+            opaque: texels.iter().all(|&[.., alpha]| alpha == u8::MAX),
         })
     }
 
@@ -115,7 +137,7 @@ impl Image {
     }
 
     /// Decodes a PNG or JPEG file of any kind; what is too large is not decoded. Its colours are
-    /// taken to be sRGB, without their alpha; of 16 bits a channel the upper 8 count.
+    /// taken to be sRGB; of 16 bits a channel the upper 8 count.
     ///
     /// # Errors
     /// What is wrong, in words.
@@ -192,11 +214,11 @@ fn decode_png(bytes: &[u8], left: &mut u64) -> Result<Image, String> {
     let samples = &decoded[..frame.buffer_size()];
     let texels = match frame.color_type {
         ColorType::Grayscale | ColorType::Indexed => {
-            samples.iter().map(|&g| [g, g, g, 0]).collect()
+            samples.iter().map(|&g| [g, g, g, u8::MAX]).collect()
         }
-        ColorType::GrayscaleAlpha => chunks(samples, |&[g, _]| [g, g, g, 0]),
-        ColorType::Rgb => chunks(samples, |&[r, g, b]| [r, g, b, 0]),
-        ColorType::Rgba => chunks(samples, |&[r, g, b, _]| [r, g, b, 0]),
+        ColorType::GrayscaleAlpha => chunks(samples, |&[g, alpha]| [g, g, g, alpha]),
+        ColorType::Rgb => chunks(samples, |&[r, g, b]| [r, g, b, u8::MAX]),
+        ColorType::Rgba => chunks(samples, |&rgba| rgba),
     };
     let channels = frame.color_type.samples();
     let has_alpha = matches!(
@@ -231,7 +253,7 @@ fn decode_jpeg(bytes: &[u8], left: &mut u64) -> Result<Image, String> {
     Ok(Image {
         width,
         height,
-        texels: chunks(&samples, |&[r, g, b]| [r, g, b, 0]),
+        texels: chunks(&samples, |&[r, g, b]| [r, g, b, u8::MAX]),
         opaque: true,
     })
 }
@@ -292,18 +314,23 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn every_kind_of_png_becomes_eight_bits_of_three_channels() {
+    fn every_kind_of_png_becomes_eight_bits_a_channel() {
         use BitDepth::{Eight, One, Sixteen};
         use ColorType::{Grayscale, GrayscaleAlpha, Indexed, Rgb, Rgba};
         let deep: &[u8] = &[7, 200, 1, 1, 9, 0, 2, 2];
         let rgb: &[u8] = &[1, 2, 3, 4, 5, 6];
         let rgba: &[u8] = &[1, 2, 3, 9, 4, 5, 6, 0];
         for (colour, depth, data, expected) in [
-            (Rgb, Eight, rgb, [[1, 2, 3, 0], [4, 5, 6, 0]]),
-            (Rgba, Eight, rgba, [[1, 2, 3, 0], [4, 5, 6, 0]]),
-            (Grayscale, One, &[0b0100_0000], [[0; 4], [255, 255, 255, 0]]),
-            (GrayscaleAlpha, Sixteen, deep, [[7, 7, 7, 0], [9, 9, 9, 0]]),
-            (Indexed, Eight, &[1, 0], [[250, 251, 252, 0], [1, 2, 3, 0]]),
+            (Rgb, Eight, rgb, [[1, 2, 3, 255], [4, 5, 6, 255]]),
+            (Rgba, Eight, rgba, [[1, 2, 3, 9], [4, 5, 6, 0]]),
+            (Grayscale, One, &[0b0100_0000], [[0, 0, 0, 255], [255; 4]]),
+            (GrayscaleAlpha, Sixteen, deep, [[7, 7, 7, 1], [9, 9, 9, 2]]),
+            (
+                Indexed,
+                Eight,
+                &[1, 0],
+                [[250, 251, 252, 255], [1, 2, 3, 255]],
+            ),
         ] {
             let image = read(&png([2, 1], colour, depth, data)).unwrap();
             assert_eq!((image.width(), image.height()), (2, 1));

@@ -8,9 +8,9 @@ use shisen_core::scene::{CompactScene, SceneError};
 
 /// The effects that are linked.
 pub const EFFECTS: u32 = if cfg!(feature = "dispersion") {
-    EffectSet::ALL.bits()
+    EffectSet::WHITTED.bits()
 } else {
-    EffectSet::ALL.bits() & !EffectSet::DISPERSION.bits()
+    EffectSet::WHITTED.bits() & !EffectSet::DISPERSION.bits()
 };
 
 /// Colour of all pixels without a scene.

@@ -22,7 +22,7 @@ fn in_mode(mode: Mode) -> Options {
 
 #[test]
 fn faces_are_those_of_equation_10_to_five_hundredths() {
-    let stride = cases("every nth pixel of large views", 59, 7);
+    let stride = cases("every nth pixel of large views", 117, 7);
     let with_default = meshes().into_iter().map(|(name, mesh)| (name, mesh, 16));
     for (name, mesh, rungs) in with_default.chain([("torus", torus(60, 30), 64)]) {
         let scene = paper_scene(PaperScene::A, mesh).expect("a scene");

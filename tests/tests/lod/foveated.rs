@@ -217,24 +217,24 @@ fn a_frame_has_one_hash() {
         for (gaze, samples) in [(GAZES[0], 1), (GAZES[4], 6)] {
             let (size, eyes) = ([61, 50], foveated(gaze, 16.0));
             let mut hashes = Vec::new();
-            for (threads, side, mode, simd) in [
-                (1, 32, Mode::Single, Simd::PORTABLE),
-                (2, 8, Mode::Tile, Simd::detect()),
-                (1, 13, Mode::Single, Simd::PORTABLE),
-                (3, 64, Mode::Tile, Simd::detect()),
+            for (threads, side, mode, simd, wide) in [
+                (1, 32, Mode::Single, Simd::PORTABLE, 8),
+                (2, 8, Mode::Tile, Simd::detect(), 4),
+                (1, 13, Mode::Single, Simd::PORTABLE, 4),
+                (3, 64, Mode::Tile, Simd::detect(), 8),
             ] {
                 let mut options = options(threads, side, mode, simd);
                 options.settings.samples = samples;
-                for (wide, found) in [
-                    (8, frame(fast.scene(), size, &eyes, &options)),
-                    (4, frame(compact.scene(), size, &eyes, &options)),
-                ] {
-                    hashes.push(found.hash());
-                    if found.hash() != hashes[0] {
-                        faults.push(format!(
-                            "scene {number}, {samples} samples, tiles of {side}, {wide} wide"
-                        ));
-                    }
+                let found = if wide == 8 {
+                    frame(fast.scene(), size, &eyes, &options)
+                } else {
+                    frame(compact.scene(), size, &eyes, &options)
+                };
+                hashes.push(found.hash());
+                if found.hash() != hashes[0] {
+                    faults.push(format!(
+                        "scene {number}, {samples} samples, tiles of {side}, {wide} wide"
+                    ));
                 }
             }
         }
@@ -388,7 +388,7 @@ fn a_valley_has_no_shadow_of_its_own() {
 
 const RINGS: [(f32, f32); 4] = [(0.0, 15.0), (15.0, 25.0), (25.0, 35.0), (35.0, 60.0)];
 
-const FRAMES: u32 = 6;
+const FRAMES: u32 = 4;
 
 /// Returns the eye in a frame: it slides to the right.
 fn eye(frame: u32, is_foveated: bool) -> Observer {

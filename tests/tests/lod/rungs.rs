@@ -129,7 +129,7 @@ fn frames_are_those_of_a_slow_renderer() {
                 .collect();
             // Once: a scene is checked whenever it is taken out of its bytes.
             let alone: Vec<_> = alone.iter().map(Baked::scene).collect();
-            met.compare(&scene, &alone, number, &[([37, 41], 1), ([14, 11], 4)]);
+            met.compare(&scene, &alone, number, &[([27, 30], 1), ([14, 11], 4)]);
         }
         println!("{name}: {met:?}");
         assert!(met.undecided * 1000 < met.pixels);

@@ -306,7 +306,7 @@ where
             ray: &ray,
             surface: found,
             t: hit.on.t,
-            detail: self.renderer.most,
+            detail: self.detail(),
             sample: Sample::new(column, row, self.pass.0, self.pass.1),
         };
         let (mut lit, coat) = self.light_of_surface(&met, lights, work);

@@ -57,6 +57,7 @@ where
         let tracer = &self.renderer.tracer;
         let lights = tracer.scene().lights();
         if lights.len() > MOST_LIGHTS
+            || tracer.has_clear_shadows()
             || lights
                 .iter()
                 .any(|light| light.is_large() || light.is_spot())
@@ -251,7 +252,7 @@ where
             ray: &ray,
             surface: plane.facet.at(ray.at(1.0 / near)),
             t: 1.0 / near,
-            detail: self.renderer.most,
+            detail: self.detail(),
             sample: Sample::ALONE,
         };
         let tracer = &self.renderer.tracer;

@@ -103,10 +103,12 @@ where
                 if fan.is_all {
                     share += refraction.reflectance;
                 }
-                if self
-                    .workspace
-                    .push(fan.at.refracted(scene, &refraction, share, cause))
-                {
+                if self.workspace.push(fan.at.refracted(
+                    scene,
+                    &refraction,
+                    share,
+                    (cause, self.shading.beyond(&fan.at)),
+                )) {
                     self.workspace.statistics.refracted += 1;
                     self.is_first = fan.is_new;
                     fan.is_new = false;

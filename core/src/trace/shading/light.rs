@@ -1,12 +1,15 @@
 //! What a surface sends back of light from lights, and its own.
 
-use super::{RayTree, place};
-use crate::numeric::{max, normalize};
+use super::microfacet::Lobe;
+use super::{RayTree, above, place};
+use crate::numeric::normalize;
 use crate::scene::EffectSet;
-use crate::scene::format::{Light, NO_TEXTURE, effect, light};
+use crate::scene::format::{Light, NO_TEXTURE, Texture, effect, light};
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
+use crate::trace::background;
 use crate::trace::ledger::Record;
+use crate::trace::optics::reflect;
 use crate::trace::soft_light::{Points, Rectangle};
 use crate::trace::surface::Surface;
 use crate::trace::texture::{self, TEXTURES};
@@ -15,7 +18,8 @@ use glam::Vec3;
 const SPOT_LIGHT: u32 = EffectSet::SPOT_LIGHT.bits();
 
 /// Effects of surfaces whose light is not their texture's colour times what falls on them.
-pub(in crate::trace) const NOT_DULL: u32 = effect::REFLECTION | effect::REFRACTION | effect::METAL;
+pub(in crate::trace) const NOT_DULL: u32 =
+    effect::REFLECTION | effect::REFRACTION | effect::MICROFACETS | effect::ALPHA;
 
 impl<const W: usize, const EFFECTS: u32, R: Record> RayTree<'_, '_, W, EFFECTS, R>
 where
@@ -39,11 +43,32 @@ where
                 incidence,
             });
         }
+        if Self::has(effect::MICROFACETS)
+            && effects & effect::REFRACTION == 0
+            && let Some(lobe) = &look.lobe
+        {
+            light += self.surroundings(surface, lobe, incidence);
+        }
         let outside = incidence.facing > 0.0;
         if Self::has(effect::EMISSION) && effects & effect::EMISSION != 0 && outside {
-            light += self.emission(surface);
+            light += self.emission(surface) * self.opacity(surface);
         }
         light
+    }
+
+    /// Returns what a rough surface mirrors: the background, blurred to the lobe, or ambient light
+    /// where that is brighter.
+    fn surroundings(&self, surface: &Surface<'_>, lobe: &Lobe, incidence: Incidence) -> Vec3 {
+        let share = 1.0 - lobe.sharpness();
+        if share <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let outside = surface.geometric_normal * incidence.facing;
+        let mirrored = above(reflect(incidence.direction, incidence.normal), outside);
+        let scene = &self.shading.searcher.scene;
+        let blurred = background::blurred(scene.background(), mirrored, lobe.roughness);
+        let ambient = Vec3::from_array(scene.header.ambient);
+        lobe.albedo * blurred.max(ambient) * share
     }
 
     /// Returns a surface's own light, in the colours of its texture, and of its vertices where it
@@ -65,7 +90,11 @@ where
         let effects = surface.material.effects & self.shading.effects;
         if Self::has(TEXTURES) && effects & TEXTURES != 0 && texture != NO_TEXTURE {
             let (scene, at) = (&self.shading.searcher.scene, &surface.coordinates);
-            colour * texture::colour::<W, EFFECTS>(scene, texture, effects, at)
+            let extent = |texture: &Texture, is_second| {
+                let gradients = surface.gradients(scene, is_second);
+                texture::extent(texture, gradients, self.footprint)
+            };
+            colour * texture::colour::<W, EFFECTS>(scene, texture, effects, at, extent)
         } else {
             colour
         }
@@ -73,44 +102,59 @@ where
 
     /// Returns the colours of a surface at a point, with its textures.
     #[inline(always)]
-    pub(super) fn look(&mut self, surface: &Surface<'_>, is_primary: bool) -> Look {
+    pub(super) fn look(
+        &mut self,
+        surface: &Surface<'_>,
+        incidence: Incidence,
+        is_primary: bool,
+    ) -> Look {
         let material = surface.material;
         let effects = material.effects & self.shading.effects;
         let is_apart = R::SPLITS && is_primary && self.coat(surface);
         let tint = self.tint(surface, is_apart);
         let diffuse = Vec3::from_array(material.diffuse) * tint;
-        let is_veil = material.index_of_refraction == 1.0;
-        let stain = if is_veil { Vec3::ONE } else { tint };
-        let specular = Vec3::from_array(material.specular);
+        let opacity = self.opacity(surface);
+        let (diffuse, stain) = (diffuse * opacity, self.stain(surface, tint, opacity));
+        let specular = Vec3::from_array(material.specular) * opacity;
         let mirror = Vec3::from_array(material.mirror);
         let plain = Look {
             diffuse,
-            ambient: diffuse,
             specular,
             shininess: material.shininess,
+            lobe: None,
             mirror,
             stain,
             is_primary,
         };
-        if !Self::has(effect::METAL) || effects & effect::METAL == 0 {
+        if !Self::has(effect::MICROFACETS) || effects & effect::MICROFACETS == 0 {
             return plain;
         }
         let factors = Vec3::new(0.0, material.roughness, material.metalness);
         let factors = self.textured(factors, surface, material.metal_texture);
         let (metal, roughness) = (factors.z, factors.y);
         let tint = diffuse * metal;
-        // What a lobe this narrow mirrors; the rest of the surroundings is ambient light.
-        let smoothness = max(1.0 - 2.0 * roughness, 0.0);
-        let smoothness = smoothness * smoothness;
-        let width = roughness * roughness;
-        let shininess = 2.0 / max(width * width, 1.0e-4) - 2.0;
+        let cosine = -incidence.normal.dot(incidence.direction);
+        let lobe = Lobe::new(specular * (1.0 - metal) + tint, roughness, cosine);
         Look {
-            diffuse: diffuse - tint,
-            ambient: diffuse - tint * smoothness,
-            specular: specular * (1.0 - metal) + tint,
-            shininess: max(shininess, 1.0),
-            mirror: tint * smoothness,
+            // What is reflected does not get to what scatters.
+            diffuse: (diffuse - tint) * (Vec3::ONE - lobe.albedo),
+            mirror: lobe.albedo * lobe.sharpness(),
+            lobe: Some(lobe),
             ..plain
+        }
+    }
+
+    /// Returns the colour that a surface gives to what it lets through, by its own tint and opacity.
+    #[inline(always)]
+    pub(super) fn stain(&self, surface: &Surface<'_>, tint: Vec3, opacity: f32) -> Vec3 {
+        let effects = surface.material.effects & self.shading.effects;
+        if Self::has(effect::ALPHA) && effects & effect::ALPHA != 0 {
+            Vec3::splat(1.0 - opacity)
+        } else if surface.material.index_of_refraction == 1.0 {
+            // A veil.
+            Vec3::ONE
+        } else {
+            tint
         }
     }
 
@@ -134,7 +178,7 @@ where
     /// Returns the colour that a surface has from its texture, unless that is kept apart, and its
     /// vertices.
     #[inline(always)]
-    fn tint(&self, surface: &Surface<'_>, is_apart: bool) -> Vec3 {
+    pub(super) fn tint(&self, surface: &Surface<'_>, is_apart: bool) -> Vec3 {
         let tint = if R::SPLITS && is_apart {
             Vec3::ONE
         } else {
@@ -147,10 +191,10 @@ where
         }
     }
 
-    /// Returns light from lights: ambient, Lambert, and Blinn-Phong (Blinn 1977).
+    /// Returns light from lights: ambient, Lambert, and Blinn-Phong (Blinn 1977) or microfacets.
     fn lit(&mut self, at: &Lighting<'_, '_>) -> Vec3 {
         let scene = &self.shading.searcher.scene;
-        let mut sum = Vec3::from_array(scene.header.ambient) * at.look.ambient;
+        let mut sum = Vec3::from_array(scene.header.ambient) * at.look.diffuse;
         if R::SPLITS && at.look.is_primary {
             self.record.diffuse(sum);
         }
@@ -180,11 +224,11 @@ where
                 }
                 colour *= share;
             }
-            if R::SPLITS && at.look.is_primary {
+            if R::SPLITS && at.look.is_primary && !self.has_clear_shadows() {
                 let diffuse = colour * (at.look.diffuse * cosine);
                 if self
                     .record
-                    .source(number, colour * at.answer(unit, cosine), diffuse)
+                    .source(number, colour * at.answer::<EFFECTS>(unit, cosine), diffuse)
                 {
                     continue;
                 }
@@ -193,10 +237,11 @@ where
             else {
                 continue;
             };
-            if self.is_shadowed(&ray, limit, EffectSet::SHADOWS) {
+            let Some(share) = self.light_along(&ray, limit, EffectSet::SHADOWS) else {
                 continue;
-            }
-            sum += colour * at.answer(unit, cosine);
+            };
+            colour *= share;
+            sum += colour * at.answer::<EFFECTS>(unit, cosine);
             if R::SPLITS && at.look.is_primary {
                 self.record.diffuse(colour * (at.look.diffuse * cosine));
             }
@@ -246,11 +291,11 @@ where
             } else {
                 EffectSet::SOFT_LIGHT
             };
-            if !self.is_shadowed(&ray, limit, cause) {
-                sum += at.answer(unit, cosine) * irradiance;
+            if let Some(share) = self.light_along(&ray, limit, cause) {
+                sum += at.answer::<EFFECTS>(unit, cosine) * irradiance * share;
                 if R::SPLITS && at.look.is_primary {
-                    let share = irradiance / count as f32;
-                    let diffuse = at.look.diffuse * (cosine * share);
+                    let share = share * (irradiance / count as f32);
+                    let diffuse = at.look.diffuse * cosine * share;
                     self.record
                         .diffuse(Vec3::from_array(source.colour) * diffuse);
                 }
@@ -259,12 +304,12 @@ where
         Vec3::from_array(source.colour) * (sum / count as f32)
     }
 
-    /// Returns whether something keeps light from a place: a ray for `cause`.
+    /// Returns the share of light that gets to a place, `None` in full shadow: by a ray for `cause`.
     #[inline]
-    fn is_shadowed(&mut self, ray: &Ray, limit: f32, cause: EffectSet) -> bool {
+    fn light_along(&mut self, ray: &Ray, limit: f32, cause: EffectSet) -> Option<Vec3> {
         const SHADOWS: u32 = EffectSet::SHADOWS.bits();
         if !Self::has(SHADOWS) || self.shading.effects & SHADOWS == 0 {
-            return false;
+            return Some(Vec3::ONE);
         }
         let (searcher, rung) = (self.shading.searcher, self.shading.detail.rung);
         let (budget, workspace) = (&mut *self.budget, &mut *self.workspace);
@@ -273,7 +318,15 @@ where
         self.record.touch(SHADOWS);
         let steps = workspace.statistics.steps - before;
         self.record.ray(place(cause.bits()), steps);
-        is_shadowed
+        if !is_shadowed {
+            return Some(Vec3::ONE);
+        }
+        if !self.has_clear_shadows() {
+            return None;
+        }
+        self.record.touch(EffectSet::CLEAR_SHADOWS.bits());
+        let share = self.let_by(ray, limit);
+        (share != Vec3::ZERO).then_some(share)
     }
 }
 
@@ -287,10 +340,10 @@ struct Lighting<'s, 'a> {
 /// The colours of a surface at a point.
 pub(super) struct Look {
     diffuse: Vec3,
-    /// Share of light from everywhere that it sends back.
-    ambient: Vec3,
     specular: Vec3,
     shininess: f32,
+    /// Instead of `specular` and `shininess`.
+    lobe: Option<Lobe>,
     pub(super) mirror: Vec3,
     /// Colour that its texture and its vertices give to what it lets through.
     pub(super) stain: Vec3,
@@ -319,7 +372,16 @@ impl Lighting<'_, '_> {
 
     /// Returns what it sends back along the ray of irradiance 1 from a direction.
     #[inline(always)]
-    fn answer(&self, unit: Vec3, cosine: f32) -> Vec3 {
+    fn answer<const EFFECTS: u32>(&self, unit: Vec3, cosine: f32) -> Vec3 {
+        if EFFECTS & effect::MICROFACETS != 0
+            && let Some(lobe) = &self.look.lobe
+        {
+            let Incidence {
+                normal, direction, ..
+            } = self.incidence;
+            let reflected = lobe.answer(normal, direction, (unit, cosine));
+            return self.look.diffuse * cosine + reflected;
+        }
         let specular = self.look.specular;
         let mut answer = self.look.diffuse * cosine;
         if specular != Vec3::ZERO

@@ -18,10 +18,10 @@ pub struct TracingArguments {
     #[arg(long, visible_alias = "reflect-max", value_name = "N", default_value_t = 3,
           value_parser = whole::<u8>(0..=MAX_DEPTH))]
     pub depth: u8,
-    /// Rays a pixel; with --lod foveated, a multiple of four of them
-    #[arg(long, value_name = "N", default_value_t = 1,
-          value_parser = whole::<u16>(1..=MAX_SAMPLES))]
-    pub samples: u16,
+    /// Rays a pixel; with --lod foveated, a multiple of four of them [default: 1, or 4 with --lod
+    /// foveated]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=MAX_SAMPLES))]
+    samples: Option<u16>,
     /// Threads to trace with [default: one for each processor]
     #[arg(long, value_name = "N", value_parser = threads)]
     threads: Option<NonZeroUsize>,
@@ -35,7 +35,9 @@ impl TracingArguments {
             ..Options::default()
         };
         options.settings.depth = self.depth;
-        options.settings.samples = self.samples;
+        if let Some(samples) = self.samples {
+            options.settings.samples = samples;
+        }
         if let Some(threads) = self.threads {
             options.threads = threads.get();
         }
@@ -45,12 +47,24 @@ impl TracingArguments {
             threads: options.threads,
             simd: baked.layout().simd(options.simd).name(),
             depth: self.depth,
-            samples: self.samples,
+            samples: options.settings.samples,
             effects: options.effects.of(asked).names().collect(),
             effects_asked: asked.names().collect(),
             dispersion,
         };
         Ok((options, report))
+    }
+
+    /// Returns how many rays a pixel has with foveation. Warns if another number was asked for.
+    pub fn foveated_samples(&self, options: &Options) -> u16 {
+        let traced = options.foveated_samples();
+        if let Some(asked) = self.samples.filter(|asked| *asked != traced) {
+            warn(&format!(
+                "--lod foveated traces {traced} rays a pixel instead of {asked}, for it takes them \
+                 in fours: give a multiple of four, such as --samples {traced}"
+            ));
+        }
+        traced
     }
 }
 
@@ -63,8 +77,8 @@ pub struct TracingReport {
     pub simd: &'static str,
     /// Reflections and refractions followed.
     depth: u8,
-    /// Rays a pixel.
-    samples: u16,
+    /// Rays a pixel that were traced.
+    pub samples: u16,
     /// Effects that were rendered.
     effects: Vec<&'static str>,
     /// Effects that the scene asks for.

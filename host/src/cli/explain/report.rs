@@ -10,7 +10,7 @@ use shisen_core::scene::{EffectSet, Records};
 pub(super) const NOT_BUILT: &[&str] = &[
     "light from surface to surface (ambient light stands for it)",
     "light that mirrors and clear bodies focus",
-    "rough reflection",
+    "what is in the room in rough reflections",
     "blur by motion or by a lens",
 ];
 
@@ -156,8 +156,14 @@ fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
         EffectSet::IMAGE_TEXTURE => "no material has an image",
         EffectSet::CHECKER_TEXTURE => "no material has a checker",
         EffectSet::EMISSION => "no material shines",
-        EffectSet::METAL => "no material is metal by a glTF file",
+        EffectSet::MICROFACETS => "no material says how rough or metallic it is",
         EffectSet::VERTEX_COLOURS => "no mesh has colours at its vertices",
+        EffectSet::CLEAR_SHADOWS => "nothing that casts a shadow lets light through",
+        EffectSet::ALPHA => "no material has holes, or is more or less opaque by a texture",
+        EffectSet::TEXTURE_LEVELS => {
+            "no material has a checker, or an image with more than a texel"
+        }
+        EffectSet::NESTED_MEDIA => "no clear material has a priority",
         EffectSet::GRATICULE => "no material has meridians and parallels",
         _ => "nothing in the scene asks for it",
     }
@@ -173,7 +179,7 @@ impl<'r> Met<'r> {
     /// `names` are those of the first materials; the others are named by number.
     pub(super) fn new(records: &Records<'r>, names: &[String]) -> Self {
         let mut met = vec![false; records.materials.len()];
-        records.materials_met(|number| {
+        records.materials_met(|number, _| {
             if let Some(met) = met.get_mut(number as usize) {
                 *met = true;
             }
@@ -203,7 +209,8 @@ impl<'r> Met<'r> {
         }
     }
 
-    /// Returns what asks for an effect; for those of lights all lit materials.
+    /// Returns what asks for an effect; for those of lights all lit materials, and for clear shadows
+    /// all that let light through.
     pub(super) fn cause(&self, asked: EffectSet) -> Cause {
         let asks = |light: &Light| match asked {
             EffectSet::SHADOWS => true,
@@ -214,7 +221,9 @@ impl<'r> Met<'r> {
         let of_lights = EffectSet::SHADOWS | EffectSet::SOFT_LIGHT | EffectSet::SPOT_LIGHT;
         let materials = self.materials.iter().filter(|(_, material)| {
             let lit = of_lights.contains(asked) && material.effects & effect::LIT != 0;
-            lit || EffectSet::of_material(material).contains(asked)
+            let lets_by = material.effects & (effect::REFRACTION | effect::ALPHA) != 0;
+            let is_clear = asked == EffectSet::CLEAR_SHADOWS && lets_by;
+            lit || is_clear || EffectSet::of_material(material).contains(asked)
         });
         let lights = self.lights.iter();
         let lights = lights.filter(|(_, light)| asks(light));

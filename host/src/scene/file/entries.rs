@@ -63,12 +63,16 @@ tables! {
         specular: Option<Numbers>,
         shininess: Option<Number>,
         mirror: Option<Numbers>,
+        metalness: Option<Number>,
+        roughness: Option<Number>,
         transmission: Option<Numbers>,
         index_of_refraction: Option<Number>,
         absorption: Option<Numbers>,
         graticule: Option<GraticuleEntry>,
         medium: Option<Spanned<String>>,
+        priority: Option<Number>,
         texture: Option<Spanned<String>>,
+        alpha_cutoff: Option<Number>,
         emission: Option<Numbers>,
     }
 

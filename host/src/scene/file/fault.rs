@@ -54,6 +54,7 @@ pub(super) const INDEX_OF_REFRACTION: Limits = Limits(0.01, 100.0);
 pub(super) const LENGTH: Limits = Limits(1.0e-6, 1.0e6);
 pub(super) const POSITION: Limits = Limits(-1.0e6, 1.0e6);
 pub(super) const DIVISIONS: Limits = Limits(1.0, 900.0);
+pub(super) const PRIORITY: Limits = Limits(1.0, 100.0);
 pub(super) const LINE_WIDTH: Limits = Limits(1.0e-3, 28.0);
 pub(super) const FRAMES: Limits = Limits(1.0, 99_999.0);
 pub(super) const DEGREES: Limits = Limits(-360.0, 360.0);

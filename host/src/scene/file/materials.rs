@@ -3,10 +3,10 @@
 use super::entries::{MaterialEntry, MediumEntry, SceneEntry, TextureEntry};
 use super::fault::{
     ABSORPTION, Check, Checked, DIVISIONS, EXPONENT, FORM, INDEX_OF_REFRACTION, LINE_WIDTH,
-    RADIANCE, REPEATS, SHARE, SceneFault, WAVELENGTH,
+    PRIORITY, RADIANCE, REPEATS, SHARE, SceneFault, WAVELENGTH,
 };
 use super::{advice, numbers};
-use crate::scene::material::{Graticule, Material};
+use crate::scene::material::{Alpha, Cover, Graticule, Material, Microfacets};
 use crate::scene::texture::{Image, Pattern, Texture};
 use shisen_core::spectrum::{Medium, MediumError, line};
 use std::collections::BTreeMap;
@@ -46,28 +46,46 @@ fn read_material(
         check.only_for(owner, "medium", &entry.medium)?;
         check.only_for(owner, "index_of_refraction", index)?;
         check.only_for(owner, "absorption", &entry.absorption)?;
+        check.only_for(owner, "priority", &entry.priority)?;
     }
     if let (Some(medium), Some(_)) = (&entry.medium, index) {
         let choice = "at most one of `medium` and `index_of_refraction`";
         return check.refuse_keys("a material", choice, medium.span());
     }
     let default = Material::default();
+    let microfacets = read_microfacets(check, entry)?;
+    let specular = microfacets.as_ref().map_or(default.specular, |_| [0.04; 3]);
     let colour = |key, value, limits, default| check.colour_or(key, value, limits, default);
     let share = |key, value, default| colour(key, value, SHARE, default);
     let number = |key, value, limits, default| check.number_or(key, value, limits, default);
     let glass = default.index_of_refraction;
+    let alpha = read_alpha(check, entry)?;
+    // A veil where it is seen as far as it is opaque.
+    let is_blended = alpha
+        .as_ref()
+        .is_some_and(|alpha| alpha.cover == Cover::Blend);
+    let (transmission, glass) = if is_blended {
+        ([1.0; 3], 1.0)
+    } else {
+        (default.transmission, glass)
+    };
     let material = Material {
         name: String::new(),
         emission_texture: None,
-        metal: None,
+        microfacets,
+        alpha,
         vertex_colours: false,
         medium: check.name("medium", &entry.medium, media)?,
         diffuse: share("diffuse", &entry.diffuse, default.diffuse)?,
-        specular: share("specular", &entry.specular, default.specular)?,
+        specular: share("specular", &entry.specular, specular)?,
         shininess: number("shininess", &entry.shininess, EXPONENT, default.shininess)?,
         mirror: share("mirror", &entry.mirror, default.mirror)?,
-        transmission: share("transmission", &entry.transmission, default.transmission)?,
+        transmission: share("transmission", &entry.transmission, transmission)?,
         index_of_refraction: number("index_of_refraction", index, INDEX_OF_REFRACTION, glass)?,
+        priority: match &entry.priority {
+            None => 0,
+            Some(priority) => check.whole("priority", priority, PRIORITY)?,
+        },
         absorption: colour("absorption", &entry.absorption, ABSORPTION, [0.0; 3])?,
         graticule: match &entry.graticule {
             None => None,
@@ -83,6 +101,40 @@ fn read_material(
         emission: colour("emission", &entry.emission, RADIANCE, default.emission)?,
     };
     Ok((material, texture))
+}
+
+/// Returns what a material says of its texture's alpha; `None` if nothing.
+fn read_alpha(check: &Check<'_>, entry: &MaterialEntry) -> Checked<Option<Alpha>> {
+    if entry.alpha_cutoff.is_none() {
+        return Ok(None);
+    }
+    let owner = "materials without `alpha_cutoff`";
+    check.only_for(owner, "transmission", &entry.transmission)?;
+    let cutoff = check.number_or("alpha_cutoff", &entry.alpha_cutoff, SHARE, 0.0)?;
+    Ok(Some(Alpha {
+        opacity: 1.0,
+        texture: None,
+        cover: if cutoff > 0.0 {
+            Cover::Mask(cutoff)
+        } else {
+            Cover::Blend
+        },
+    }))
+}
+
+/// Returns what a material says of metal and roughness; `None` if nothing.
+fn read_microfacets(check: &Check<'_>, entry: &MaterialEntry) -> Checked<Option<Microfacets>> {
+    if entry.metalness.is_none() && entry.roughness.is_none() {
+        return Ok(None);
+    }
+    let owner = "materials without `metalness` and `roughness`";
+    check.only_for(owner, "mirror", &entry.mirror)?;
+    check.only_for(owner, "shininess", &entry.shininess)?;
+    Ok(Some(Microfacets {
+        metalness: check.number_or("metalness", &entry.metalness, SHARE, 0.0)?,
+        roughness: check.number_or("roughness", &entry.roughness, SHARE, 0.5)?,
+        texture: None,
+    }))
 }
 
 fn read_medium(check: &Check<'_>, name: &Spanned<String>, entry: &MediumEntry) -> Checked<Medium> {

@@ -3,6 +3,7 @@
 use super::*;
 use crate::files::description::tests::{check_faults, line_of};
 use crate::scene::Light;
+use crate::scene::material::Cover;
 use crate::scene::texture::tests::{grey_png, texels};
 use miette::Diagnostic;
 use shisen_core::spectrum::Medium;
@@ -49,9 +50,17 @@ fn the_documented_example_is_a_scene() {
         ]
     );
     assert_eq!(scene.name, "chrome on a lawn");
-    let [chrome, glass, globe, _, prism, tiles] = &scene.materials[..] else {
-        panic!("six materials were described");
+    let [brass, chrome, glass, globe, _, prism, tiles] = &scene.materials[..] else {
+        panic!("seven materials were described");
     };
+    let facets = brass.microfacets.as_ref().unwrap();
+    assert_eq!((facets.metalness, facets.roughness), (1.0, 0.3));
+    assert_eq!((brass.specular, glass.priority), ([0.04; 3], 2));
+    let alpha = tiles.alpha.as_ref().unwrap();
+    assert_eq!(
+        (&alpha.texture, alpha.cover),
+        (&tiles.texture, Cover::Mask(0.5))
+    );
     assert_eq!((chrome.shininess, glass.shininess), (200.0, 32.0));
     let lines = globe.graticule.unwrap();
     assert_eq!((lines.divisions, lines.width), (9, 0.3f32.to_radians()));
@@ -65,7 +74,7 @@ fn the_documented_example_is_a_scene() {
     let [cow, animal, sphere, spheroid, floor] = &scene.objects[..] else {
         panic!("five objects were described");
     };
-    assert_eq!((floor.shape, floor.material), (Shape::Mesh(2), Some(5)));
+    assert_eq!((floor.shape, floor.material), (Shape::Mesh(2), Some(6)));
     assert_eq!((animal.shape, animal.material), (Shape::Mesh(0), None));
     assert!(sphere.casts_shadow && !spheroid.casts_shadow);
     // The cow's box is centred on its place and 2 m wide.
@@ -186,7 +195,7 @@ fn images_that_cannot_be_had_are_named_at_their_line() {
         Scene::from_toml(&text, "a.toml", folder.path(), mesh)
     };
     let scene = read("good.png").unwrap();
-    assert_eq!(texels(&scene.materials[0]), [[9, 9, 9, 0]; 2]);
+    assert_eq!(texels(&scene.materials[0]), [[9, 9, 9, 255]; 2]);
     for name in ["none.png", "."] {
         let error = read(name).unwrap_err();
         assert!(error.to_string().contains("the texture \"one\""), "{error}");

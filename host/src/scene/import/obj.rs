@@ -7,8 +7,9 @@ use super::{
     EXPORT, ImportError, Model, Place, Textures, Unused, decoded, fault, finished, no_vertex,
     syntax, three_floats, without_comment,
 };
-use crate::scene::material::Material;
+use crate::scene::material::{Alpha, Material};
 use crate::scene::mesh::TriangleMesh;
+use crate::scene::texture::Texture;
 use glam::DVec3;
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
@@ -361,8 +362,14 @@ impl Geometry {
             for described in library::parse(&text, unused) {
                 let name = described.material.name.clone();
                 places.insert(name, mesh.materials.len() as u32);
-                let maps = [&described.texture, &described.emission_texture];
-                let [texture, emission_texture] = maps.map(|map| match map {
+                let library::Described {
+                    material,
+                    texture,
+                    emission_texture,
+                    alpha_texture,
+                } = &described;
+                let maps = [texture, emission_texture, alpha_texture];
+                let [texture, emission_texture, alpha] = maps.map(|map| match map {
                     Some(_) if mesh.coordinates.is_empty() => {
                         unused.add("texture{s} of faces without texture coordinates", 1);
                         None
@@ -370,11 +377,16 @@ impl Geometry {
                     Some(map) => map.read(&library, &mut textures, unused),
                     None => None,
                 });
+                let material = material.clone();
                 mesh.materials.push(Material {
                     texture,
                     emission_texture,
+                    alpha: material.alpha.map(|of| Alpha {
+                        texture: alpha.map(Texture::into_opacity),
+                        ..of
+                    }),
                     vertex_colours: !mesh.colours.is_empty(),
-                    ..described.material
+                    ..material
                 });
             }
         }

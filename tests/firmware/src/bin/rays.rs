@@ -27,8 +27,8 @@ const SCENE: (usize, usize) = (0x6000_0000, 16 << 20);
 const SIDE: u32 = 64;
 /// Pixels a side of the blocks for which the renderer chooses levels.
 const BLOCK: u32 = 8;
-/// The controller's effects: all but dispersion.
-const EFFECTS: u32 = EffectSet::ALL.bits() & !EffectSet::DISPERSION.bits();
+/// The controller's effects: those of Whitted's model but dispersion.
+const EFFECTS: u32 = EffectSet::WHITTED.bits() & !EffectSet::DISPERSION.bits();
 
 fn instructions(run: impl FnMut()) -> u32 {
     measure::instructions(1, run)

@@ -3,7 +3,7 @@
 use super::Importer;
 use super::accessors::{data_of, file_name, is_below};
 use crate::scene::import::{Textures, beside, bounded, bounded_colour, read_one_of};
-use crate::scene::material::{Material, Metal};
+use crate::scene::material::{Alpha, Cover, Material, Microfacets};
 use crate::scene::texture::{Pattern, Texture, Wrap};
 use gltf::Document;
 use gltf::material::{AlphaMode, PbrSpecularGlossiness};
@@ -59,8 +59,7 @@ impl Importer<'_> {
             let default = Material {
                 diffuse: [1.0; 3],
                 specular: [0.04; 3],
-                shininess: 1.0,
-                metal: Some(Metal {
+                microfacets: Some(Microfacets {
                     metalness: 1.0,
                     roughness: 1.0,
                     texture: None,
@@ -81,7 +80,14 @@ impl Importer<'_> {
     ) -> Material {
         let pbr = material.pbr_metallic_roughness();
         let older = material.pbr_specular_glossiness();
-        let mut painted = whitted(material);
+        let base = match &older {
+            Some(older) => older.diffuse_texture(),
+            None => pbr.base_color_texture(),
+        };
+        let base = base.and_then(|info| self.texture(document, &info, textures));
+        let has_alpha = matches!(base.as_ref().map(|base| &base.pattern),
+            Some(Pattern::Image(image)) if !image.is_opaque());
+        let mut painted = whitted(material, has_alpha);
         if painted.transmission != [0.0; 3]
             && volume(material).is_some()
             && let Some(dispersion) = dispersion(material)
@@ -95,19 +101,20 @@ impl Importer<'_> {
         // Vertices colour what a lit surface scatters or lets through, not its emission.
         let scatters = painted.diffuse != [0.0; 3] || painted.transmission != [0.0; 3];
         painted.vertex_colours = !self.mesh.colours.is_empty() && (scatters || material.unlit());
+        if let Some(alpha) = &mut painted.alpha
+            && has_alpha
+        {
+            alpha.texture.clone_from(&base);
+        }
         let mut texture = |info: Option<Info<'_>>| self.texture(document, &info?, textures);
-        let base = texture(match &older {
-            Some(older) => older.diffuse_texture(),
-            None => pbr.base_color_texture(),
-        });
         if material.unlit() {
             painted.emission_texture = base;
             return painted;
         }
         painted.texture = base;
         painted.emission_texture = texture(material.emissive_texture());
-        if let Some(metal) = &mut painted.metal {
-            metal.texture = texture(pbr.metallic_roughness_texture());
+        if let Some(facets) = &mut painted.microfacets {
+            facets.texture = texture(pbr.metallic_roughness_texture());
         }
         painted
     }
@@ -183,27 +190,12 @@ impl Importer<'_> {
     fn count_unused_of(&mut self, material: &gltf::Material<'_>, painted: &Material) {
         let older = material.pbr_specular_glossiness();
         let pbr = material.pbr_metallic_roughness();
-        let base = painted.texture.as_ref();
-        let base = base.or(painted
-            .emission_texture
-            .as_ref()
-            .filter(|_| material.unlit()));
-        let has_alpha = matches!(base.map(|base| &base.pattern),
-            Some(Pattern::Image(image)) if !image.is_opaque());
         for (kind, is_there) in [
             ("normal map{s}", material.normal_texture().is_some()),
             ("occlusion map{s}", material.occlusion_texture().is_some()),
             (
                 "map{s} of specular colour and glossiness",
                 older.is_some_and(|older| older.specular_glossiness_texture().is_some()),
-            ),
-            (
-                "mask{s} by a texture's alpha",
-                has_alpha && material.alpha_mode() == AlphaMode::Mask,
-            ),
-            (
-                "blend{s} by a texture's alpha",
-                has_alpha && material.alpha_mode() == AlphaMode::Blend,
             ),
             (
                 "rough transmission{s}",
@@ -292,8 +284,9 @@ fn map(moved: &gltf::texture::TextureTransform<'_>) -> [[f32; 2]; 3] {
 /// veil of index 1 it takes their colour.
 const THIN: f32 = 1.0 + 1.0e-6;
 
-/// Maps a material onto ours, without its textures.
-fn whitted(material: &gltf::Material<'_>) -> Material {
+/// Maps a material onto ours, without its textures; `has_alpha` says whether that of its base colour
+/// has alpha.
+fn whitted(material: &gltf::Material<'_>, has_alpha: bool) -> Material {
     let default = Material::default();
     let pbr = material.pbr_metallic_roughness();
     let older = material.pbr_specular_glossiness();
@@ -310,40 +303,52 @@ fn whitted(material: &gltf::Material<'_>) -> Material {
         emission,
         ..default.clone()
     };
-    let opacity = match material.alpha_mode() {
-        AlphaMode::Blend => share(alpha),
-        AlphaMode::Opaque | AlphaMode::Mask => 1.0,
+    let transmission = material.transmission();
+    let transmission = transmission.map_or(0.0, |one| share(one.transmission_factor()));
+    let by_texture = has_alpha && transmission == 0.0;
+    let (opacity, cover) = match material.alpha_mode() {
+        AlphaMode::Blend if by_texture => (1.0, Some(Cover::Blend)),
+        AlphaMode::Blend => (share(alpha), None),
+        AlphaMode::Mask => {
+            let cutoff = share(material.alpha_cutoff().unwrap_or(0.5));
+            let has_holes = cutoff > 0.0 && (has_alpha || share(alpha) < cutoff);
+            (1.0, has_holes.then_some(Cover::Mask(cutoff)))
+        }
+        AlphaMode::Opaque => (1.0, None),
     };
+    let named = Material {
+        alpha: cover.map(|cover| Alpha {
+            opacity: share(alpha),
+            texture: None,
+            cover,
+        }),
+        ..named
+    };
+    let is_blended = cover == Some(Cover::Blend);
     if material.unlit() {
         return Material {
             diffuse: [0.0; 3],
             emission: base.map(|channel| channel * opacity),
-            transmission: [1.0 - opacity; 3],
+            transmission: [if is_blended { 1.0 } else { 1.0 - opacity }; 3],
             index_of_refraction: 1.0,
             ..named
         };
     }
-    let transmission = material.transmission();
-    let transmission = transmission.map_or(0.0, |one| share(one.transmission_factor()));
     let (metalness, roughness, specular) = reflection(material);
-    // The exponent whose lobe is as wide as the microfacets' of this roughness.
-    let width = roughness * roughness;
-    let shininess = 2.0 / (width * width).max(f32::MIN_POSITIVE) - 2.0;
     let lit = Material {
         specular: specular.map(|channel| channel * opacity),
-        shininess: bounded(shininess, 1.0, 10_000.0),
-        metal: (metalness > 0.0).then_some(Metal {
+        microfacets: Some(Microfacets {
             metalness,
             roughness,
             texture: None,
         }),
         ..named
     };
-    if opacity < 1.0 && transmission == 0.0 {
+    if (opacity < 1.0 || is_blended) && transmission == 0.0 {
         // A veil: what is behind it is seen straight through.
         return Material {
             diffuse: base.map(|channel| channel * opacity),
-            transmission: [1.0 - opacity; 3],
+            transmission: [if is_blended { 1.0 } else { 1.0 - opacity }; 3],
             index_of_refraction: 1.0,
             ..lit
         };
@@ -444,3 +449,6 @@ fn medium(index: f32, dispersion: f32) -> Option<Medium> {
     let term = [4.0 * a * a, 0.5 * b / a];
     Medium::form2([360.0, 830.0], -3.0 * a * a - 1.0, &[term]).ok()
 }
+
+#[cfg(test)]
+mod tests;

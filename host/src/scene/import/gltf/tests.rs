@@ -1,6 +1,4 @@
 use super::*;
-use crate::scene::material::Metal;
-use crate::scene::texture::tests::{grey_and_alpha_png, grey_png, texels};
 use std::f64::consts::FRAC_PI_2;
 
 /// Returns three vertices, three normals and three indices of 16 bits.
@@ -45,7 +43,7 @@ pub(in crate::scene::import) fn glb(json: &str, bin: &[u8]) -> Vec<u8> {
     glb.to_vec().unwrap()
 }
 
-fn mesh(json: &str) -> Result<TriangleMesh, ImportError> {
+pub(super) fn mesh(json: &str) -> Result<TriangleMesh, ImportError> {
     Ok(parse(Path::new("a.glb"), &glb(json, &triangle_bytes()))?.mesh)
 }
 
@@ -75,96 +73,10 @@ fn reads_primitives_without_indices_normals_and_material() {
     assert_eq!(mesh.normals, [[0.0, 0.0, 1.0]; 3]);
     assert_eq!(mesh.triangle_materials, [1]);
     let default = &mesh.materials[1];
-    assert_eq!((default.diffuse, default.metal.is_some()), ([1.0; 3], true));
-}
-
-#[test]
-fn textures_are_those_of_the_first_coordinates() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("a b.png"), grey_png(&[99])).unwrap();
-    let mut bytes = triangle_bytes();
-    for number in [0.0_f32, 1.0, 1.0, 1.0, 0.0, 0.25] {
-        bytes.extend(number.to_le_bytes());
-    }
-    // Aligned anew: the indices before take six bytes.
-    let at = triangle_bytes().len();
-    std::fs::write(folder.path().join("a.bin"), &bytes).unwrap();
-    let read = |texture: &str, uri: &str| {
-        let mut json = triangle_json("", r#","uri":"a.bin""#).replace(":78", ":102");
-        let source = if uri == "b.ktx2" {
-            r#""extensions":{"KHR_texture_basisu":{"source":0}}"#
-        } else {
-            r#""source":0"#
-        };
-        let images = format!(r#""images":[{{"uri":"{uri}"}}],"textures":[{{{source}}}],"#);
-        for (before, added) in [
-            (r#""NORMAL":1"#, r#","TEXCOORD_0":3"#),
-            (
-                r#""type":"SCALAR"}"#,
-                r#",{"bufferView":3,"componentType":5126,"count":3,"type":"VEC2"}"#,
-            ),
-            (
-                r#""byteLength":6}"#,
-                &format!(r#",{{"buffer":0,"byteOffset":{at},"byteLength":24}}"#),
-            ),
-            (
-                r#""roughnessFactor":0.1"#,
-                &format!(r#","baseColorTexture":{texture}"#),
-            ),
-            (r#""scene":0,"#, &images),
-        ] {
-            json = json.replace(before, &format!("{before}{added}"));
-        }
-        parse(&folder.path().join("a.gltf"), json.as_bytes()).unwrap()
-    };
-    let mesh = read(r#"{"index":0}"#, "a%20b.png").mesh;
-    assert_eq!(mesh.coordinates, [[0.0, 0.0], [1.0, 0.0], [0.0, 0.75]]);
-    assert_eq!(texels(&mesh.materials[0]), [[99, 99, 99, 0]]);
-    // A path of another computer; another set of coordinates; no image; none at all.
-    assert_eq!(read(r#"{"index":0}"#, "/x/../a b.png").mesh, mesh);
-    let moved = read(
-        r#"{"index":0,"extensions":{"KHR_texture_transform":{"offset":[0.5,0.25],"scale":[2,4]}}}"#,
-        "a%20b.png",
+    assert_eq!(
+        (default.diffuse, default.microfacets.is_some()),
+        ([1.0; 3], true)
     );
-    let texture = moved.mesh.materials[0].texture.clone().unwrap();
-    assert_eq!(texture.map, [[2.0, 0.0], [0.0, 4.0], [0.5, -3.25]]);
-    for (texture, uri, says) in [
-        (
-            r#"{"index":0,"texCoord":2}"#,
-            "a%20b.png",
-            "1 texture on further coordinates than two",
-        ),
-        (
-            r#"{"index":0}"#,
-            "a.bin",
-            "the texture a.bin (neither a PNG nor a JPEG file)",
-        ),
-        (
-            r#"{"index":0}"#,
-            "b.png",
-            "the texture b.png (which is not there)",
-        ),
-        (
-            r#"{"index":0}"#,
-            "b.ktx2",
-            "the texture b.ktx2 (in KTX2, which is not read)",
-        ),
-    ] {
-        let model = read(texture, uri);
-        assert_eq!(model.mesh.materials[0].texture, None);
-        assert_eq!(model.unused.names(), [says]);
-    }
-    let veiled = grey_and_alpha_png(&[99, 255, 99, 254]);
-    std::fs::write(folder.path().join("veiled.png"), veiled).unwrap();
-    for (mode, uri, told) in [
-        ("MASK", "veiled.png", &["1 mask by a texture's alpha"][..]),
-        ("BLEND", "veiled.png", &["1 blend by a texture's alpha"]),
-        ("OPAQUE", "veiled.png", &[]),
-        ("BLEND", "a%20b.png", &[]),
-    ] {
-        let texture = format!(r#"{{"index":0}}}},"alphaMode":"{mode}","extras":{{"a":0"#);
-        assert_eq!(read(&texture, uri).unused.names(), told, "{mode}");
-    }
 }
 
 #[test]
@@ -175,81 +87,6 @@ fn reads_sparse_accessors() {
         "componentType":5123},"values":{"bufferView":1}},"min""#,
     );
     assert_eq!(mesh(&json).unwrap().positions[1], [0.0, 0.0, 1.0]);
-}
-
-#[test]
-fn materials_are_metal_glass_veils_lamps_or_dull() {
-    let of = |to: &str| {
-        let json = triangle_json("", "").replace(r#""roughnessFactor":0.1}"#, to);
-        mesh(&json).unwrap().materials.swap_remove(0)
-    };
-    let metal = of(r#""roughnessFactor":0.1}"#);
-    assert_eq!(metal.diffuse, [1.0, 0.5, 0.25]);
-    let expected = Metal {
-        metalness: 1.0,
-        roughness: 0.1,
-        texture: None,
-    };
-    assert_eq!(metal.metal, Some(expected));
-    let glass = of(r#""metallicFactor":0},"extensions":{
-        "KHR_materials_transmission":{"transmissionFactor":0.75},"KHR_materials_ior":{"ior":1.33},
-        "KHR_materials_volume":{"thicknessFactor":1,"attenuationDistance":2,
-        "attenuationColor":[1,0.5,1]}}"#);
-    assert_eq!(glass.metal, None);
-    assert_eq!(glass.transmission, [0.75, 0.375, 0.1875]);
-    assert_eq!(glass.diffuse, [0.25, 0.125, 0.0625]);
-    assert_eq!(glass.index_of_refraction, 1.33);
-    assert_eq!((glass.shininess, glass.medium), (1.0, None));
-    assert!((glass.absorption[1] - 0.5 * 2.0_f32.ln()).abs() < 1.0e-6);
-    let prism = |dispersion: f32| {
-        of(&format!(
-            r#""metallicFactor":0}},"extensions":{{"KHR_materials_ior":{{"ior":1.7}},
-            "KHR_materials_volume":{{"thicknessFactor":1}},
-            "KHR_materials_transmission":{{"transmissionFactor":1}},
-            "KHR_materials_dispersion":{{"dispersion":{dispersion}}}}}"#
-        ))
-    };
-    let medium = prism(0.5).medium.unwrap();
-    let (index, abbe) = (medium.index(587.6), medium.abbe().unwrap());
-    assert!(
-        (index - 1.7).abs() < 1.0e-4 && (abbe - 40.0).abs() < 0.1,
-        "{index}, {abbe}"
-    );
-    assert_eq!([prism(0.0).medium, prism(1.0e3).medium], [None; 2]);
-    let thin = of(r#""metallicFactor":0},"extensions":{
-        "KHR_materials_transmission":{"transmissionFactor":1}}"#);
-    assert!((thin.index_of_refraction - 1.0) < 1.0e-5 && thin.transmission[1] == 0.5);
-    let older = of(
-        r#""metallicFactor":1},"extensions":{"KHR_materials_pbrSpecularGlossiness":{
-        "diffuseFactor":[1,0.5,0.25,1],"specularFactor":[0.04,0.04,0.04],"glossinessFactor":0.5}}"#,
-    );
-    assert_eq!(older.diffuse, [1.0, 0.5, 0.25]);
-    assert_eq!((older.specular, older.shininess), ([0.04; 3], 30.0));
-    assert_eq!(older.metal, None);
-    let odd = of(r#""metallicFactor":0},"extensions":{"KHR_materials_ior":{"ior":0.005}}"#);
-    assert_eq!(odd.index_of_refraction, 0.01);
-    let lamp = of(
-        r#""metallicFactor":0},"emissiveFactor":[1,0.5,0],"extensions":{
-        "KHR_materials_emissive_strength":{"emissiveStrength":4}}"#,
-    );
-    assert_eq!(lamp.emission, [4.0, 2.0, 0.0]);
-    let unlit = of(r#""metallicFactor":0},"extensions":{"KHR_materials_unlit":{}}"#);
-    assert_eq!(
-        (unlit.diffuse, unlit.emission),
-        ([0.0; 3], [1.0, 0.5, 0.25])
-    );
-    let veil = triangle_json("", "")
-        .replace("0.25,1]", "0.25,0.5]")
-        .replace(
-            r#""roughnessFactor":0.1}"#,
-            r#""metallicFactor":0},"alphaMode":"BLEND""#,
-        );
-    let veil = &mesh(&veil).unwrap().materials[0];
-    assert_eq!(
-        (veil.diffuse, veil.transmission),
-        ([0.5, 0.25, 0.125], [0.5; 3])
-    );
-    assert_eq!(veil.index_of_refraction, 1.0);
 }
 
 #[test]
@@ -590,7 +427,7 @@ fn vertices_veils_metals_and_masks_are_as_their_materials_say() {
     assert_eq!((veil.emission, veil.transmission), ([0.25; 3], [0.75; 3]));
     let gold = r#"{"extensions":{"KHR_materials_pbrSpecularGlossiness":{"diffuseFactor":[0,0,0,1],"specularFactor":[1,0.75,0.25],"glossinessFactor":1}}}"#;
     let gold = material(gold);
-    assert_eq!(gold.metal.map(|metal| metal.metalness), Some(1.0));
+    assert_eq!(gold.microfacets.map(|facets| facets.metalness), Some(1.0));
     assert!((gold.diffuse[1] - 0.75).abs() < 1e-6, "{:?}", gold.diffuse);
     let hidden = r#"{"alphaMode":"MASK","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.25]}}"#;
     assert!(changed(plain, hidden).is_err());

@@ -5,7 +5,7 @@ use super::super::{
     three_floats, without_comment,
 };
 use crate::files::MOST_OF_TEXT;
-use crate::scene::material::Material;
+use crate::scene::material::{Alpha, Cover, Material, Microfacets};
 use crate::scene::texture::{Pattern, Texture, Wrap};
 use palette::{IntoColor as _, LinSrgb, Xyz};
 use std::path::{Path, PathBuf};
@@ -15,6 +15,8 @@ pub(super) struct Described {
     pub(super) material: Material,
     pub(super) texture: Option<Map>,
     pub(super) emission_texture: Option<Map>,
+    /// Its opacity.
+    pub(super) alpha_texture: Option<Map>,
 }
 
 /// An image that a statement names, with its options.
@@ -122,6 +124,9 @@ struct Statements<'t> {
     illumination: Option<f32>,
     map: Option<Map>,
     emission_map: Option<Map>,
+    alpha_map: Option<Map>,
+    metalness: Option<f32>,
+    roughness: Option<f32>,
 }
 
 impl<'t> Statements<'t> {
@@ -143,6 +148,9 @@ impl<'t> Statements<'t> {
             }
             "map_kd" => set(&mut self.map, map(rest)),
             "map_ke" => set(&mut self.emission_map, map(rest)),
+            "map_d" => set(&mut self.alpha_map, map(rest)),
+            "pm" => set(&mut self.metalness, number()),
+            "pr" => set(&mut self.roughness, number()),
             // The scene has its own ambient light, and samples as asked.
             "ka" | "map_ka" | "sharpness" | "map_aat" => true,
             _ => false,
@@ -161,6 +169,13 @@ impl<'t> Statements<'t> {
         let opacity = self.dissolve.or(self.transparency.map(|share| 1.0 - share));
         let opacity = opacity.unwrap_or(if refracts { 0.0 } else { 1.0 });
         let opacity = bounded(opacity, 0.0, 1.0);
+        let alpha = self.alpha_map.as_ref().map(|_| Alpha {
+            opacity,
+            texture: None,
+            cover: Cover::Blend,
+        });
+        // A map says it from place to place.
+        let opacity = if alpha.is_some() { 1.0 } else { opacity };
         let filter = self.filter.map_or([1.0; 3], bounded_colour);
         // A picture without a colour is shown as it is.
         let plain = self.map.as_ref().map_or(default.diffuse, |_| [1.0; 3]);
@@ -177,6 +192,17 @@ impl<'t> Statements<'t> {
             Some(_) if opacity < 1.0 => 1.0,
             _ => default.index_of_refraction,
         };
+        let (transmission, index) = match alpha {
+            Some(_) => ([1.0; 3], 1.0),
+            None => (filter.map(|channel| channel * (1.0 - opacity)), index),
+        };
+        let microfacets = (self.metalness.or(self.roughness)).map(|_| Microfacets {
+            metalness: bounded(self.metalness.unwrap_or(0.0), 0.0, 1.0),
+            roughness: bounded(self.roughness.unwrap_or(0.5), 0.0, 1.0),
+            texture: None,
+        });
+        // Dielectrics reflect about 4 % head-on.
+        let specular = microfacets.as_ref().map_or(specular, |_| [0.04; 3]);
         let shines = self.emission_map.as_ref().map_or([0.0; 3], |_| [1.0; 3]);
         let emission = self.emission.unwrap_or(shines);
         let material = Material {
@@ -185,7 +211,9 @@ impl<'t> Statements<'t> {
             specular,
             shininess: bounded(shininess, 1.0, 10_000.0),
             mirror: if reflects { specular } else { default.mirror },
-            transmission: filter.map(|channel| channel * (1.0 - opacity)),
+            transmission,
+            alpha,
+            microfacets,
             index_of_refraction: index,
             emission: emission.map(|channel| bounded(channel, 0.0, 1.0e6)),
             ..default
@@ -194,6 +222,7 @@ impl<'t> Statements<'t> {
             material,
             texture: self.map.clone(),
             emission_texture: self.emission_map.clone(),
+            alpha_texture: self.alpha_map.clone(),
         }
     }
 }
