@@ -307,7 +307,7 @@ fn check_texture(t: &Texture, texels: usize, record: Record) -> Result<(), Scene
         texture::IMAGE if sides.iter().all(|side| (1..=LARGEST_SIDE).contains(side)) => {
             let has_none = colours.iter().all(|&channel| channel == 0.0);
             record.has("a texture's colours", has_none)?;
-            let most = sides[0].max(sides[1]).ilog2() + 1;
+            let most = u32::BITS - sides[0].max(sides[1]).leading_zeros();
             record.has("a texture's levels", (1..=most).contains(&t.levels))?;
             // Sides of this many texels do not overflow.
             part(t.first_texel, t.level(t.levels).1, texels)

@@ -38,7 +38,7 @@ impl<'a> Place<'a> {
         let of = self.triangle?;
         let [a, b, c] = of.corners(scene)?.0;
         let at = |weights| {
-            Some(coordinates(scene, of.mesh, of.record, weights)?[usize::from(is_second)])
+            Some(coordinates(scene, of.mesh, of.record, weights)?[usize::from(is_second) % 2])
         };
         let first = at([1.0, 0.0, 0.0])?;
         let [along, across] = [at([0.0, 1.0, 0.0])?, at([0.0, 0.0, 1.0])?];
@@ -47,7 +47,8 @@ impl<'a> Place<'a> {
         let square = normal.dot(normal);
         let (of_right, of_up) = (up.cross(normal) / square, normal.cross(right) / square);
         let gradient = |axis: usize| {
-            of_right * (along[axis] - first[axis]) + of_up * (across[axis] - first[axis])
+            of_right * (along[axis % 2] - first[axis % 2])
+                + of_up * (across[axis % 2] - first[axis % 2])
         };
         (square > 0.0 && square.is_finite()).then(|| [gradient(0), gradient(1)])
     }
