@@ -67,14 +67,13 @@ pub struct Records<'r> {
 }
 
 impl Records<'_> {
-    /// Calls `met` with the number of each material that rays can meet, and whether what is made of
-    /// it keeps light from other things, once or more often.
-    pub fn materials_met(&self, mut met: impl FnMut(u32, bool)) {
+    /// Calls `met` with the number of each material that rays can meet, once or
+    /// more often.
+    pub fn materials_met(&self, mut met: impl FnMut(u32)) {
         let instances = self.instances.iter();
-        let occludes = |instance: &Instance| instance.flags & flag::OCCLUDES != 0;
         for instance in instances.clone() {
             if instance.material != NO_MATERIAL {
-                met(instance.material, occludes(instance));
+                met(instance.material);
             }
         }
         for (number, mesh) in self.meshes.iter().enumerate() {
@@ -85,11 +84,10 @@ impl Records<'_> {
             if !instances.clone().any(shows) {
                 continue;
             }
-            let occludes = instances.clone().any(|one| shows(one) && occludes(one));
             let first = self.triangles.get(mesh.first_triangle as usize..);
             let triangles = first.unwrap_or_default().iter();
             for triangle in triangles.take(mesh.triangle_count as usize) {
-                met(triangle.material, occludes);
+                met(triangle.material);
             }
         }
     }
@@ -156,24 +154,22 @@ impl EffectSet {
 
     /// Returns what a scene of these records asks for: the effects of the materials that rays can
     /// meet, shadows where a light, a lit surface and an occluding instance come together, clear
-    /// ones where some of those let light through, soft light where a light with a size and a lit
+    /// ones where the instance lets light through, soft light where a light with a size and a lit
     /// surface do, and spots likewise.
     pub fn of_records(records: &Records<'_>) -> Self {
-        let (mut asked, mut of_occluders) = (0, 0);
-        records.materials_met(|number, occludes| {
+        let mut asked = 0;
+        records.materials_met(|number| {
             let material = records.materials.get(number as usize);
-            let effects = material.map_or(0, |material| material.effects);
-            asked |= effects;
-            of_occluders |= if occludes { effects } else { 0 };
+            asked |= material.map_or(0, |material| material.effects);
         });
         let mut set = Self::from_bits_truncate(asked & 0xffff);
-        let occludes = |instance: &Instance| instance.flags & flag::OCCLUDES != 0;
-        let is_lit = asked & effect::LIT != 0;
-        if !records.lights.is_empty() && is_lit && records.instances.iter().any(occludes) {
+        let is_lit = asked & effect::LIT != 0 && !records.lights.is_empty();
+        let has = |flag: u32| records.instances.iter().any(|one| one.flags & flag != 0);
+        if is_lit && has(flag::OCCLUDES) {
             set = set.union(Self::SHADOWS);
-            if of_occluders & (effect::REFRACTION | effect::ALPHA) != 0 {
-                set = set.union(Self::CLEAR_SHADOWS);
-            }
+        }
+        if is_lit && has(flag::VEILS) {
+            set = set.union(Self::CLEAR_SHADOWS);
         }
         if is_lit && records.lights.iter().any(Light::is_large) {
             set = set.union(Self::SOFT_LIGHT);

@@ -257,10 +257,12 @@ pub mod kind {
 
 /// The bits of [`Instance::flags`].
 pub mod flag {
-    /// Blocks light.
+    /// Blocks light, or all of it where shadows that light comes through are not carried out.
     pub const OCCLUDES: u32 = 1;
     /// Normals are interpolated between vertices.
     pub const SMOOTH: u32 = 2;
+    /// Blocks a part of the light: some of its materials have holes or let light through.
+    pub const VEILS: u32 = 4;
 }
 
 /// A placed shape.

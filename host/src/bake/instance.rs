@@ -1,6 +1,7 @@
 //! Objects as the core has them: where they stand, and a box around each.
 
 use super::BakeError;
+use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::{Object, Scene, Shape};
 use glam::{DAffine3, DVec3};
@@ -69,7 +70,7 @@ pub(super) fn instance(
         kind,
         geometry,
         material: object.material.map_or(NO_MATERIAL, |m| m as u32),
-        flags: flags(object),
+        flags: flags(scene, object),
         radii,
         condition: condition as f32,
         cover: 0,
@@ -83,9 +84,26 @@ pub(super) fn instance(
     Ok((instance, slack))
 }
 
-/// Returns whether the object casts a shadow and is smooth.
-fn flags(object: &Object) -> u32 {
-    (flag::OCCLUDES * u32::from(object.casts_shadow)) | (flag::SMOOTH * u32::from(object.smooth))
+/// Returns how the object casts a shadow, and whether it is smooth. Its mesh and material exist.
+fn flags(scene: &Scene, object: &Object) -> u32 {
+    let own = object
+        .material
+        .map(|number| std::slice::from_ref(&scene.materials[number]));
+    let of_mesh = match object.shape {
+        Shape::Mesh(number) => &scene.meshes[number].materials[..],
+        _ => &[],
+    };
+    let materials = own.unwrap_or(of_mesh);
+    let is_clear = |m: &Material| m.transmission != [0.0; 3];
+    let occludes = materials.is_empty() || !materials.iter().all(is_clear);
+    let veils = materials.iter().any(|m| is_clear(m) || m.alpha.is_some());
+    let asked = [
+        (object.casts_shadow && occludes, flag::OCCLUDES),
+        (object.casts_shadow && veils, flag::VEILS),
+        (object.smooth, flag::SMOOTH),
+    ];
+    let asked = asked.into_iter().filter(|(is_asked, _)| *is_asked);
+    asked.fold(0, |all, (_, flag)| all | flag)
 }
 
 fn columns(map: DAffine3) -> [[f32; 3]; 4] {

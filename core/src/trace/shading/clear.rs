@@ -152,14 +152,17 @@ where
     /// Returns the share of a light that gets through what is between it and a point: attenuated by
     /// transmission, Fresnel's equations and absorption, but not bent.
     #[inline(never)]
-    pub(super) fn let_by(&mut self, ray: &Ray, limit: f32) -> Vec3 {
+    pub(super) fn let_by(&mut self, ray: &Ray, limit: f32, mut cause: u32) -> Vec3 {
         let (mut share, mut ray, mut left) = (Vec3::ONE, *ray, limit);
         for _ in 0..MOST_LAYERS {
             self.workspace.statistics.shadow += 1;
-            let Some((instance, (surface, t))) = self.next_along(&ray, left, CLEAR_SHADOWS) else {
+            let Some((instance, (surface, t))) = self.next_along(&ray, left, cause) else {
                 return share;
             };
-            if instance.flags & flag::OCCLUDES != 0 {
+            // Without this effect one ray would say it.
+            cause = CLEAR_SHADOWS;
+            self.record.touch(cause);
+            if instance.flags & (flag::OCCLUDES | flag::VEILS) != 0 {
                 share *= self.clarity(&ray, &surface, t);
             }
             if share.max_element() < LEAST {

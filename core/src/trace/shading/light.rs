@@ -311,6 +311,11 @@ where
         if !Self::has(SHADOWS) || self.shading.effects & SHADOWS == 0 {
             return Some(Vec3::ONE);
         }
+        if self.has_clear_shadows() {
+            self.record.touch(SHADOWS);
+            let share = self.let_by(ray, limit, cause.bits());
+            return (share != Vec3::ZERO).then_some(share);
+        }
         let (searcher, rung) = (self.shading.searcher, self.shading.detail.rung);
         let (budget, workspace) = (&mut *self.budget, &mut *self.workspace);
         let before = workspace.statistics.steps;
@@ -318,15 +323,7 @@ where
         self.record.touch(SHADOWS);
         let steps = workspace.statistics.steps - before;
         self.record.ray(place(cause.bits()), steps);
-        if !is_shadowed {
-            return Some(Vec3::ONE);
-        }
-        if !self.has_clear_shadows() {
-            return None;
-        }
-        self.record.touch(EffectSet::CLEAR_SHADOWS.bits());
-        let share = self.let_by(ray, limit);
-        (share != Vec3::ZERO).then_some(share)
+        (!is_shadowed).then_some(Vec3::ONE)
     }
 }
 

@@ -179,7 +179,7 @@ impl<'r> Met<'r> {
     /// `names` are those of the first materials; the others are named by number.
     pub(super) fn new(records: &Records<'r>, names: &[String]) -> Self {
         let mut met = vec![false; records.materials.len()];
-        records.materials_met(|number, _| {
+        records.materials_met(|number| {
             if let Some(met) = met.get_mut(number as usize) {
                 *met = true;
             }
