@@ -57,7 +57,7 @@ pub(super) struct OwnDetail {
     /// Rungs; [`NOT_TRACED`] for pixels that are not traced.
     pub(super) rungs: [[u8; SIDE]; SIDE],
     wavelengths: [[u8; SIDE]; SIDE],
-    /// That of all pixels.
+    /// The spread of all pixels' rays.
     spread: Width,
 }
 

@@ -28,7 +28,8 @@ bitflags::bitflags! {
         const SOFT_LIGHT = 1 << 17;
         /// Spots, which shine into cones. Without it, they shine in all directions.
         const SPOT_LIGHT = 1 << 18;
-        /// Shadows that light comes through: of glass, of veils, of masks. Without it, they are dark.
+        /// Shadows that light comes through: of glass, of veils, of masks. Without it, what lets light
+        /// through casts no shadow, and masks cast dark ones.
         const CLEAR_SHADOWS = 1 << 19;
         /// Images on surfaces. Without it, those have their material's colours.
         const IMAGE_TEXTURE = effect::IMAGE_TEXTURE;

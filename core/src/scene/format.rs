@@ -257,11 +257,11 @@ pub mod kind {
 
 /// The bits of [`Instance::flags`].
 pub mod flag {
-    /// Blocks light, or all of it where shadows that light comes through are not carried out.
+    /// Blocks light. Where clear shadows are carried out, its materials say how much of it.
     pub const OCCLUDES: u32 = 1;
     /// Normals are interpolated between vertices.
     pub const SMOOTH: u32 = 2;
-    /// Blocks a part of the light: some of its materials have holes or let light through.
+    /// Has a clear shadow: some of its materials have holes or let light through.
     pub const VEILS: u32 = 4;
 }
 

@@ -324,7 +324,7 @@ where
         if Self::has(effect::NESTED_MEDIA) {
             self.media = from.media;
         }
-        let Some((surface, t)) = self.past_holes(&from.ray, met) else {
+        let Some((surface, t)) = self.first_surface(&from.ray, met) else {
             self.see_background(direction, from.weight, from.uncovered);
             return;
         };

@@ -95,9 +95,10 @@ where
         alpha
     }
 
-    /// Returns the first of the surfaces along a ray that is there, and its distance.
+    /// Returns the first surface along a ray that is neither a hole nor the border of a body that
+    /// another one fills, and its distance.
     #[inline(always)]
-    pub(super) fn past_holes(
+    pub(super) fn first_surface(
         &mut self,
         ray: &Ray,
         met: Option<(Surface<'a>, f32)>,

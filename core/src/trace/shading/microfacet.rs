@@ -50,8 +50,8 @@ impl Lobe {
         max(min((ROUGH - self.roughness) / (ROUGH - SMOOTH), 1.0), 0.0)
     }
 
-    /// Returns what is sent back along a ray of irradiance π from a direction, whose cosine to the
-    /// normal is given.
+    /// Returns the radiance sent back along a ray, of light from a unit direction whose irradiance
+    /// head-on is π; the direction's cosine to the normal is given.
     pub(super) fn answer(&self, normal: Vec3, ray: Vec3, (unit, cosine): (Vec3, f32)) -> Vec3 {
         let Some(half) = normalize(unit - ray) else {
             return Vec3::ZERO;
