@@ -169,7 +169,11 @@ fn the_shadow_of_a_slab_of_glass_is_that_of_fresnel_and_beer() {
             let difference = (f64::from(found[channel]) - expected).abs();
             assert!(difference < 1e-4, "{index} {degrees}: {found} {expected}");
         }
-        // Glass that casts no shadow casts none.
+        // Glass asks for its shadow alone, too; what casts none asks for none.
+        scene.objects[1].casts_shadow = false;
+        let baked = Baked::<8>::new(&scene).expect("a scene");
+        let asked = EffectSet::SHADOWS | EffectSet::CLEAR_SHADOWS;
+        assert!(baked.scene().effects().contains(asked));
         scene.objects[0] = Object {
             casts_shadow: false,
             ..scene.objects[0].clone()

@@ -166,7 +166,7 @@ impl EffectSet {
         let mut set = Self::from_bits_truncate(asked & 0xffff);
         let is_lit = asked & effect::LIT != 0 && !records.lights.is_empty();
         let has = |flag: u32| records.instances.iter().any(|one| one.flags & flag != 0);
-        if is_lit && has(flag::OCCLUDES) {
+        if is_lit && has(flag::OCCLUDES | flag::VEILS) {
             set = set.union(Self::SHADOWS);
         }
         if is_lit && has(flag::VEILS) {
