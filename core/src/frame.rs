@@ -223,6 +223,17 @@ where
         }
     }
 
+    /// Returns the same renderer for the same scene at other [poses](crate::scene::Poses).
+    #[must_use]
+    pub const fn posed<'b>(self, scene: Scene<'b, W>) -> Renderer<'b, W>
+    where
+        'a: 'b,
+    {
+        let mut posed: Renderer<'b, W> = self;
+        posed.tracer = self.tracer.posed(scene);
+        posed
+    }
+
     /// Returns the same renderer without some effects.
     #[must_use]
     pub const fn without(mut self, effects: EffectSet) -> Self {

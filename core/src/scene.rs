@@ -8,6 +8,7 @@
 mod effects;
 mod error;
 pub mod format;
+mod pose;
 mod validate;
 
 use crate::spectrum::Medium;
@@ -18,6 +19,7 @@ use format::{
     Background, Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Texel, Texture,
     Triangle,
 };
+pub use pose::{Deformed, PoseError, Poses, Tables};
 
 /// Children of nodes that wait at once while a ray goes through the deepest trees that
 /// there may be: scenes that could need more are refused when they are loaded.
@@ -28,6 +30,10 @@ pub const STACK_ENTRIES: usize = 128;
 #[derive(Debug, Clone, Copy)]
 pub struct Scene<'a, const W: usize = 8> {
     pub(crate) header: &'a Header,
+    /// The tree over instances: the first nodes, or those of poses.
+    pub(crate) top: &'a [Node<W>],
+    /// Largest magnitude of a coordinate of an instance's box: metres.
+    pub(crate) extent: f32,
     pub(crate) nodes: &'a [Node<W>],
     pub(crate) leaves: &'a [LeafBlock<W>],
     pub(crate) meshes: &'a [Mesh],
@@ -66,9 +72,12 @@ impl<'a, const W: usize> Scene<'a, W> {
 
     pub(crate) fn checked(bytes: &'a [u8]) -> Result<Self, SceneError> {
         let (header, own) = validate::header::<W>(bytes)?;
+        let nodes: &[Node<W>] = validate::table(own, header.nodes, "nodes")?;
         let scene = Self {
             header,
-            nodes: validate::table(own, header.nodes, "nodes")?,
+            top: nodes.get(..header.top_nodes as usize).unwrap_or_default(),
+            extent: header.extent,
+            nodes,
             leaves: validate::table(own, header.leaves, "leaves")?,
             meshes: validate::table(own, header.meshes, "meshes")?,
             instances: validate::table(own, header.instances, "instances")?,
@@ -156,6 +165,11 @@ impl<'a, const W: usize> Scene<'a, W> {
         // One of the two kinds of leaves is empty.
         let leaves = self.leaves.len() + self.id_leaves.len();
         (self.nodes.len(), leaves, self.triangles.len())
+    }
+
+    /// Returns how many vertices the meshes have, all together.
+    pub const fn vertices(&self) -> usize {
+        self.normals.len()
     }
 
     /// Returns bytes that the scene takes.

@@ -354,16 +354,8 @@ impl<const W: usize> Tables<W> {
     /// Adds the nodes of a tree, whose leaves start at `first_leaf`; returns the number of the first.
     fn add_nodes(&mut self, nodes: &[Node<W>], first_leaf: u32) -> u32 {
         let first = self.nodes.len() as u32;
-        for mut node in nodes.iter().copied() {
-            for lane in 0..W {
-                if node.child[lane] & format::LEAF != 0 {
-                    node.child[lane] += first_leaf;
-                } else if !node.is_empty_lane(lane) {
-                    node.child[lane] += first;
-                }
-            }
-            self.nodes.push(node);
-        }
+        self.nodes
+            .extend(nodes.iter().map(|node| node.moved(first, first_leaf)));
         first
     }
 

@@ -3,9 +3,9 @@
 mod tree;
 
 use super::format::{
-    ALIGNMENT, COVER_NODES, Header, Instance, LARGEST_SIDE, Light, MAGIC, Material, Mesh,
-    NO_COLOURS, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, Table, Texture, VERSION, checksum, effect,
-    kind, light, texture, wrap,
+    ALIGNMENT, COVER_NODES, Header, Instance, LARGEST_SIDE, LeafBlock, Light, MAGIC, Material,
+    Mesh, NO_COLOURS, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, Node, Table, Texture, VERSION, checksum,
+    effect, kind, light, texture, wrap,
 };
 use super::{EffectSet, STACK_ENTRIES, Scene, SceneError};
 use crate::shape::{Ray, Slabs, Spheroid};
@@ -203,12 +203,7 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
     for (record, instance) in numbered(scene.instances) {
         check_instance(scene, instance, record)?;
     }
-    let top = Tree {
-        nodes: 0..header.top_nodes,
-        leaves: 0..scene.instances.len() as u32,
-        mesh: None,
-    };
-    let (needed, _) = check_tree(scene, &top, header.root)?;
+    let (needed, _) = check_tree(scene, &top_tree(scene), header.root)?;
     let needed = deepest + needed;
     if needed > STACK_ENTRIES as u32 || header.stack_entries < needed {
         return Err(SceneError::TooDeep {
@@ -428,6 +423,39 @@ fn check_mesh<const W: usize>(
     let (needed, faces) = check_tree(scene, &tree, mesh.root)?;
     record.has("a mesh's number of faces", faces == mesh.faces)?;
     Ok(needed)
+}
+
+/// Returns whether a tree whose root is its first node can take the place of a mesh's own.
+pub(super) fn can_replace<const W: usize>(
+    scene: &Scene<'_, W>,
+    mesh: &Mesh,
+    nodes: &[Node<W>],
+    leaves: &[LeafBlock<W>],
+) -> bool {
+    let given = Scene {
+        nodes,
+        leaves,
+        ..*scene
+    };
+    let own = Tree {
+        nodes: 0..nodes.len() as u32,
+        leaves: 0..leaves.len() as u32,
+        mesh: Some((mesh, Record(0))),
+    };
+    let entries = |scene: &Scene<'_, W>, tree: &Tree<'_>, root: u32| {
+        check_tree(scene, tree, root).map_or(STACK_ENTRIES as u32, |(needed, _)| needed)
+    };
+    let above = entries(scene, &top_tree(scene), scene.header.root);
+    entries(&given, &own, 0) + above <= STACK_ENTRIES as u32
+}
+
+/// Returns the tree over instances.
+fn top_tree<const W: usize>(scene: &Scene<'_, W>) -> Tree<'static> {
+    Tree {
+        nodes: 0..scene.header.top_nodes,
+        leaves: 0..scene.instances.len() as u32,
+        mesh: None,
+    }
 }
 
 fn check_instance<const W: usize>(

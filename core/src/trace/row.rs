@@ -91,8 +91,7 @@ impl<const W: usize> Kernel<EIGHT> for RowSearch<'_, '_, W> {
 
     #[inline(always)]
     fn run<L: Lanes<EIGHT>>(self, l: L) -> Option<RowHits> {
-        let header = self.scene.header;
-        let node = self.scene.nodes.get(header.root as usize)?;
+        let node = self.scene.top.get(self.scene.header.root as usize)?;
         let used = |lane: usize| !node.is_empty_lane(lane);
         if (0..W).any(|lane| used(lane) && node.child[lane % W] & LEAF == 0) {
             return None;
@@ -101,7 +100,7 @@ impl<const W: usize> Kernel<EIGHT> for RowSearch<'_, '_, W> {
         let [dx, dy, dz] = self.rays.directions;
         let origin = [l.load(ox), l.load(oy), l.load(oz)];
         let direction = [l.load(dx), l.load(dy), l.load(dz)];
-        let slabs = RowSlabs::new(l, origin, direction, header.extent)?;
+        let slabs = RowSlabs::new(l, origin, direction, self.scene.extent)?;
         let mut found = RowHits {
             hits: [Hit::NONE; EIGHT],
             meshes: heapless::Vec::new(),

@@ -38,6 +38,17 @@ where
         <Simd as crate::Runs<W>>::tracer(scene, simd, depth)
     }
 
+    /// Returns the same tracer for the same scene at other [poses](crate::scene::Poses).
+    #[must_use]
+    pub const fn posed<'b>(self, scene: Scene<'b, W>) -> Tracer<'b, W>
+    where
+        'a: 'b,
+    {
+        let mut posed: Tracer<'b, W> = self;
+        posed.searcher.scene = scene;
+        posed
+    }
+
     /// Returns a tracer like [`new`](Self::new)'s, with the shading compiled for the effects in
     /// [bits](EffectSet::bits): the same picture, bit for bit, if the scene asks for no others. For
     /// a scene without an effect, see the effect's constant in [`EffectSet`].

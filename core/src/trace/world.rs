@@ -151,7 +151,7 @@ impl<const W: usize, S: Goal> RayKernel<W> for Search<'_, '_, W, S> {
 
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L, ray: &Ray) -> (Hit, Work) {
-        let slabs = Slabs::new(ray, self.scene.header.extent);
+        let slabs = Slabs::new(ray, self.scene.extent);
         let mut visitor = InWorld {
             goal: self.goal,
             scene: self.scene,
@@ -161,7 +161,7 @@ impl<const W: usize, S: Goal> RayKernel<W> for Search<'_, '_, W, S> {
             best: Hit::NONE,
         };
         let mut path = Path::new(self.stack, self.most);
-        let (nodes, root) = (self.scene.nodes, self.scene.header.root);
+        let (nodes, root) = (self.scene.top, self.scene.header.root);
         let found = walk(lanes, nodes, root, &slabs, &mut visitor, &mut path);
         if self.goal.is_any() && found {
             visitor.best.instance = 0;
@@ -195,7 +195,7 @@ impl<const W: usize> RayKernel<W> for SearchInstance<'_, '_, W> {
             best: self.best,
         };
         if let Some(instance) = self.scene.instances.get(self.instance as usize) {
-            let slabs = Slabs::new(ray, self.scene.header.extent);
+            let slabs = Slabs::new(ray, self.scene.extent);
             let (near, far) = slabs.interval(instance.low.into(), instance.high.into());
             let near = max(near, 0.0);
             if near <= min(far, visitor.limit) {

@@ -89,10 +89,10 @@ impl<const W: usize> Cover<W> {
                 } else {
                     leaves[(child & !LEAF) as usize]
                 };
-                tree::set_bounds(node, lane, of_child);
+                node.set_bounds(lane, of_child.low, of_child.high);
                 bounds[number] = bounds[number].union(of_child);
             }
-            node.order = tree::orders(node);
+            node.set_order();
         }
         nodes
     }

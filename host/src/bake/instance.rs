@@ -2,14 +2,10 @@
 
 use super::BakeError;
 use crate::scene::material::Material;
-use crate::scene::mesh::TriangleMesh;
 use crate::scene::{Object, Scene, Shape};
-use glam::{DAffine3, DVec3};
 use shisen_core::scene::format::{Instance, NO_MATERIAL, flag, kind};
 use shisen_core::shape::Spheroid;
-
-/// Rounding of the map into the object's frame and back, in units of the largest number involved.
-const MAP_SLACK: f64 = 64.0 * 5.960_464_477_539_063e-8;
+use zerocopy::FromZeros as _;
 
 /// Returns what an object becomes, and by how many metres its boxes are wider than it.
 pub(super) fn instance(
@@ -45,42 +41,16 @@ pub(super) fn instance(
     {
         return Err(BakeError::NoCoordinates { object: number });
     }
-    let bad_map = BakeError::Transform { object: number };
-    let map = object.world_from_object;
-    let inverse = map.inverse();
-    if !map.is_finite() || !inverse.is_finite() || !map.matrix3.determinant().is_normal() {
-        return Err(bad_map);
-    }
-    let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for corner in 0..8 {
-        let pick = |axis: usize| f64::from(if corner >> axis & 1 == 0 { low } else { high }[axis]);
-        let corner = map.transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
-        (least, most) = (least.min(corner), most.max(corner));
-    }
-    let farthest = least.abs().max(most.abs()).max_element();
-    if !(farthest <= f64::from(TriangleMesh::FARTHEST)) {
-        return Err(bad_map);
-    }
-    // An ill-conditioned map magnifies what rounding does in its other frame.
-    let norm = |m: glam::DMat3| m.to_cols_array().iter().map(|c| c * c).sum::<f64>().sqrt();
-    let condition = norm(map.matrix3) * norm(inverse.matrix3);
-    let translation = map.translation.abs().max_element();
-    let slack = MAP_SLACK * condition * farthest.max(translation);
-    let instance = Instance {
+    let mut instance = Instance {
         kind,
         geometry,
         material: object.material.map_or(NO_MATERIAL, |m| m as u32),
         flags: flags(scene, object),
         radii,
-        condition: condition as f32,
-        cover: 0,
-        object_from_world: columns(inverse),
-        world_from_object: columns(map),
-        low: (least - slack).to_array().map(|c| (c as f32).next_down()),
-        high: (most + slack).to_array().map(|c| (c as f32).next_up()),
-        cover_nodes: 0,
-        reserved: 0,
+        ..Instance::new_zeroed()
     };
+    let slack = instance.place(&object.world_from_object, low, high);
+    let slack = slack.ok_or(BakeError::Transform { object: number })?;
     Ok((instance, slack))
 }
 
@@ -104,9 +74,4 @@ fn flags(scene: &Scene, object: &Object) -> u32 {
     ];
     let asked = asked.into_iter().filter(|(is_asked, _)| *is_asked);
     asked.fold(0, |all, (_, flag)| all | flag)
-}
-
-fn columns(map: DAffine3) -> [[f32; 3]; 4] {
-    map.to_cols_array_2d()
-        .map(|column| column.map(|c| c as f32))
 }

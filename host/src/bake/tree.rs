@@ -353,17 +353,11 @@ fn collapse<const W: usize>(binary: &Binary, leaf_size: usize) -> WideTree<W> {
     while let Some((source, parent, below)) = pending.pop() {
         let number = tree.nodes.len();
         let children = plan.children(binary, source);
-        let mut node = Node {
-            planes: [[f32::INFINITY; W]; 6],
-            child: [0; W],
-            order: [0; W],
-        };
-        for plane in [1, 3, 5] {
-            node.planes[plane] = [f32::NEG_INFINITY; W];
-        }
+        let mut node = Node::EMPTY;
         tree.stack_entries = tree.stack_entries.max(below + W);
         for (lane, &child) in children.iter().enumerate() {
-            set_bounds(&mut node, lane, binary.nodes[child].bounds);
+            let Bounds { low, high } = binary.nodes[child].bounds;
+            node.set_bounds(lane, low, high);
             if plan.leaf[child] {
                 let primitives = binary.primitives(child);
                 let count = primitives.len() as u32 - 1;
@@ -373,7 +367,7 @@ fn collapse<const W: usize>(binary: &Binary, leaf_size: usize) -> WideTree<W> {
                 pending.push((child, Some((number, lane)), below + children.len() - 1));
             }
         }
-        node.order = orders(&node);
+        node.set_order();
         tree.nodes.push(node);
         if let Some((parent, lane)) = parent {
             let parent: &mut Node<W> = &mut tree.nodes[parent];
@@ -381,47 +375,4 @@ fn collapse<const W: usize>(binary: &Binary, leaf_size: usize) -> WideTree<W> {
         }
     }
     tree
-}
-
-pub(super) fn set_bounds<const W: usize>(node: &mut Node<W>, lane: usize, bounds: Bounds) {
-    for axis in 0..3 {
-        node.planes[2 * axis][lane] = bounds.low[axis];
-        node.planes[2 * axis + 1][lane] = bounds.high[axis];
-    }
-}
-
-/// For rays of each octant the lanes, those whose centres lie farthest along
-/// the octant's diagonal first. Lanes without a child come first of all.
-pub(super) fn orders<const W: usize>(node: &Node<W>) -> [u32; W] {
-    let bits = W.trailing_zeros();
-    let mut packed = [0; W];
-    for octant in 0..8usize {
-        let mut lanes: Vec<usize> = (0..W).collect();
-        let along = |&lane: &usize| {
-            if node.is_empty_lane(lane) {
-                return f64::INFINITY;
-            }
-            (0..3)
-                .map(|axis| {
-                    let centre = f64::from(node.planes[2 * axis][lane])
-                        + f64::from(node.planes[2 * axis + 1][lane]);
-                    if octant >> axis & 1 == 0 {
-                        centre
-                    } else {
-                        -centre
-                    }
-                })
-                .sum::<f64>()
-        };
-        lanes.sort_by(|a, b| along(b).total_cmp(&along(a)));
-        let word = lanes.iter().enumerate().fold(0, |word, (place, &lane)| {
-            word | (lane as u32) << (place as u32 * bits)
-        });
-        if W == 8 {
-            packed[octant] = word;
-        } else {
-            packed[octant / 2] |= word << (octant % 2 * 16);
-        }
-    }
-    packed
 }

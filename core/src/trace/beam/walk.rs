@@ -52,7 +52,8 @@ where
         let sides = self.beam.sides;
         while top > 0 {
             top -= 1;
-            let Some(node) = node(self.scene, self.stack, top).filter(|_| self.step()) else {
+            let node = node(self.scene.top, self.stack, top);
+            let Some(node) = node.filter(|_| self.step()) else {
                 break;
             };
             let mut entered = entered(l, node, &sides);
@@ -176,7 +177,8 @@ where
         self.push(&mut top, mesh.root);
         while top > base {
             top -= 1;
-            let Some(node) = node(self.scene, self.stack, top).filter(|_| self.step()) else {
+            let node = node(self.scene.nodes, self.stack, top);
+            let Some(node) = node.filter(|_| self.step()) else {
                 return;
             };
             let mut entered = entered(l, node, &sides);
@@ -262,11 +264,11 @@ where
 
 #[inline(always)]
 fn node<'a, const W: usize>(
-    scene: &Scene<'a, W>,
+    nodes: &'a [Node<W>],
     stack: &TraversalStack,
     top: usize,
 ) -> Option<&'a Node<W>> {
-    scene.nodes.get(*stack.children.get(top)? as usize)
+    nodes.get(*stack.children.get(top)? as usize)
 }
 
 /// The children of a node that may lie between all sides.

@@ -1,7 +1,7 @@
 use super::slabs::Span;
 use super::walk::Interval;
 use crate::scene::Scene;
-use crate::scene::format::LEAF;
+use crate::scene::format::{LEAF, Node};
 use crate::simd::{Kernel, Lanes};
 use crate::trace::walk::leaf_index;
 use glam::Vec3;
@@ -28,18 +28,16 @@ impl<const W: usize> Kernel<W> for MayHit<'_, '_, W> {
 
     #[inline(always)]
     fn run<L: Lanes<W>>(self, l: L) -> (bool, u64) {
-        let header = self.scene.header;
-        let Some(span) = Span::between(self.origin, self.corners, header.extent) else {
+        let Some(span) = Span::between(self.origin, self.corners, self.scene.extent) else {
             return (true, 0);
         };
         let interval = Interval::new(l, &span);
         // Nodes from the root down, each with its unvisited children.
         let mut path = [(0, 0); DEPTH];
         let (mut depth, mut steps) = (0, 0);
-        let mut next = header.root;
+        let mut next = self.scene.header.root;
         loop {
-            let node = self.scene.nodes.get(next as usize);
-            let (Some(node), Some(place)) = (node, path.get_mut(depth)) else {
+            let (Some(node), Some(place)) = (self.node(next), path.get_mut(depth)) else {
                 return (true, steps);
             };
             if steps == self.most {
@@ -69,14 +67,21 @@ impl<const W: usize> Kernel<W> for MayHit<'_, '_, W> {
 }
 
 impl<const W: usize> MayHit<'_, '_, W> {
+    /// Returns a node of the tree over instances, or of a cover.
+    #[inline(always)]
+    fn node(&self, number: u32) -> Option<&Node<W>> {
+        let top = self.scene.top.get(number as usize);
+        top.or_else(|| self.scene.nodes.get(number as usize))
+    }
+
     /// Returns the node below a lane of another, or an instance's cover, if there is one.
     #[inline(always)]
     fn child(&self, node: u32, lane: usize) -> Option<u32> {
-        let child = *self.scene.nodes.get(node as usize)?.child.get(lane)?;
+        let child = *self.node(node)?.child.get(lane)?;
         if child & LEAF == 0 {
             return Some(child);
         }
-        if node >= self.scene.header.top_nodes {
+        if node as usize >= self.scene.top.len() {
             return None;
         }
         let instance = self.scene.instances.get(leaf_index(child) as usize)?;

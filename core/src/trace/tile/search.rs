@@ -362,14 +362,14 @@ impl<const W: usize> Kernel<EIGHT> for TileSearch<'_, '_, W> {
     fn run<L: Lanes<EIGHT>>(self, l: L) -> Option<Work> {
         let mut path = Path::new(self.stack, self.most);
         let (scene, rays) = (self.scene, self.rays);
-        let slabs = TileSlabs::new(l, rays, u8::MAX, scene.header.extent, &self.hits.t)?;
+        let slabs = TileSlabs::new(l, rays, u8::MAX, scene.extent, &self.hits.t)?;
         let mut visitor = TileInWorld::<W> {
             scene,
             rays,
             slabs: &slabs,
             hits: self.hits,
         };
-        let (nodes, root, groups) = (scene.nodes, scene.header.root, rays.groups());
+        let (nodes, root, groups) = (scene.top, scene.header.root, rays.groups());
         walk_tile(l, nodes, root, &slabs, groups, &mut visitor, &mut path);
         Some(path.work())
     }
