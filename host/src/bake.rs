@@ -12,9 +12,11 @@ mod layout;
 mod levels;
 mod light;
 mod material;
+mod stage;
 mod tree;
 
 pub use layout::{AnyScene, BakedScene, Layout};
+pub use stage::{Stage, StageMemory};
 
 use crate::bake::simplify::{Ladder, PolygonLevels};
 use crate::scene::mesh::{MeshError, TriangleMesh};

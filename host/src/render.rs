@@ -46,7 +46,7 @@ use shisen_core::frame::{
     Budget, LevelOfDetail, Pixel, Renderer, Settings, Spectrum, SpectrumError, Statistics,
     Surroundings, SurroundingsError, Tile, TileJob, View, Workspace, foveated_samples,
 };
-use shisen_core::scene::{EffectSet, Scene};
+use shisen_core::scene::{EffectSet, PoseError, Scene};
 use shisen_core::{Runs, Simd};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -173,6 +173,9 @@ pub enum RenderError {
     Previous,
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
+    #[error("the scene cannot move")]
+    #[diagnostic(help("change the animation so that every object stays within 1e12 m"))]
+    Pose(#[from] PoseError),
     #[error("the threads could not be started: {0}; ask for fewer of them")]
     Threads(#[from] rayon::ThreadPoolBuildError),
 }

@@ -225,7 +225,7 @@ fn id_leaf(triangles: &[u32]) -> IdLeaf {
     std::array::from_fn(|lane| triangles.get(lane).copied().unwrap_or(u32::MAX))
 }
 
-fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlock<W> {
+pub(super) fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlock<W> {
     let mut block = LeafBlock {
         corners: [[[f32::NAN; W]; 3]; 3],
         ids: [u32::MAX; W],

@@ -25,7 +25,11 @@ impl Bounds {
 
     /// Returns the box of a mesh's triangle.
     pub(super) fn of_triangle(mesh: &TriangleMesh, number: usize) -> Self {
-        let corners = mesh.triangles[number].map(|c| mesh.positions[c as usize]);
+        Self::of_points(mesh.triangles[number].map(|c| mesh.positions[c as usize]))
+    }
+
+    /// Returns the box of a triangle's corners.
+    pub(super) fn of_points(corners: [[f32; 3]; 3]) -> Self {
         corners.into_iter().fold(Self::EMPTY, |bounds, corner| {
             bounds.union(Self {
                 low: corner,

@@ -95,6 +95,8 @@ pub struct Prepared {
     pub arguments: LiveArguments,
     pub shown: Shown,
     baked: BakedScene,
+    /// The scene where something moves.
+    moving: Option<Box<crate::scene::Scene>>,
     pub cave: Cave,
     pub options: Options,
     pub hz: u32,
@@ -128,7 +130,12 @@ impl LiveArguments {
             cave.check_eye(place)?;
         }
         let model = self.model.within(&cave);
-        let Ready { baked, shown, .. } =
+        let Ready {
+            baked,
+            shown,
+            moving,
+            ..
+        } =
             (self.lod).ready(&self.scene, &model, &self.cache, false)?;
         let (options, _) = self.tracing.options(&baked)?;
         if matches!(options.dispersion, Dispersion::Images(..)) {
@@ -143,6 +150,7 @@ impl LiveArguments {
             arguments: self.clone(),
             shown,
             baked,
+            moving,
             cave,
             options,
             hz: time.hz() as u32,
@@ -249,6 +257,7 @@ impl Prepared {
             self.engage(Share::ALL, |engine, observe| {
                 let mut eyes = Vec::new();
                 observe(&last.look, &mut eyes);
+                engine.set_time(last.time)?;
                 engine.render(&eyes, last.decision.quality(), None)?;
                 Ok(frame_hash(engine.hashes()?))
             })
@@ -299,7 +308,8 @@ impl Prepared {
         };
         let run = |engine: &mut dyn Engine| part(engine, &mut observe);
         let how = arguments.capture;
-        let played = with_engine(self.baked.scene(), cave, &eyes, options, how, share, run)?;
+        let (scene, moving) = (self.baked.scene(), self.moving.as_deref());
+        let played = with_engine(scene, moving, cave, &eyes, options, how, share, run)?;
         Ok(played?)
     }
 }

@@ -13,10 +13,11 @@ mod threads;
 use super::lock;
 use super::quality::Quality;
 use super::swap::Share;
-use crate::bake::AnyScene;
+use crate::bake::{AnyScene, Stage, StageMemory};
 use crate::cave::{Cave, Eye};
 use crate::picture::Picture;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
+use crate::scene;
 use crate::with_scene;
 use capture::LiveCapture;
 use deal::{Dealer, Group, LiveTile};
@@ -67,6 +68,19 @@ pub trait Engine {
         whole_fovea: bool,
     ) -> Result<Rendered, RenderError>;
 
+    /// Returns whether anything in the scene moves.
+    fn moves(&self) -> bool {
+        false
+    }
+
+    /// Moves the scene to where it is at a time in seconds.
+    ///
+    /// # Errors
+    /// A pose that the core refuses.
+    fn set_time(&mut self, _: f64) -> Result<(), RenderError> {
+        Ok(())
+    }
+
     /// Does what [`render_frame`](Self::render_frame) does without `whole_fovea`.
     ///
     /// # Errors
@@ -86,6 +100,16 @@ pub trait Engine {
     ///
     /// # Errors
     /// Not enough memory.
+    fn moves(&self) -> bool {
+        self.shared.read().stage.is_some()
+    }
+
+    fn set_time(&mut self, time: f64) -> Result<(), RenderError> {
+        let stage = &mut self.shared.write().stage;
+        stage.as_mut().map_or(Ok(()), |stage| stage.set_time(time))?;
+        Ok(())
+    }
+
     fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), RenderError>;
 
     /// Returns the [hashes](Picture::hash) of the newest frame's pictures.
@@ -152,6 +176,7 @@ pub struct Rendered {
 /// An eye that does not see a screen; an impossible size of a capture.
 pub fn with_engine<R>(
     scene: AnyScene<'_>,
+    moving: Option<&scene::Scene>,
     cave: &Cave,
     eyes: &[Observer],
     options: &Options,
@@ -160,12 +185,14 @@ pub fn with_engine<R>(
     run: impl FnOnce(&mut dyn Engine) -> R,
 ) -> Result<R, RenderError> {
     with_scene!(scene, |scene| engine(
-        scene, cave, eyes, options, capture, share, run
+        &scene, moving, cave, eyes, options, capture, share, run
     ))
 }
 
+#[expect(clippy::too_many_arguments, reason = "those of `with_engine`")]
 fn engine<const W: usize, R>(
-    scene: Scene<'_, W>,
+    scene: &Scene<'_, W>,
+    moving: Option<&scene::Scene>,
     cave: &Cave,
     eyes: &[Observer],
     options: &Options,
@@ -176,6 +203,10 @@ fn engine<const W: usize, R>(
 where
     Simd: Runs<W>,
 {
+    let mut memory = moving.map(|moving| StageMemory::of(scene, moving));
+    let stage = moving.zip(memory.as_mut());
+    let stage = stage.map(|(moving, memory)| Stage::new(*scene, moving, memory));
+    let stage = stage.transpose()?;
     let mut storage = Vec::new();
     let spectrum = options.dispersion.spectrum(&mut storage);
     let mut tiles = Vec::new();
@@ -185,13 +216,13 @@ where
         let part = parts.len();
         let places = render::tiles(&view, options.tile);
         tiles.extend(places.map(|tile| Mutex::new(LiveTile::new(part, tile))));
-        parts.push((view, render::renderer(&scene, observer, options, spectrum)?));
+        parts.push((view, render::renderer(scene, observer, options, spectrum)?));
     }
     let follows = eyes.iter().any(|eye| eye.lod.is_some());
     let capture = match capture.filter(|_| follows && !parts.is_empty()) {
         Some(how) => {
             let capture = LiveCapture::new(how, parts.len(), tiles.len());
-            parts.extend(capture.views(eyes, &scene, options, spectrum)?);
+            parts.extend(capture.views(eyes, scene, options, spectrum)?);
             tiles.extend(capture.tiles().map(Mutex::new));
             Some(capture)
         }
@@ -199,6 +230,7 @@ where
     };
     let threads = options.threads.max(1);
     let plan = Plan {
+        stage,
         sights: vec![None; parts.len()],
         parts,
         order: Vec::with_capacity(tiles.len()),
@@ -218,7 +250,7 @@ where
         Ok(run(&mut TileEngine {
             shared: &shared,
             cave,
-            scene,
+            scene: *scene,
             options: *options,
             spectrum,
             workspace: Workspace::new(),
@@ -283,6 +315,16 @@ where
             done: Instant::now(),
             ..rendered
         })
+    }
+
+    fn moves(&self) -> bool {
+        self.shared.read().stage.is_some()
+    }
+
+    fn set_time(&mut self, time: f64) -> Result<(), RenderError> {
+        let stage = &mut self.shared.write().stage;
+        stage.as_mut().map_or(Ok(()), |stage| stage.set_time(time))?;
+        Ok(())
     }
 
     fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), RenderError> {

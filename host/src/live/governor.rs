@@ -26,6 +26,9 @@ const MARGIN: f64 = 0.03;
 /// capture that the quality renews.
 const MORE_THAN_NEEDED: u64 = 1 << 50;
 
+/// Frames for which the needs at a place are remembered where things move.
+const MEMORY: u64 = 120;
+
 /// Chooses qualities.
 #[derive(Debug, Clone)]
 pub struct Governor {
@@ -92,6 +95,16 @@ impl Governor {
             governs: false,
             ..Self::default()
         }
+    }
+
+    /// Returns the same governor for a scene that moves: what frames needed at a place of the gaze
+    /// is forgotten after a while.
+    #[must_use]
+    pub fn forgetful(mut self) -> Self {
+        for ladder in &mut self.ladders {
+            ladder.forget_in(MEMORY);
+        }
+        self
     }
 
     /// Decides for the next frame.

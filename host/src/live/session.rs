@@ -132,6 +132,11 @@ pub fn run(
     let mut eyes = Vec::new();
     observe(&first, &mut eyes);
     let period = Duration::from_secs_f64(1.0 / f64::from(settings.hz.max(1)));
+    let governor = match settings.budget {
+        FrameBudget::Off => Governor::idle(),
+        _ if engine.moves() => Governor::default().forgetful(),
+        _ => Governor::default(),
+    };
     let mut session = Session {
         engine,
         observe,
@@ -140,10 +145,8 @@ pub fn run(
         settings,
         lock,
         order: 0,
-        governor: match settings.budget {
-            FrameBudget::Off => Governor::idle(),
-            _ => Governor::default(),
-        },
+        time: 0.0,
+        governor,
         pacing: Pacing::new(period),
         other_time: Duration::ZERO,
         steps: Histogram::new_with_bounds(1, MOST_STEPS, 3).ok(),
@@ -209,6 +212,7 @@ fn render_order(
     let Decision {
         steps, whole_fovea, ..
     } = order.decision;
+    engine.set_time(order.time)?;
     let rendered = engine.render_frame(eyes, order.decision.quality(), steps, whole_fovea)?;
     let done = FrameResult {
         frame: order.frame,
@@ -235,6 +239,8 @@ struct Session<'s> {
     settings: &'s SessionSettings,
     lock: &'s mut dyn SwapLock,
     order: u64,
+    /// Seconds of the scene's animations at the next frame.
+    time: f64,
     governor: Governor,
     pacing: Pacing,
     /// The mean time of recent frames besides tracing; frames that were held up count little.
@@ -297,6 +303,7 @@ impl Session<'_> {
         let (look, decision) = (*look, *decision);
         Order {
             frame,
+            time: self.time,
             look,
             decision,
             purpose,
@@ -392,6 +399,12 @@ impl Session<'_> {
             self.governor.follow(self.gaze(&look));
             let decision = self.governor.decide(self.tracing_allowance());
             let due = self.pacing.next + self.refreshes() - 1;
+            // Steps give the same frames, whatever the clock says.
+            let refresh = match self.settings.budget {
+                FrameBudget::Steps(_) => self.report.frames,
+                _ => due,
+            };
+            self.time = refresh as f64 * self.pacing.period.as_secs_f64();
             let (rendered, all, _) = self.render(&look, &decision, Purpose::Shown)?;
             let shown = self.pacing.shown(rendered.done);
             sleep_until(self.pacing.at(shown));

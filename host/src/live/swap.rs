@@ -85,6 +85,8 @@ pub enum Purpose {
 pub struct Order {
     /// The frame's number, from 0.
     pub frame: u64,
+    /// Seconds of the scene's animations.
+    pub time: f64,
     /// The viewer's look.
     pub look: Look,
     /// The quality, and the budget on each machine.

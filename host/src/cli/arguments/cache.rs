@@ -71,7 +71,8 @@ impl CacheArguments {
         }
         let (made, files) = recorded(make);
         let ready = made?;
-        if ready.is_new && !files.is_empty() {
+        // What moves is not in the baked scene.
+        if ready.is_new && ready.moving.is_none() && !files.is_empty() {
             let record = Record {
                 files,
                 shown: ready.shown.clone(),
@@ -150,6 +151,7 @@ fn read(path: &Path) -> Option<Ready> {
         shown: record.shown,
         look: record.look.map(DVec3::from),
         warnings: record.warnings,
+        moving: None,
         is_new: false,
     })
 }

@@ -2,6 +2,7 @@
 
 use super::capture::LiveCapture;
 use super::deal::{Group, LiveTile};
+use crate::bake::Stage;
 use crate::cave::{Cave, Screen};
 use crate::live::lock;
 use crate::live::swap::Share;
@@ -14,6 +15,8 @@ use std::sync::{Barrier, Mutex, PoisonError, RwLock, RwLockReadGuard, RwLockWrit
 use std::time::Instant;
 
 pub(super) struct Plan<'s, const W: usize> {
+    /// The scene where something moves; the renderers have it as it was baked.
+    pub(super) stage: Option<Stage<'s, W>>,
     /// Pictures by screen, then eye; then the hemispheres of a capture.
     pub(super) parts: Vec<(View, Renderer<'s, W>)>,
     /// The line of sight of each picture's eye; `None` where it is not known.
@@ -121,6 +124,7 @@ where
     }
 
     fn trace(&self, plan: &Plan<'_, W>, workspace: &mut Workspace) {
+        let now = plan.stage.as_ref().map(Stage::scene);
         loop {
             let number = self.next.fetch_add(1, Ordering::SeqCst);
             let Some(group) = plan.groups.get(number) else {
@@ -143,6 +147,8 @@ where
                     continue;
                 }
                 let (view, renderer) = &plan.parts[tile.part];
+                let posed = now.map(|now| renderer.posed(now));
+                let renderer = posed.as_ref().unwrap_or(renderer);
                 let before = workspace.statistics.steps;
                 let (job, pixels) = (&mut tile.job, &mut tile.pixels);
                 let outcome = job.render(renderer, view, pixels, &mut budget, workspace);

@@ -66,6 +66,10 @@ impl Ladder {
         }
     }
 
+    pub(super) fn forget_in(&mut self, frames: u64) {
+        self.needs.forget_in(frames);
+    }
+
     pub(super) fn look(&mut self, forward: Vec3) {
         self.cell = Some(Cell::new(forward));
     }

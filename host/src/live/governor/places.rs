@@ -33,16 +33,42 @@ impl Cell {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct NeedsByGaze(Vec<[f64; RUNGS]>);
+pub(super) struct NeedsByGaze {
+    /// Needs, with the frame in which they were last learned.
+    cells: Vec<([f64; RUNGS], u64)>,
+    frame: u64,
+    /// Frames for which they are known.
+    memory: u64,
+}
 
 impl NeedsByGaze {
     pub(super) fn new() -> Self {
-        Self(vec![[0.0; RUNGS]; 6 * SIDE * SIDE])
+        Self {
+            cells: vec![([0.0; RUNGS], 0); 6 * SIDE * SIDE],
+            frame: 0,
+            memory: u64::MAX,
+        }
+    }
+
+    pub(super) const fn forget_in(&mut self, frames: u64) {
+        self.memory = frames;
+    }
+
+    /// Returns the cells that are not forgotten.
+    fn remembered(&self) -> impl Iterator<Item = &[f64; RUNGS]> {
+        let is_known = |learned: u64| self.frame - learned <= self.memory;
+        let cells = self.cells.iter();
+        cells.filter_map(move |(rungs, learned)| is_known(*learned).then_some(rungs))
+    }
+
+    fn cell(&self, cell: Cell) -> Option<[f64; RUNGS]> {
+        let (rungs, learned) = self.cells.get(cell.0)?;
+        (self.frame - learned <= self.memory).then_some(*rungs)
     }
 
     /// Returns the rungs that were seen in a cell, from the best on, with their needs.
     pub(super) fn known(&self, cell: Cell) -> impl Iterator<Item = (usize, f64)> {
-        let rungs = self.0.get(cell.0).copied().unwrap_or([0.0; RUNGS]);
+        let rungs = self.cell(cell).unwrap_or([0.0; RUNGS]);
         let all = rungs.into_iter().enumerate();
         all.filter(|&(_, need)| need > 0.0)
     }
@@ -51,7 +77,7 @@ impl NeedsByGaze {
     /// seen.
     pub(super) fn ratio(&self, rung: usize) -> Option<f64> {
         let (mut own, mut below) = (0.0, 0.0);
-        for rungs in &self.0 {
+        for rungs in self.remembered() {
             if let Some(&[one, next]) = rungs.get(rung..rung + 2)
                 && one > 0.0
                 && next > 0.0
@@ -66,8 +92,8 @@ impl NeedsByGaze {
     /// seen.
     pub(super) fn best_need(&self, cell: Cell) -> Option<f64> {
         let best = |rungs: &[f64; RUNGS]| rungs.first().copied().filter(|&need| need > 0.0);
-        self.0.get(cell.0).and_then(best).or_else(|| {
-            let needs = self.0.iter().filter_map(best);
+        self.cell(cell).as_ref().and_then(best).or_else(|| {
+            let needs = self.remembered().filter_map(best);
             let (count, sum) =
                 needs.fold((0.0, 0.0), |(count, sum), need| (count + 1.0, sum + need));
             (count > 0.0).then(|| sum / count)
@@ -76,9 +102,15 @@ impl NeedsByGaze {
 
     /// Learns the need of a rung in a cell; `expected` says what each rung needs by that.
     pub(super) fn learn(&mut self, cell: Cell, rung: usize, expected: impl Fn(usize) -> f64) {
-        let Some(known) = self.0.get_mut(cell.0) else {
+        let is_forgotten = self.cell(cell).is_none();
+        self.frame += 1;
+        let Some((known, learned)) = self.cells.get_mut(cell.0) else {
             return;
         };
+        *learned = self.frame;
+        if is_forgotten {
+            *known = [0.0; RUNGS];
+        }
         for (other, known) in known.iter_mut().enumerate() {
             let need = expected(other);
             if other == rung {

@@ -88,6 +88,7 @@ impl Order {
             rung as u64,
             whole_fovea.into(),
             purpose.unwrap_or_default() as u64,
+            self.time.to_bits(),
         ];
         let look = &self.look;
         let vectors = [look.head.position, look.position, look.forward, look.up];
@@ -101,12 +102,13 @@ impl Order {
 
     fn read(bytes: &[u8]) -> Option<Self> {
         let words = words(bytes)?;
-        let (&[frame, steps, rung, whole_fovea, purpose], look) = words.split_first_chunk()?;
+        let (&[frame, steps, rung, whole_fovea, purpose, time], look) = words.split_first_chunk()?;
         let look = look.iter().map(|&bits| f32::from_bits(bits as u32));
         let look: [f32; 17] = look.collect::<Vec<_>>().try_into().ok()?;
         let vector = |number: usize| Vec3::from_slice(&look[3 * number..]);
         Some(Self {
             frame,
+            time: f64::from_bits(time),
             look: Look {
                 head: HeadPose {
                     position: vector(0),

@@ -69,6 +69,7 @@ fn order(frame: u64) -> Order {
             whole_fovea: frame.is_multiple_of(3),
             rung: frame as usize % 5,
         },
+        time: f64::from(frame as u32) / 60.0,
         purpose: [Purpose::Plain, Purpose::Shown, Purpose::Compared][frame as usize % 3],
     }
 }
