@@ -6,6 +6,7 @@
 pub mod import;
 pub mod material;
 pub mod mesh;
+pub mod motion;
 pub mod quadruped;
 pub mod texture;
 
@@ -20,6 +21,7 @@ use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
 use camera::CameraPath;
 use glam::{DAffine3, DVec3};
+use motion::Motion;
 
 /// Everything a frame shows.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -40,6 +42,8 @@ pub struct Scene {
     pub ambient: [f32; 3],
     /// The way of the camera of dome masters.
     pub camera: CameraPath,
+    /// What of it moves.
+    pub motion: Motion,
 }
 
 impl Scene {

@@ -6,6 +6,7 @@ use shisen::bake::simplify::PolygonLevels;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::render::{self, Frame, Observer, Options};
 use shisen::scene::camera::CameraPath;
+use shisen::scene::motion::Motion;
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen_core::frame::{
     Budget, LevelOfDetail, Outcome, Pixel, Renderer, Tile, TileJob, View, Workspace,
@@ -24,6 +25,7 @@ pub fn empty() -> Scene {
         background: Background::uniform([0.0; 3]),
         ambient: [1.0; 3],
         camera: CameraPath::default(),
+        motion: Motion::default(),
     }
 }
 

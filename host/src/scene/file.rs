@@ -55,6 +55,7 @@ use crate::files::description::{FileError, Located, read_description};
 use crate::scene::import::ImportError;
 use crate::scene::material::{Alpha, Material};
 use crate::scene::mesh::TriangleMesh;
+use crate::scene::motion::Motion;
 use entries::{BackgroundEntry, CameraEntry, MeshEntry, ObjectEntry, SceneEntry};
 use fault::{Check, Checked, DEGREES, FRAMES, LENGTH, POSITION, RADIANCE, SHARE};
 use glam::DVec3;
@@ -206,6 +207,7 @@ impl Scene {
             background,
             ambient,
             camera,
+            motion: Motion::default(),
         })
     }
 }

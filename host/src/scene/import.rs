@@ -384,7 +384,7 @@ fn read_one_within(paths: &[PathBuf], most: u64) -> Result<Vec<u8>, String> {
 }
 
 /// Returns the normal of a triangle, at unit length; up where it has no area.
-fn flat_normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
+pub(super) fn flat_normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
     let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
     let normal = (b - a).cross(c - a).normalize_or(DVec3::Y);
     normal.as_vec3().to_array()
