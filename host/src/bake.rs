@@ -16,7 +16,7 @@ mod stage;
 mod tree;
 
 pub use layout::{AnyScene, BakedScene, Layout};
-pub use stage::{Stage, StageMemory};
+pub use stage::{Stage, StageMemory, Staged};
 
 use crate::bake::simplify::{Ladder, PolygonLevels};
 use crate::scene::mesh::{MeshError, TriangleMesh};
@@ -132,13 +132,18 @@ where
         check_size::<W>(scene)?;
         let shown = shown(scene);
         // A level is made, and so is its tree.
-        let parts = |mesh: &TriangleMesh| 2 * levels.map_or(1, |levels| levels.rungs_of(mesh));
-        let total = scene.meshes.iter().map(parts).sum::<u32>() as usize;
+        let deforming: Vec<usize> = scene.motion.deforming().collect();
+        let levels_of = |mesh: usize| levels.filter(|_| !deforming.contains(&mesh));
+        let parts = |(number, mesh): (usize, &TriangleMesh)| {
+            2 * levels_of(number).map_or(1, |levels| levels.rungs_of(mesh))
+        };
+        let total = scene.meshes.iter().enumerate().map(parts).sum::<u32>() as usize;
         let done = AtomicUsize::new(0);
         let tell = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         let prepared = shown
             .par_iter()
-            .map(|source| Prepared::new(source, levels, &tell));
+            .enumerate()
+            .map(|(number, source)| Prepared::new(source, levels_of(number), &tell));
         let meshes: Vec<Prepared<'_, W>> = prepared.collect();
         let mut tables = Tables::<W>::default();
         let mut textures = Textures::default();

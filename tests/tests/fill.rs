@@ -1,8 +1,8 @@
 //! What shows where the gaze skips rays.
 
 use glam::{DVec3, Vec3};
-use shisen::bake::Baked;
 use shisen::bake::simplify::PolygonLevels;
+use shisen::bake::{AnyScene, Baked};
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::live::{Engine, Quality, Share, with_engine};
 use shisen::render::{self, CaptureOptions, Filling, Frame, Observer, Options};
@@ -163,7 +163,7 @@ fn the_live_loop_fills_as_one_frame_does() {
     let options = Options::default();
     let once = setting.frame(&options, CAPTURE);
     let once: Vec<u64> = once.pictures.iter().map(|one| one.picture.hash()).collect();
-    let scene = setting.baked.scene().into();
+    let scene = AnyScene::from(setting.baked.scene());
     let (cave, eyes) = (&setting.cave, &setting.eyes);
     let live = |engine: &mut dyn Engine| {
         for (quality, steps, same) in [

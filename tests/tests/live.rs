@@ -2,7 +2,7 @@
 //! missing.
 
 use glam::Vec3;
-use shisen::bake::{Baked, Layout};
+use shisen::bake::{AnyScene, Baked, Layout};
 use shisen::cave::{Eye, Viewer};
 use shisen::live::{Allowance, Engine, FrameCost, Governor, Quality, Share, with_engine};
 use shisen::render::{self, Observer, Options};
@@ -45,7 +45,7 @@ fn options(threads: usize, tile: u32) -> Options {
 }
 
 fn with<R>(baked: &Baked<8>, options: &Options, run: impl FnOnce(&mut dyn Engine) -> R) -> R {
-    let scene = baked.scene().into();
+    let scene = AnyScene::from(baked.scene());
     let (cave, eyes) = (three_walls(SIDE), eyes(0));
     with_engine(scene, &cave, &eyes, options, None, Share::ALL, run).expect("an engine")
 }
@@ -94,7 +94,7 @@ fn shares_of_a_frame_are_the_frame() {
         let mut together = Vec::new();
         for rank in 0..ranks {
             let share = Share::new(rank, ranks).expect("a share");
-            let scene = baked.scene().into();
+            let scene = AnyScene::from(baked.scene());
             let (eyes, options) = (eyes(17), options(1, 32));
             let own = with_engine(scene, &cave, &eyes, &options, None, share, |engine| {
                 engine.render(&eyes, &Quality::FULL, None).expect("a frame");

@@ -33,6 +33,7 @@ mod microfacets;
 mod optics;
 mod overrun;
 mod paper_rays;
+mod poses;
 mod scene_fuzz;
 mod shadows;
 mod soft_light;

@@ -12,7 +12,7 @@ use shisen_tests::rays::Random;
 use shisen_tests::sizes::cases;
 
 /// Returns what rays are aimed at: middles of edges, and vertices.
-fn targets(mesh: &TriangleMesh) -> [Vec<DVec3>; 2] {
+pub(crate) fn targets(mesh: &TriangleMesh) -> [Vec<DVec3>; 2] {
     let place = |vertex| position(mesh, vertex);
     let middles = edges(mesh)
         .into_iter()
@@ -22,7 +22,7 @@ fn targets(mesh: &TriangleMesh) -> [Vec<DVec3>; 2] {
 }
 
 /// Aimed in f64, rounded to f32.
-fn aimed(origin: DVec3, target: DVec3) -> Option<Ray> {
+pub(crate) fn aimed(origin: DVec3, target: DVec3) -> Option<Ray> {
     Ray::new(origin.as_vec3(), (target - origin).as_vec3())
 }
 
@@ -32,7 +32,7 @@ fn near_centre(random: &mut Random) -> DVec3 {
 }
 
 /// Counts the rays that each path loses and asserts that it is none.
-fn assert_none_lost<T>(
+pub(crate) fn assert_none_lost<T>(
     what: &str,
     searches: Vec<shisen_tests::paths::Search<'_, T>>,
     distance: impl Fn(&T) -> f32,

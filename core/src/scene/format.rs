@@ -202,6 +202,14 @@ pub struct LeafBlock<const W: usize> {
     pub ids: [u32; W],
 }
 
+impl<const W: usize> LeafBlock<W> {
+    /// A leaf without triangles.
+    pub const EMPTY: Self = Self {
+        corners: [[[f32::NAN; W]; 3]; 3],
+        ids: [u32::MAX; W],
+    };
+}
+
 /// A leaf of the compact layout: up to four triangle numbers of a mesh,
 /// ascending; `u32::MAX` where empty. Corners are looked up by the triangle's
 /// record, so that the rungs of a ladder share them.

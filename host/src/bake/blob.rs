@@ -226,10 +226,7 @@ fn id_leaf(triangles: &[u32]) -> IdLeaf {
 }
 
 pub(super) fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlock<W> {
-    let mut block = LeafBlock {
-        corners: [[[f32::NAN; W]; 3]; 3],
-        ids: [u32::MAX; W],
-    };
+    let mut block = LeafBlock::EMPTY;
     for (lane, &triangle) in triangles.iter().enumerate() {
         block.ids[lane] = triangle;
         for corner in 0..3 {

@@ -1,8 +1,8 @@
 //! A baked scene that moves: its instances and meshes as at a time, without another bake.
 
+use super::AnyScene;
 use super::blob::leaf_block;
 use super::tree::{self, Bounds};
-use crate::scene::mesh::TriangleMesh;
 use crate::scene::motion::Pose;
 use crate::scene::{self, Shape};
 use obvhs::BvhBuildParams;
@@ -37,6 +37,24 @@ pub struct Stage<'s, const W: usize = 8> {
     trees: Vec<DeformingTree>,
 }
 
+/// A baked scene, and what was baked where something in it moves.
+#[derive(Debug, Clone, Copy)]
+pub struct Staged<'s> {
+    /// As it was baked.
+    pub scene: AnyScene<'s>,
+    /// The scene that was baked, if it moves.
+    pub moving: Option<&'s scene::Scene>,
+}
+
+impl<'s> From<AnyScene<'s>> for Staged<'s> {
+    fn from(scene: AnyScene<'s>) -> Self {
+        Self {
+            scene,
+            moving: None,
+        }
+    }
+}
+
 /// The tree of a mesh that deforms.
 #[derive(Debug, Clone, Copy)]
 struct DeformingTree {
@@ -62,7 +80,8 @@ impl<const W: usize> StageMemory<W> {
             meshes: Vec::new(),
         };
         let deforming = source.motion.deforming();
-        let baked = deforming.filter_map(|mesh| scene.meshes().get(baked_mesh(scene, source, mesh)?));
+        let baked =
+            deforming.filter_map(|mesh| scene.meshes().get(baked_mesh(scene, source, mesh)?));
         let spare = baked.fold(None, |spare: Option<[usize; 2]>, mesh| {
             let [nodes, leaves] = spare.unwrap_or_default();
             let [more_nodes, more_leaves] = [mesh.node_count, mesh.leaf_count];
@@ -77,7 +96,7 @@ impl<const W: usize> StageMemory<W> {
             memory.normals = zeroed(scene.vertices());
             memory.meshes = vec![Mesh::new_zeroed(); scene.meshes().len()];
             if W == 8 {
-                memory.leaves = vec![leaf_block(&TriangleMesh::default(), &[]); leaves + spare_leaves];
+                memory.leaves = vec![LeafBlock::EMPTY; leaves + spare_leaves];
             } else {
                 memory.positions = zeroed(scene.vertices());
             }
@@ -144,7 +163,11 @@ impl<'s, const W: usize> Stage<'s, W> {
             };
             let boxes: Vec<Bounds> = mesh.triangles.iter().map(bounds).collect();
             let new = tree::build_with::<W>(&boxes, W, BvhBuildParams::fast_build());
-            let leaves: Vec<_> = new.leaves.iter().map(|leaf| leaf_block(mesh, leaf)).collect();
+            let leaves: Vec<_> = new
+                .leaves
+                .iter()
+                .map(|leaf| leaf_block(mesh, leaf))
+                .collect();
             match self.poses.replant(tree.mesh, &new.nodes, &leaves) {
                 // The tree that there is goes on.
                 Err(PoseError::Memory { .. } | PoseError::NotATree { .. }) => tree.is_last = true,
@@ -173,6 +196,8 @@ fn baked_mesh<const W: usize>(
     mesh: usize,
 ) -> Option<usize> {
     let objects = source.objects.iter();
-    let shown = objects.zip(scene.instances()).find(|(object, _)| object.shape == Shape::Mesh(mesh));
+    let shown = objects
+        .zip(scene.instances())
+        .find(|(object, _)| object.shape == Shape::Mesh(mesh));
     shown.map(|(_, instance)| instance.geometry as usize)
 }

@@ -140,7 +140,15 @@ fn load(arguments: &Arguments) -> Result<(Scene, Shown), Failure> {
         [name] => {
             let Source { scene, shown, .. } = Source::load(name, model)?;
             match scene {
-                Loaded::Described(scene) => Ok((scene, shown)),
+                Loaded::Described(scene) => {
+                    if !scene.motion.is_empty() {
+                        warn(&format!(
+                            "{name}: a baked scene stands still, as at 0 s: give {name} itself to \
+                             `shisen run` to see it move"
+                        ));
+                    }
+                    Ok((*scene, shown))
+                }
                 Loaded::Baked(_) => {
                     let message = format!("{name} is baked already");
                     Err(Fault::new(message, "give what it was baked from").into())

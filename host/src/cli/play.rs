@@ -4,6 +4,7 @@
 mod allocations;
 mod interference;
 
+use crate::bake::Staged;
 use crate::cli::arguments::cache::CacheArguments;
 use crate::cli::arguments::dispersion::{in_one_frame, range_in_one_frame};
 use crate::cli::arguments::lod::LodArguments;
@@ -135,8 +136,7 @@ impl LiveArguments {
             shown,
             moving,
             ..
-        } =
-            (self.lod).ready(&self.scene, &model, &self.cache, false)?;
+        } = (self.lod).ready(&self.scene, &model, &self.cache, false)?;
         let (options, _) = self.tracing.options(&baked)?;
         if matches!(options.dispersion, Dispersion::Images(..)) {
             return Err(misuse!(
@@ -308,8 +308,11 @@ impl Prepared {
         };
         let run = |engine: &mut dyn Engine| part(engine, &mut observe);
         let how = arguments.capture;
-        let (scene, moving) = (self.baked.scene(), self.moving.as_deref());
-        let played = with_engine(scene, moving, cave, &eyes, options, how, share, run)?;
+        let staged = Staged {
+            scene: self.baked.scene(),
+            moving: self.moving.as_deref(),
+        };
+        let played = with_engine(staged, cave, &eyes, options, how, share, run)?;
         Ok(played?)
     }
 }

@@ -13,7 +13,7 @@ mod threads;
 use super::lock;
 use super::quality::Quality;
 use super::swap::Share;
-use crate::bake::{AnyScene, Stage, StageMemory};
+use crate::bake::{Stage, StageMemory, Staged};
 use crate::cave::{Cave, Eye};
 use crate::picture::Picture;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
@@ -100,16 +100,6 @@ pub trait Engine {
     ///
     /// # Errors
     /// Not enough memory.
-    fn moves(&self) -> bool {
-        self.shared.read().stage.is_some()
-    }
-
-    fn set_time(&mut self, time: f64) -> Result<(), RenderError> {
-        let stage = &mut self.shared.write().stage;
-        stage.as_mut().map_or(Ok(()), |stage| stage.set_time(time))?;
-        Ok(())
-    }
-
     fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), RenderError>;
 
     /// Returns the [hashes](Picture::hash) of the newest frame's pictures.
@@ -174,9 +164,8 @@ pub struct Rendered {
 ///
 /// # Errors
 /// An eye that does not see a screen; an impossible size of a capture.
-pub fn with_engine<R>(
-    scene: AnyScene<'_>,
-    moving: Option<&scene::Scene>,
+pub fn with_engine<'s, R>(
+    scene: impl Into<Staged<'s>>,
     cave: &Cave,
     eyes: &[Observer],
     options: &Options,
@@ -184,6 +173,7 @@ pub fn with_engine<R>(
     share: Share,
     run: impl FnOnce(&mut dyn Engine) -> R,
 ) -> Result<R, RenderError> {
+    let Staged { scene, moving } = scene.into();
     with_scene!(scene, |scene| engine(
         &scene, moving, cave, eyes, options, capture, share, run
     ))
@@ -323,7 +313,9 @@ where
 
     fn set_time(&mut self, time: f64) -> Result<(), RenderError> {
         let stage = &mut self.shared.write().stage;
-        stage.as_mut().map_or(Ok(()), |stage| stage.set_time(time))?;
+        stage
+            .as_mut()
+            .map_or(Ok(()), |stage| stage.set_time(time))?;
         Ok(())
     }
 

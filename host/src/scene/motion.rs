@@ -161,6 +161,11 @@ impl Motion {
         &self.clips
     }
 
+    /// Returns the numbers of the meshes that deform, in the order of a pose.
+    pub fn deforming(&self) -> impl Iterator<Item = usize> {
+        self.deforms.iter().map(|(mesh, _)| *mesh)
+    }
+
     fn playing(&self) -> impl Iterator<Item = &Clip> {
         self.clips.iter().filter(|clip| clip.plays)
     }

@@ -34,6 +34,8 @@ pub struct Source {
 /// A scene that is ready to be traced.
 pub struct Ready {
     pub baked: BakedScene,
+    /// The scene that was baked, where something in it moves.
+    pub moving: Option<Box<Scene>>,
     pub shown: Shown,
     /// As in [`Source`].
     pub look: Option<DVec3>,
@@ -110,7 +112,7 @@ impl fmt::Display for Shown {
 }
 
 pub enum Loaded {
-    Described(Scene),
+    Described(Box<Scene>),
     Baked(BakedScene),
 }
 
@@ -137,7 +139,7 @@ impl Source {
         let mut look = None;
         let built_in = |why, scene| {
             without_model(why)?;
-            Ok::<_, Failure>((Loaded::Described(scene), None))
+            Ok::<_, Failure>((Loaded::Described(Box::new(scene)), None))
         };
         let mut told = Told::default();
         let mut is_under_our_sky = false;
@@ -160,7 +162,7 @@ impl Source {
                 for object in &mut scene.objects {
                     object.smooth = arguments.normals != Some(Normals::Flat);
                 }
-                (Loaded::Described(scene), Some(mesh_name))
+                (Loaded::Described(Box::new(scene)), Some(mesh_name))
             }
             SceneName::Grid => built_in("the grid has no mesh", grid(GRID_RADIUS))?,
             SceneName::Prism => built_in("the prism has its own", prism())?,
@@ -174,7 +176,7 @@ impl Source {
                 look = camera.as_ref().map(Camera::look);
                 let (metres, floor) = (arguments.scale, arguments.floor);
                 let scene = Scene::of_model(model, metres, floor, camera.as_ref());
-                (Loaded::Described(scene), None)
+                (Loaded::Described(Box::new(scene)), None)
             }
             SceneName::File(path) => {
                 without_model("a scene file names its own meshes")?;
@@ -221,15 +223,17 @@ impl Source {
         ticker: &Ticker,
     ) -> Result<Ready, Failure> {
         let Self { scene, shown, look } = self;
-        let (baked, warnings, is_new) = match scene {
-            Loaded::Baked(baked) => (baked, Vec::new(), false),
+        let (baked, moving, warnings, is_new) = match scene {
+            Loaded::Baked(baked) => (baked, None, Vec::new(), false),
             Loaded::Described(scene) => {
                 let (baked, warnings) = bake(&scene, &shown.scene, layout, levels, ticker)?;
-                (baked, warnings, true)
+                let moving = (!scene.motion.is_empty()).then_some(scene);
+                (baked, moving, warnings, true)
             }
         };
         Ok(Ready {
             baked,
+            moving,
             shown,
             look,
             warnings,
@@ -412,5 +416,5 @@ fn load_scene(path: &Path, told: &mut Told) -> Result<Loaded, Failure> {
              emission"
         ));
     }
-    Ok(Loaded::Described(scene))
+    Ok(Loaded::Described(Box::new(scene)))
 }

@@ -1,5 +1,6 @@
 //! The camera of a dome master.
 
+use crate::bake::AnyScene;
 use crate::cli::output::progress::Progress;
 use crate::cli::prelude::*;
 use crate::dome::{Mapping, Named, NearField, effective_viewpoint};
@@ -171,14 +172,14 @@ pub(super) fn view(
 }
 
 pub(super) fn trace(
-    baked: &BakedScene,
+    scene: AnyScene<'_>,
     view: &View,
     options: &Options,
     quiet: bool,
 ) -> Result<DomePicture, Failure> {
     let progress = Progress::new(quiet);
     let show = |done, total| progress.show(done, total);
-    let picture = render::dome(baked.scene(), view, None, options, &show);
+    let picture = render::dome(scene, view, None, options, &show);
     progress.finish();
     Ok(picture?)
 }

@@ -102,8 +102,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         options.threads = threads.get();
     }
     let quiet = arguments.quiet || arguments.json;
-    let truth = trace(&baked, &truth, &options, quiet)?;
-    let simulated = trace(&baked, &simulated, &options, quiet)?;
+    let truth = trace(baked.scene(), &truth, &options, quiet)?;
+    let simulated = trace(baked.scene(), &simulated, &options, quiet)?;
     let (mut differing, mut true_lines, mut simulated_lines, mut pixels) = (0, 0, 0, 0);
     // The true picture shows in the red of the mirror's.
     let mut picture = simulated.picture;

@@ -1,7 +1,7 @@
 //! `shisen dome render`: dome masters of a scene.
 
-use super::camera::{DISTANCE, MirrorChoice, distance, trace, view};
-use crate::bake::Layout;
+use super::camera::{DISTANCE, MirrorChoice, Optics, distance, trace, view};
+use crate::bake::{AnyScene, Layout, Stage, StageMemory};
 use crate::cave::look::Point;
 use crate::cli::arguments::cache::CacheArguments;
 use crate::cli::arguments::source::{Loaded, Ready, Shown, Source, is_model};
@@ -12,6 +12,7 @@ use crate::cli::output::ray_counts::RayCounts;
 use crate::cli::prelude::*;
 use crate::dome::{Mapping, Named};
 use crate::scene::camera::{CameraPath, DomeCamera};
+use crate::with_scene;
 use shisen_core::frame::{Statistics, View};
 
 /// Renders dome masters of a scene, through a mirrored spheroid or without
@@ -51,6 +52,10 @@ pub(in crate::cli) struct Arguments {
     /// Number of pictures [default: to the last [[camera]], else 1]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=99_999))]
     frames: Option<u32>,
+    /// Frames per second of a scene that moves: the first is at 0 s
+    #[arg(long, value_name = "FPS", default_value_t = 60.0,
+          value_parser = within(0.001..=1e6, "frames per second above 0, such as 24"))]
+    fps: f64,
     #[command(flatten)]
     tracing: TracingArguments,
     #[command(flatten)]
@@ -145,28 +150,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     // Checked before anything large is loaded.
     view(optics.projection, &camera, arguments.size)?;
-    let mut path = CameraPath::default();
-    let mut make = || {
-        let name = &arguments.scene;
-        let ticker = Ticker::start(format!("reading {name}"), arguments.output.quiet);
-        let mut source = Source::load(name, &model)?;
-        if let Some(distance) = distance {
-            source.scene = Loaded::Described(optics.grid(distance, &camera)?);
-        }
-        if let Loaded::Described(scene) = &source.scene {
-            path = scene.camera.clone();
-        }
-        source.baked(Layout::Fast, None, &ticker)
-    };
-    // Other scenes have cameras, which are not kept.
-    let is_model = matches!(&arguments.scene, SceneName::File(path) if is_model(path));
-    let ready = if is_model {
-        let request = format!("dome {:?} {model:?}", arguments.scene);
-        arguments.cache.kept(&request, make)
-    } else {
-        make()
-    };
-    let Ready { baked, shown, .. } = ready?;
+    let (ready, path) = load(arguments, &model, &optics, distance, &camera)?;
+    let Ready {
+        baked,
+        moving,
+        shown,
+        ..
+    } = ready;
     let path = placed.map_or(path, |_| CameraPath::default());
     let (folder, named) = match arguments.out.parent() {
         Some(folder) if is_png(&arguments.out) => (folder, &*arguments.out),
@@ -184,10 +174,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = arguments.frames.unwrap_or(path.frames());
     let (mut images, mut exr) = (Vec::new(), Vec::new());
     let (mut statistics, mut seconds) = (Statistics::default(), 0.0);
-    for frame in 1..=frames {
+    let mut take = |frame: u32, scene: AnyScene<'_>| -> Result<(), Failure> {
         let camera = path.camera(frame).unwrap_or(camera);
         let view = view(optics.projection, &camera, arguments.size)?;
-        let found = trace(&baked, &view, &options, quiet || json)?;
+        let found = trace(scene, &view, &options, quiet || json)?;
         statistics.add(&found.statistics);
         seconds += found.seconds;
         let title = format!("dome master of scene {}, frame {frame}", shown.scene);
@@ -205,7 +195,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             picture.write_exr(&path, &notes).or_fail()?;
             exr.push(path.display().to_string());
         }
-    }
+        Ok(())
+    };
+    with_scene!(baked.scene(), |scene| match &moving {
+        None => (1..=frames).try_for_each(|frame| take(frame, scene.into()))?,
+        Some(moving) => {
+            let mut memory = StageMemory::of(&scene, moving);
+            let mut stage = Stage::new(scene, moving, &mut memory).or_fail()?;
+            for frame in 1..=frames {
+                let time = f64::from(frame - 1) / arguments.fps;
+                stage.set_time(time).or_fail()?;
+                take(frame, stage.scene().into())?;
+            }
+        }
+    });
     let report = Report {
         images,
         exr,
@@ -225,6 +228,38 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         traced,
     };
     print(&report, json)
+}
+
+/// Returns the scene, and the way of its cameras.
+fn load(
+    arguments: &Arguments,
+    model: &ModelArguments,
+    optics: &Optics,
+    distance: Option<f64>,
+    camera: &DomeCamera,
+) -> Result<(Ready, CameraPath), Failure> {
+    let mut path = CameraPath::default();
+    let mut make = || {
+        let name = &arguments.scene;
+        let ticker = Ticker::start(format!("reading {name}"), arguments.output.quiet);
+        let mut source = Source::load(name, model)?;
+        if let Some(distance) = distance {
+            source.scene = Loaded::Described(Box::new(optics.grid(distance, camera)?));
+        }
+        if let Loaded::Described(scene) = &source.scene {
+            path = scene.camera.clone();
+        }
+        source.baked(Layout::Fast, None, &ticker)
+    };
+    // Other scenes have cameras, which are not kept.
+    let is_model = matches!(&arguments.scene, SceneName::File(path) if is_model(path));
+    let ready = if is_model {
+        let request = format!("dome {:?} {model:?}", arguments.scene);
+        arguments.cache.kept(&request, make)
+    } else {
+        make()
+    };
+    Ok((ready?, path))
 }
 
 /// Checks arguments; returns the field of view, radians. A mirror's is half of all directions.

@@ -1,7 +1,7 @@
 //! Sessions in which something takes longer than a refresh.
 
 use super::*;
-use crate::bake::Baked;
+use crate::bake::{AnyScene, Baked};
 use crate::cave::{BuiltInCave, Cave, Eye, Viewer};
 use crate::live::latency::Leg;
 use crate::live::swap::Share;
@@ -71,7 +71,7 @@ fn play(
         threads: 1,
         ..Options::default()
     };
-    let scene = baked.scene().into();
+    let scene = AnyScene::from(baked.scene());
     let by_steps = matches!(settings.budget, FrameBudget::Steps(_));
     if by_steps {
         // Samples come.

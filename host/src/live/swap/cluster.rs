@@ -102,7 +102,8 @@ impl Order {
 
     fn read(bytes: &[u8]) -> Option<Self> {
         let words = words(bytes)?;
-        let (&[frame, steps, rung, whole_fovea, purpose, time], look) = words.split_first_chunk()?;
+        let (&[frame, steps, rung, whole_fovea, purpose, time], look) =
+            words.split_first_chunk()?;
         let look = look.iter().map(|&bits| f32::from_bits(bits as u32));
         let look: [f32; 17] = look.collect::<Vec<_>>().try_into().ok()?;
         let vector = |number: usize| Vec3::from_slice(&look[3 * number..]);
