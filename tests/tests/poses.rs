@@ -54,6 +54,14 @@ fn ray(random: &mut Random, room: f64) -> Ray {
     Ray::new(origin.as_vec3(), (target - origin).as_vec3()).expect("a finite ray")
 }
 
+/// Returns a ray at one of a scene's objects.
+fn towards(scene: &Scene, random: &mut Random) -> Ray {
+    let object = &scene.objects[random.below(scene.objects.len())];
+    let target = object.world_from_object.translation + DVec3::from(random.direction()) * 0.3;
+    let origin = target + DVec3::from(random.direction()) * random.range(0.0, 20.0);
+    Ray::new(origin.as_vec3(), (target - origin).as_vec3()).expect("a finite ray")
+}
+
 /// Returns the bits of the nearest hit of each ray.
 fn hits<const W: usize>(scene: core::Scene<'_, W>, simd: Simd, rays: &[Ray]) -> Vec<[u32; 3]>
 where
@@ -103,7 +111,7 @@ where
         let steps = poses.refit();
         assert_eq!(steps, baked.scene().top_nodes() as u64);
         let anew = bake(&scene);
-        let rays: Vec<Ray> = (0..4_000).map(|_| ray(&mut random, room)).collect();
+        let rays: Vec<Ray> = (0..4_000).map(|_| towards(&scene, &mut random)).collect();
         for simd in [Simd::detect(), Simd::PORTABLE] {
             let expected = hits(anew.scene(), simd, &rays);
             assert!(expected.iter().filter(|hit| hit[0] != u32::MAX).count() > 300);

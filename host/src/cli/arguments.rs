@@ -42,12 +42,13 @@ pub fn without<T: ValueEnum + Clone + Send + Sync + 'static>(
 }
 
 /// What `--scene` takes, for help.
-pub const SCENES: &str = "A|B|C|D|grid|prism|spheres|FILE";
+pub const SCENES: &str = "A|B|C|D|gallery|grid|prism|spheres|FILE";
 
 /// `--scene`: a letter, a name or a file.
 #[derive(Debug, Clone)]
 pub enum SceneName {
     Paper(PaperScene),
+    Gallery,
     Grid,
     Prism,
     Spheres,
@@ -59,6 +60,7 @@ impl From<OsString> for SceneName {
     fn from(name: OsString) -> Self {
         match name.to_str().map(PaperScene::from_str) {
             Some(Ok(scene)) => Self::Paper(scene),
+            _ if name.eq_ignore_ascii_case("gallery") => Self::Gallery,
             _ if name.eq_ignore_ascii_case("grid") => Self::Grid,
             _ if name.eq_ignore_ascii_case("prism") => Self::Prism,
             _ if name.eq_ignore_ascii_case("spheres") => Self::Spheres,
@@ -71,6 +73,7 @@ impl fmt::Display for SceneName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Paper(which) => f.write_str(which.name()),
+            Self::Gallery => f.write_str("gallery"),
             Self::Grid => f.write_str("grid"),
             Self::Prism => f.write_str("prism"),
             Self::Spheres => f.write_str("spheres"),

@@ -1,11 +1,13 @@
 //! Scenes that need no file: the four of Mochizuki and Makino's Table 2 with any mesh, the grid of
-//! Miura's figures, and glass that disperses light.
+//! Miura's figures, glass that disperses light, and a gallery of all effects.
 //!
 //! The paper gives a picture of each of its scenes: eight animals around a 3 m CAVE, or behind its
 //! front wall. Places and yaws are those of `tests/reference/cave-scenes.json`.
 
+mod gallery;
 mod glass;
 
+pub use gallery::gallery;
 pub use glass::{PrismBench, minimum_deviation, prism, spheres};
 
 use super::placement::{Normalisation, Placement};

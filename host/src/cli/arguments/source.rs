@@ -9,7 +9,7 @@ use crate::cli::output::progress::Ticker;
 use crate::cli::prelude::*;
 use crate::files::{MOST, MOST_OF_TEXT, begins_with, read_within};
 use crate::scene::Scene;
-use crate::scene::builtin::{grid, paper_scene, prism, spheres};
+use crate::scene::builtin::{gallery, grid, paper_scene, prism, spheres};
 use crate::scene::file::{BuiltInMesh, MeshSource};
 use crate::scene::import::{self, Camera, EXPORT, ImportError, Model};
 use crate::scene::mesh::TriangleMesh;
@@ -164,6 +164,7 @@ impl Source {
                 }
                 (Loaded::Described(Box::new(scene)), Some(mesh_name))
             }
+            SceneName::Gallery => built_in("the gallery has its own", gallery())?,
             SceneName::Grid => built_in("the grid has no mesh", grid(GRID_RADIUS))?,
             SceneName::Prism => built_in("the prism has its own", prism())?,
             SceneName::Spheres => built_in("the spheres have no mesh", spheres())?,
@@ -384,7 +385,7 @@ fn load_scene(path: &Path, told: &mut Told) -> Result<Loaded, Failure> {
     };
     let bytes = read_within(path, most).map_err(|reason| {
         let message = format!("cannot read the scene in {shown}: {reason}");
-        let help = "give A, B, C, D, grid, prism or spheres, the path of a model or of a TOML \
+        let help = "give A, B, C, D, gallery, grid, prism or spheres, the path of a model or of a TOML \
                     description, or of a scene that `shisen bake` wrote";
         Fault::new(message, help)
     })?;
