@@ -24,6 +24,8 @@
 //! | `width_degrees` | 0.001 to 28 |
 //! | `frame` | 1 to 99,999, each after the one before |
 //! | rotations | −360 to 360 |
+//! | `times` | seconds from 0, each at or after the one before |
+//! | `seconds_per_turn` | ±0.001 to ±86,400 |
 //!
 //! A positive yaw turns what points to −Z towards −X, a positive pitch raises it.
 //! `normals` and `normalise` are for meshes only. A texture multiplies `diffuse` and `emission`;
@@ -34,12 +36,17 @@
 //! known at
 //! 587.56 nm; these and `absorption` are for materials
 //! with a `transmission`. `emission` is seen, but lights nothing, and a rectangle lights, but is
-//! not seen. A scene has at least one object and may have no light. Meshes and materials are
+//! not seen. An animation takes the place of the object's keys of the same names: between its times
+//! values change evenly, each angle by itself, or along a smooth curve (`cubic`), or not (`step`);
+//! after the last time it begins anew. A spin turns an object in its own frame, beside what else
+//! moves it. A mesh of a glTF file moves by its own animations, too, below its object: parts that
+//! move become meshes and objects after those of the scene file. A scene has at least one object and may have no light. Meshes and materials are
 //! numbered by name in the [`Scene`], objects and lights by place in the file. A key that is not
 //! described here is an error, not ignored.
 
 #![allow(clippy::ref_option, reason = "a table's field is an option")]
 
+mod animations;
 mod entries;
 mod fault;
 mod lights;
@@ -52,13 +59,14 @@ use super::placement::{Normalisation, Placement};
 use super::{Background, Object, Scene, Shape};
 use crate::files::UNREAD;
 use crate::files::description::{FileError, Located, read_description};
-use crate::scene::import::ImportError;
+use crate::scene::import::{ImportError, Model};
 use crate::scene::material::{Alpha, Material};
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::motion::Motion;
+use animations::{read_animation, read_names};
 use entries::{BackgroundEntry, CameraEntry, MeshEntry, ObjectEntry, SceneEntry};
 use fault::{Check, Checked, DEGREES, FRAMES, LENGTH, POSITION, RADIANCE, SHARE};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use lights::read_light;
 use materials::{read_materials, read_textures};
 use miette::Diagnostic;
@@ -67,8 +75,8 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 const SYNTAX: &str = "a scene file has name, ambient, [background], [materials.NAME], \
-                      [media.NAME], [textures.NAME], [meshes.NAME], [[object]], [[light]] and \
-                      [[camera]]";
+                      [media.NAME], [textures.NAME], [meshes.NAME], [[object]], [[animation]], \
+                      [[light]] and [[camera]]";
 
 const FOLDER: &str = "check the file's name and permissions: relative paths start at the folder \
                       of the scene file";
@@ -103,15 +111,17 @@ pub enum BuiltInMesh {
 }
 
 impl Scene {
-    /// Reads a scene file; `load_mesh` brings the meshes that it names.
+    /// Reads a scene file; `load_mesh` brings the meshes that it names, alone or with what of their
+    /// models moves.
     ///
     /// # Errors
     /// A file that cannot be read, or as [`Self::from_toml`].
-    pub fn load<E>(
+    pub fn load<M, E>(
         path: &Path,
-        load_mesh: impl FnMut(&MeshSource) -> Result<TriangleMesh, E>,
+        load_mesh: impl FnMut(&MeshSource) -> Result<M, E>,
     ) -> Result<Self, FileError<SceneFault>>
     where
+        M: Into<Model>,
         E: Into<Box<dyn std::error::Error + Send + Sync>>,
     {
         let help = "give the path of a TOML file that describes a scene";
@@ -126,14 +136,15 @@ impl Scene {
     ///
     /// # Errors
     /// The first fault and its place: text that is not TOML, unknown or missing keys, values out of
-    /// range, names that nothing has, meshes and images that cannot be loaded or used, no objects.
-    pub fn from_toml<E>(
+    /// range, names that nothing has, meshes and images that cannot be loaded or used, no objects, animations whose times go back.
+    pub fn from_toml<M, E>(
         text: &str,
         name: &str,
         base_dir: &Path,
-        mut load_mesh: impl FnMut(&MeshSource) -> Result<TriangleMesh, E>,
+        mut load_mesh: impl FnMut(&MeshSource) -> Result<M, E>,
     ) -> Result<Self, Located<SceneFault>>
     where
+        M: Into<Model>,
         E: Into<Box<dyn std::error::Error + Send + Sync>>,
     {
         let check = Check { name, text };
@@ -158,6 +169,10 @@ impl Scene {
         let objects = entry.object.iter();
         let objects = objects.map(|one| read_object(&check, one, &mesh_numbers, &material_numbers));
         let mut objects = objects.collect::<Result<Vec<_>, _>>()?;
+        let names = read_names(&check, &entry.object)?;
+        let animations = entry.animation.iter();
+        let animations = animations.map(|one| read_animation(&check, one, &names));
+        let animations = animations.collect::<Result<Vec<_>, _>>()?;
         let textures = read_textures(&check, &entry.textures, base_dir)?;
         let materials = materials.into_iter().map(|(material, texture)| {
             let texture = texture.map(|number| textures[number].clone());
@@ -173,6 +188,7 @@ impl Scene {
         });
         let materials: Vec<Material> = materials.collect();
         let mut meshes = Vec::with_capacity(entry.meshes.len());
+        let mut rigs = Vec::with_capacity(entry.meshes.len());
         for (name, entry) in &entry.meshes {
             let source = read_mesh_source(&check, name, entry, base_dir)?;
             let fault = |done, help: &str, source: Box<dyn std::error::Error + Send + Sync>| {
@@ -186,10 +202,12 @@ impl Scene {
                 let help = advice(known.map(|known| known as &dyn Diagnostic));
                 fault("loaded", &help, error)
             })?;
+            let Model { mesh, rig, .. } = loaded.into();
             let repair = "repair it in the program that wrote it, or use another";
-            let checked = loaded.validate();
+            let checked = mesh.validate();
             checked.map_err(|error| fault("used", repair, error.into()))?;
-            meshes.push(loaded);
+            meshes.push(mesh);
+            rigs.push(rig);
         }
         for (placed, entry) in objects.iter_mut().zip(&entry.object) {
             placed.fit(&check, entry, &meshes, &materials)?;
@@ -198,7 +216,12 @@ impl Scene {
             let stem = Path::new(name).file_stem().unwrap_or_default();
             stem.to_string_lossy().into_owned()
         };
-        Ok(Self {
+        let mut motion = Motion::default();
+        for (object, clip) in animations {
+            let Placed { placement, fit, .. } = &objects[object];
+            motion.move_object(object, placement.local(), *fit, clip);
+        }
+        let mut scene = Self {
             name: entry.name.unwrap_or_else(file_name),
             meshes,
             materials,
@@ -207,8 +230,12 @@ impl Scene {
             background,
             ambient,
             camera,
-            motion: Motion::default(),
-        })
+            motion,
+        };
+        for (mesh, rig) in rigs.into_iter().enumerate() {
+            scene.animate(mesh, rig);
+        }
+        Ok(scene)
     }
 }
 
@@ -306,6 +333,8 @@ fn read_mesh_source(
 struct Placed {
     object: Object,
     placement: Placement,
+    /// Of the mesh, before the placement.
+    fit: DAffine3,
 }
 
 impl Placed {
@@ -328,6 +357,7 @@ impl Placed {
                 return check.refuse(message, help, normalise.span());
             };
             self.object.world_from_object = self.placement.world_from_object(&normalisation);
+            self.fit = normalisation.map();
         }
         let material = self.object.material.map(|number| &materials[number]);
         if mesh.has_coordinates_for(material) {
@@ -394,7 +424,12 @@ fn read_object(
         casts_shadow: object.casts_shadow.unwrap_or(true),
         smooth: smooth.unwrap_or(true),
     };
-    Ok(Placed { object, placement })
+    let fit = DAffine3::IDENTITY;
+    Ok(Placed {
+        object,
+        placement,
+        fit,
+    })
 }
 
 #[cfg(test)]

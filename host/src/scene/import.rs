@@ -3,6 +3,7 @@
 use crate::files::{Fault, UNREAD, read_within};
 use crate::scene::Light;
 use crate::scene::mesh::TriangleMesh;
+use crate::scene::motion::Rig;
 use crate::scene::texture::Image;
 use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
@@ -79,8 +80,24 @@ pub struct Model {
     pub cameras: Vec<Camera>,
     /// The quantity that its vertices' colours show, if they show one.
     pub scalar: Option<Scalar>,
+    /// What of it moves. The mesh has all of it, at rest.
+    pub rig: Rig,
     /// What it has besides, and no picture shows.
     pub unused: Unused,
+}
+
+impl From<TriangleMesh> for Model {
+    /// Nothing but the mesh.
+    fn from(mesh: TriangleMesh) -> Self {
+        Self {
+            mesh,
+            lights: Vec::new(),
+            cameras: Vec::new(),
+            scalar: None,
+            rig: Rig::default(),
+            unused: Unused::default(),
+        }
+    }
 }
 
 /// A quantity that colours show, from dark violet to yellow.
@@ -141,7 +158,8 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 ///   zlib. Colours show the active scalar of the points, else of the cells, else the first, in
 ///   viridis over its finite range; three or four numbers of `UInt8` are colours as sRGB codes them.
 /// - `.gltf` and `.glb`: every triangle primitive in the default scene (or the
-///   first), in world space, skins and morph targets at rest. The base colour is the diffuse
+///   first), in world space, skins and morph targets at rest. Animations move nodes, skins and the
+///   weights of morph targets; the first one plays. The base colour is the diffuse
 ///   reflectance, and with metalness and roughness that of
 ///   [microfacets](crate::scene::material::Microfacets);
 ///   blending by its alpha shows what is straight behind. `KHR_materials_transmission`, `_ior`,
@@ -274,11 +292,8 @@ fn finished(path: &Path, mut mesh: TriangleMesh, mut unused: Unused) -> Result<M
     }
     mesh.validate().map_err(|fault| unusable(path, fault))?;
     Ok(Model {
-        mesh,
-        lights: Vec::new(),
-        cameras: Vec::new(),
-        scalar: None,
         unused,
+        ..mesh.into()
     })
 }
 

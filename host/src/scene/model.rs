@@ -44,6 +44,7 @@ impl Scene {
         }
         let mut scene = Self::of_meshes(vec![mesh]);
         scene.objects[0].world_from_object = place;
+        scene.animate(0, model.rig);
         if !model.lights.is_empty() {
             let lights = model.lights.into_iter();
             scene.lights = lights.map(|light| moved(light, &place)).collect();
@@ -143,6 +144,7 @@ mod tests {
     use super::*;
     use crate::scene::import::Unused;
     use crate::scene::material::Material;
+    use crate::scene::motion::Rig;
 
     #[test]
     fn a_model_stands_on_the_floor_with_its_light() {
@@ -164,6 +166,7 @@ mod tests {
             lights: vec![lamp],
             cameras: Vec::new(),
             scalar: None,
+            rig: Rig::default(),
             unused: Unused::default(),
         };
         let corners = |scene: &Scene| {

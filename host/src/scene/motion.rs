@@ -10,7 +10,9 @@ mod deform;
 mod rig;
 mod track;
 
-pub use deform::{Deform, Deformed, normal_matrix};
+pub(super) use deform::normal_matrix;
+pub use deform::{Deform, Deformed, Delta};
+pub(super) use rig::moving;
 pub use rig::{Part, Playing, Rig};
 pub use track::{Interpolation, Property, Track, TrackError};
 
@@ -344,6 +346,21 @@ impl Scene {
         still.take(self.pose(time));
         still.motion = Motion::default();
         still
+    }
+
+    /// Lets nothing move: what moved stands where it does without animations.
+    pub fn stop(&mut self) {
+        for clip in &mut self.motion.clips {
+            clip.plays = false;
+        }
+        self.start();
+        self.motion.followers.clear();
+        self.motion.deforms.clear();
+    }
+
+    /// Puts what moves where it is at 0 s.
+    fn start(&mut self) {
+        self.take(self.pose(0.0));
     }
 
     /// Puts what moves where a pose has it.

@@ -2,6 +2,7 @@
 
 use crate::cave::angle::sin_cos_degrees;
 use crate::scene::mesh::TriangleMesh;
+use crate::scene::motion::{Local, turn};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// Where a shape stands: it is scaled, then rotated, then moved.
@@ -40,9 +41,23 @@ impl Normalisation {
             largest_side,
         })
     }
+
+    pub(super) fn map(&self) -> DAffine3 {
+        let scale = DAffine3::from_scale(DVec3::splat(1.0 / self.largest_side));
+        scale * DAffine3::from_translation(-self.centre)
+    }
 }
 
 impl Placement {
+    /// Returns the same as the place of a node.
+    pub(super) fn local(&self) -> Local {
+        Local::Free {
+            position: self.position,
+            rotation: turn(self.rotation_degrees),
+            scale: self.scale,
+        }
+    }
+
     /// Returns the map from a shape's coordinates, normalised first, to the world.
     pub(super) fn world_from_object(&self, normalisation: &Normalisation) -> DAffine3 {
         let [(sy, cy), (sp, cp), (sr, cr)] = self.rotation_degrees.map(sin_cos_degrees);

@@ -40,6 +40,8 @@ tables! {
         #[serde(default)]
         light: Vec<Spanned<LightEntry>>,
         #[serde(default)]
+        animation: Vec<Spanned<AnimationEntry>>,
+        #[serde(default)]
         camera: Vec<Spanned<CameraEntry>>,
     }
 
@@ -102,7 +104,23 @@ tables! {
         builtin: Option<Spanned<String>>,
     }
 
+    struct AnimationEntry {
+        object: Spanned<String>,
+        times: Option<Spanned<Vec<f64>>>,
+        position: Option<Vec<Numbers>>,
+        rotation_degrees: Option<Vec<Numbers>>,
+        scale: Option<Vec<Numbers>>,
+        interpolation: Option<Spanned<String>>,
+        spin: Option<SpinEntry>,
+    }
+
+    struct SpinEntry {
+        axis: Option<Numbers>,
+        seconds_per_turn: Number,
+    }
+
     struct ObjectEntry {
+        name: Option<Spanned<String>>,
         mesh: Option<Spanned<String>>,
         sphere: Option<SphereEntry>,
         spheroid: Option<SpheroidEntry>,

@@ -58,6 +58,8 @@ pub(super) const PRIORITY: Limits = Limits(1.0, 100.0);
 pub(super) const LINE_WIDTH: Limits = Limits(1.0e-3, 28.0);
 pub(super) const FRAMES: Limits = Limits(1.0, 99_999.0);
 pub(super) const DEGREES: Limits = Limits(-360.0, 360.0);
+/// Seconds of a turn.
+pub(super) const TURN: Limits = Limits(-86_400.0, 86_400.0);
 pub(super) const FORM: Limits = Limits(1.0, 2.0);
 pub(super) const WAVELENGTH: Limits =
     Limits(Medium::WAVELENGTHS[0] as f64, Medium::WAVELENGTHS[1] as f64);
@@ -196,6 +198,7 @@ impl Check<'_> {
         }
         let help = suggestion(given, known.keys().copied()).unwrap_or_else(|| {
             let tables = match kind {
+                "object" => return format!("give an [[object]] the key name = \"{given}\""),
                 "mesh" => "meshes".to_owned(),
                 "medium" => "media".to_owned(),
                 other => format!("{other}s"),

@@ -1,6 +1,7 @@
 //! glTF 2.0, as JSON with external or embedded buffers and as GLB.
 
 mod accessors;
+mod animation;
 mod compression;
 mod description;
 mod material;
@@ -12,6 +13,7 @@ use super::{
 use crate::scene::Light;
 use crate::scene::mesh::{MeshError, TriangleMesh};
 use accessors::Buffers;
+use animation::Movement;
 use glam::{DMat3, DQuat, DVec3, Mat4, Quat, Vec3};
 use gltf::khr_lights_punctual::Kind;
 use gltf::{Document, Node};
@@ -20,7 +22,7 @@ use std::collections::BTreeSet;
 use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use std::path::Path;
-use surface::{Pose, Surface};
+use surface::{Bound, Pose, Surface};
 
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
     let (json, blob) = split(path, bytes)?;
@@ -32,6 +34,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
         mesh: TriangleMesh::default(),
         lights: Vec::new(),
         cameras: Vec::new(),
+        movement: Movement::default(),
         unused,
     };
     importer.scene(&document)?;
@@ -42,6 +45,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
     Ok(Model {
         lights: importer.lights,
         cameras: importer.cameras,
+        rig: importer.movement.rig,
         ..model
     })
 }
@@ -78,7 +82,17 @@ struct Importer<'a> {
     mesh: TriangleMesh,
     lights: Vec<Light>,
     cameras: Vec<Camera>,
+    movement: Movement,
     unused: Unused,
+}
+
+/// A node of the scene.
+struct Placed<'d> {
+    node: Node<'d>,
+    /// The place of its parent among all.
+    parent: Option<usize>,
+    /// In the world.
+    place: Mat4,
 }
 
 impl Importer<'_> {
@@ -93,39 +107,32 @@ impl Importer<'_> {
     /// Adds the surfaces of the default scene, or of the first.
     fn scene(&mut self, document: &Document) -> Result<(), ImportError> {
         let nodes = self.placed(document)?;
+        self.movement = Movement::read(self, document, &nodes)?;
         let mut places = vec![None; document.nodes().len()];
-        for (node, place) in &nodes {
+        for Placed { node, place, .. } in &nodes {
             places[node.index()] = Some(*place);
         }
         // What a light or a mesh has that is not used, counts once for all of its nodes.
         let mut lights = BTreeSet::new();
         let mut read = vec![false; document.meshes().len()];
-        for (node, place) in &nodes {
+        for Placed { node, place, .. } in &nodes {
+            let [moves, _] = self.movement.of(node);
             if let Some(light) = node.light() {
                 let before = (!lights.insert(light.index())).then(|| self.unused.clone());
                 self.add_light(&light, *place);
                 if let Some(before) = before {
                     self.unused = before;
                 }
+                self.unused.add("movement{s} of lights", moves.into());
             }
             if let Some(camera) = node.camera() {
                 self.add_camera([node.name(), camera.name()], *place);
+                self.unused.add("movement{s} of cameras", moves.into());
             }
             let Some(mesh) = node.mesh() else { continue };
-            let poses = match node.skin() {
-                Some(skin) => vec![Pose::of_skin(self, &skin, &places)?],
-                None => self.instances(document, node, *place)?,
-            };
-            let weights = node.weights().or(mesh.weights()).unwrap_or_default();
             let is_known = std::mem::replace(&mut read[mesh.index()], true);
             let before = is_known.then(|| self.unused.clone());
-            for primitive in mesh.primitives() {
-                let surface = Surface::read(self, &primitive, weights)?;
-                let Some(surface) = surface else { continue };
-                for pose in &poses {
-                    self.add(&surface, pose)?;
-                }
-            }
+            self.add_mesh(document, node, *place, &places)?;
             if let Some(before) = before {
                 self.unused = before;
             }
@@ -133,8 +140,57 @@ impl Importer<'_> {
         Ok(())
     }
 
+    /// Adds the mesh of a node that stands at `place`, among nodes at `places`.
+    fn add_mesh(
+        &mut self,
+        document: &Document,
+        node: &Node<'_>,
+        place: Mat4,
+        places: &[Option<Mat4>],
+    ) -> Result<(), ImportError> {
+        let Some(mesh) = node.mesh() else {
+            return Ok(());
+        };
+        let skin = node.skin().map(|skin| Bound::of_skin(self, &skin));
+        let skin = skin.transpose()?;
+        // Each with its map within the node's frame.
+        let poses = match &skin {
+            Some(skin) => vec![(Pose::of_skin(skin, places), Mat4::IDENTITY)],
+            None => self.instances(document, node, place)?,
+        };
+        let weights = node.weights().or(mesh.weights()).unwrap_or_default();
+        let mut all_weights = weights.to_vec();
+        all_weights.resize(animation::targets(node), 0.0);
+        let mut part = (self.movement).part(node, place, skin.as_deref(), &all_weights);
+        let [_, is_weighed] = self.movement.of(node);
+        let first = self.mesh.positions.len();
+        for primitive in mesh.primitives() {
+            let surface = Surface::read(self, &primitive, weights, is_weighed)?;
+            let Some(surface) = surface else { continue };
+            if let Some(skin) = &skin {
+                let kind = "joint{s} of vertices beyond those of their skin";
+                self.unused.add(kind, surface.lost(skin.len()) as u64);
+            }
+            for (pose, own) in &poses {
+                self.add(&surface, pose)?;
+                if let Some(part) = &mut part {
+                    let is_mirrored = match pose {
+                        Pose::Rigid(_) => own.determinant() < 0.0,
+                        Pose::Skinned(_) => pose.is_mirrored(),
+                    };
+                    animation::extend(part, &surface, *own, is_mirrored);
+                }
+            }
+        }
+        if let Some(mut part) = part {
+            part.vertices = first..self.mesh.positions.len();
+            self.movement.rig.parts.push(part);
+        }
+        Ok(())
+    }
+
     /// Returns the nodes of the scene in the document's order, with their places in the world.
-    fn placed<'d>(&self, document: &'d Document) -> Result<Vec<(Node<'d>, Mat4)>, ImportError> {
+    fn placed<'d>(&self, document: &'d Document) -> Result<Vec<Placed<'d>>, ImportError> {
         let scene = document.default_scene().or(document.scenes().next());
         let roots: Vec<Node<'_>> = scene.map_or_else(
             || {
@@ -146,12 +202,13 @@ impl Importer<'_> {
             |scene| scene.nodes().collect(),
         );
         let roots = roots.into_iter();
-        let mut open: Vec<(Node<'_>, Mat4)> = roots.map(|node| (node, Mat4::IDENTITY)).collect();
+        let root = |node| (node, None, Mat4::IDENTITY);
+        let mut open: Vec<(Node<'_>, Option<usize>, Mat4)> = roots.map(root).collect();
         // The last is taken first: this keeps the document's order.
         open.reverse();
         let mut visited = vec![false; document.nodes().len()];
         let mut placed = Vec::new();
-        while let Some((node, parent)) = open.pop() {
+        while let Some((node, parent, origin)) = open.pop() {
             let number = node.index();
             if std::mem::replace(&mut visited[number], true) {
                 let problem = "has more than one parent, but nodes must form trees";
@@ -160,29 +217,34 @@ impl Importer<'_> {
             if is_hidden(&node) {
                 continue;
             }
-            let place = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
+            let place = origin * Mat4::from_cols_array_2d(&node.transform().matrix());
             if !place.is_finite() {
                 return Err(self.fault(format!("node {number} is placed by what is no number")));
             }
             let first_child = open.len();
-            open.extend(node.children().map(|child| (child, place)));
+            let own = Some(placed.len());
+            open.extend(node.children().map(|child| (child, own, place)));
             open[first_child..].reverse();
-            placed.push((node, place));
+            placed.push(Placed {
+                node,
+                parent,
+                place,
+            });
         }
         Ok(placed)
     }
 
     /// Returns where a node's mesh stands: in one place, or in those that
-    /// `EXT_mesh_gpu_instancing` names.
+    /// `EXT_mesh_gpu_instancing` names. Each pose has its map within the node's frame.
     fn instances(
         &self,
         document: &Document,
         node: &Node<'_>,
         place: Mat4,
-    ) -> Result<Vec<Pose>, ImportError> {
+    ) -> Result<Vec<(Pose, Mat4)>, ImportError> {
         let instancing = node.extension_value("EXT_mesh_gpu_instancing");
         let Some(attributes) = instancing.and_then(|value| value.get("attributes")) else {
-            return Ok(vec![Pose::Rigid(place)]);
+            return Ok(vec![(Pose::Rigid(place), Mat4::IDENTITY)]);
         };
         let accessor = |name: &str| {
             let number = attributes.get(name)?.as_u64()? as usize;
@@ -198,7 +260,7 @@ impl Importer<'_> {
         );
         let count = moved.len().max(turned.len()).max(scaled.len());
         if count == 0 {
-            return Ok(vec![Pose::Rigid(place)]);
+            return Ok(vec![(Pose::Rigid(place), Mat4::IDENTITY)]);
         }
         let poses = (0..count).map(|number| {
             let own = Mat4::from_scale_rotation_translation(
@@ -212,7 +274,7 @@ impl Importer<'_> {
                     .get(number)
                     .map_or(Vec3::ZERO, |t| Vec3::from_array(*t)),
             );
-            Pose::Rigid(place * own)
+            (Pose::Rigid(place * own), own)
         });
         Ok(poses.collect())
     }

@@ -32,10 +32,9 @@ pub struct Deform {
     pub positions: Vec<[f32; 3]>,
     /// Normals before it.
     pub normals: Vec<[f32; 3]>,
-    /// Vertices whose triangles, three vertices each, are flat.
-    pub flat: Vec<Range<usize>>,
-    /// Whether it turns the triangles inside out, whose corners are swapped for that.
-    pub is_mirrored: bool,
+    /// Vertices whose triangles, three vertices each, are flat, and whether the front of these is
+    /// where their corners go clockwise.
+    pub flat: Vec<(Range<usize>, bool)>,
     /// Each joint's node, if it has one, and the map of the mesh into its frame.
     pub joints: Vec<(Option<usize>, Mat4)>,
     /// Joints with weights that sum to 1, of each vertex in turn; empty without a skin.
@@ -89,15 +88,11 @@ impl Deform {
                 *normal = turned.normalize_or(Vec3::Y).to_array();
             }
         });
-        for vertices in &self.flat {
+        for (vertices, is_mirrored) in &self.flat {
             let (corners, _) = positions[vertices.clone()].as_chunks::<3>();
             let (normals, _) = normals[vertices.clone()].as_chunks_mut::<3>();
             for (&[a, b, c], normals) in corners.iter().zip(normals) {
-                let front = if self.is_mirrored {
-                    [a, c, b]
-                } else {
-                    [a, b, c]
-                };
+                let front = if *is_mirrored { [a, c, b] } else { [a, b, c] };
                 *normals = [flat_normal(front); 3];
             }
         }
@@ -108,14 +103,14 @@ impl Deform {
         let first = vertex.checked_sub(1).map_or(0, |before| self.ends[before]);
         let own = &self.influences[first as usize..self.ends[vertex] as usize];
         own.iter().fold(Mat4::ZERO, |sum, &(joint, weight)| {
-            sum + joints[joint as usize] * weight
+            sum + joints.get(joint as usize).copied().unwrap_or_default() * weight
         })
     }
 }
 
 /// Turns normals as `transform` turns surfaces: its cofactors, which exist
 /// also where its inverse does not, without the sign of a reflection.
-pub fn normal_matrix(transform: Mat4) -> Mat3 {
+pub(in crate::scene) fn normal_matrix(transform: Mat4) -> Mat3 {
     let m = Mat3::from_mat4(transform);
     let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
     Mat3::from_cols(

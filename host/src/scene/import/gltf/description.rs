@@ -21,7 +21,7 @@ const KNOWN: &str = "EXT_mesh_gpu_instancing EXT_meshopt_compression EXT_texture
     KHR_texture_basisu KHR_texture_transform KHR_xmp KHR_xmp_json_ld MSFT_texture_dds";
 
 /// Tables, and parts of others, that geometry does without.
-const DISPENSABLE: &str = "camera cameras extensions images light material materials mesh name \
+const DISPENSABLE: &str = "animations camera cameras extensions images light material materials mesh name \
     samplers scene scenes skin target textures";
 
 /// Returns whether a name is one of several with blanks between.
@@ -48,7 +48,6 @@ pub(super) fn read(path: &Path, json: &[u8], unused: &mut Unused) -> Result<Docu
     for name in names("extensionsUsed").filter(|name| !is_among(KNOWN, name)) {
         unused.add(format!("the extension {name}"), 1);
     }
-    unused.add("animation{s}", named("animations").count() as u64);
     strip(&mut value, unused);
     for _ in 0..MOST_ROUNDS {
         let faults = match checked(&value) {
@@ -76,10 +75,25 @@ pub(super) fn outdated(path: &Path, version: &str) -> ImportError {
     fault(path, problem, "export the mesh again as glTF 2.0")
 }
 
-/// Removes what applications add for themselves, animations, and attributes of unknown names.
+/// Removes what applications add for themselves, animations of what is no node, and attributes of
+/// unknown names.
 fn strip(value: &mut Value, unused: &mut Unused) {
-    if let Some(root) = value.as_object_mut() {
-        root.remove("animations");
+    let nodes = value["nodes"].as_array().map_or(0, Vec::len) as u64;
+    let animations = value.get_mut("animations").and_then(Value::as_array_mut);
+    for animation in animations.into_iter().flatten() {
+        let Some(Value::Array(channels)) = animation.get_mut("channels") else {
+            continue;
+        };
+        let all = channels.len();
+        channels.retain(|channel| {
+            let target = &channel["target"];
+            let path = target["path"].as_str().unwrap_or_default();
+            let is_known = is_among("translation rotation scale weights", path);
+            is_known && target["node"].as_u64().is_some_and(|node| node < nodes)
+        });
+        let left_out = all - channels.len();
+        let kind = "animation channel{s} of what is no node of the file";
+        unused.add(kind, left_out as u64);
     }
     let scenes = value.get_mut("scenes").and_then(Value::as_array_mut);
     for scene in scenes.into_iter().flatten() {
@@ -158,6 +172,10 @@ fn leave_out(value: &mut Value, place: &str) -> bool {
         .split(['.', '['])
         .map(|part| part.trim_end_matches(']'));
     let mut parts: Vec<&str> = parts.collect();
+    // An animation goes as a whole.
+    if parts[0] == "animations" {
+        parts.truncate(2);
+    }
     // A reference to a texture is more than its index.
     if parts.last() == Some(&"index") {
         parts.pop();
@@ -200,6 +218,7 @@ fn leave_out(value: &mut Value, place: &str) -> bool {
                     serde_json::json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 1}})
                 }
                 Some(&"lights") => serde_json::json!({"type": "point", "intensity": 0}),
+                Some(&"animations") => serde_json::json!({"channels": [], "samplers": []}),
                 Some(&"scenes") => serde_json::json!({"nodes": []}),
                 Some(&"nodes") => {
                     let number = last.parse().unwrap_or(0);

@@ -2,11 +2,13 @@
 
 use super::Importer;
 use crate::scene::import::ImportError;
-use glam::{Mat3, Mat4, Vec3};
+use crate::scene::motion::{Delta, normal_matrix};
+use glam::{Mat4, Vec3};
 use gltf::accessor::Dimensions;
 use gltf::material::AlphaMode;
 use gltf::mesh::Mode;
 use gltf::{Accessor, Node, Primitive, Semantic};
+use std::collections::HashMap;
 
 /// A primitive in its mesh's frame. Without normals each triangle has vertices of its own.
 #[derive(Default)]
@@ -20,14 +22,23 @@ pub(super) struct Surface {
     pub(super) material: Option<usize>,
     /// Sets of four joints and their weights for each vertex.
     joints: Vec<Vec<([u32; 4], [f32; 4])>>,
+    /// Its morph targets, where animations need them.
+    pub(super) targets: Vec<Vec<Delta>>,
+    /// Positions and normals without morph targets, if it has any.
+    unmorphed: Option<[Vec<[f32; 3]>; 2]>,
 }
 
 impl Surface {
-    /// Reads a primitive with the weights of its morph targets; none without triangles.
+    /// Most morph targets that are read.
+    const MOST_TARGETS: usize = 256;
+
+    /// Reads a primitive with the weights of its morph targets; none without triangles. It keeps
+    /// the targets if `is_weighed`.
     pub(super) fn read(
         importer: &mut Importer<'_>,
         primitive: &Primitive<'_>,
         weights: &[f32],
+        is_weighed: bool,
     ) -> Result<Option<Self>, ImportError> {
         if matches!(
             primitive.mode(),
@@ -110,36 +121,92 @@ impl Surface {
         importer
             .unused
             .add("sum{s} of joint weights that are not 1", odd);
-        surface.morph(importer, primitive, weights)?;
+        surface.read_targets(importer, primitive, weights, is_weighed)?;
         surface.read_triangles(importer, primitive)?;
         if surface.normals.is_empty() {
             surface.separate();
         }
+        surface.morph(weights);
         Ok(Some(surface))
     }
 
-    /// Moves vertices as morph targets say.
-    fn morph(
+    /// Returns positions and normals without morph targets.
+    pub(super) fn unmorphed(&self) -> (&[[f32; 3]], &[[f32; 3]]) {
+        let own = || (&*self.positions, &*self.normals);
+        let kept = self.unmorphed.as_ref();
+        kept.map_or_else(own, |[positions, normals]| (positions, normals))
+    }
+
+    /// Returns the joints of a vertex with their weights above 0.
+    pub(super) fn influences(&self, vertex: usize) -> impl Iterator<Item = (u32, f32)> {
+        let sets = self.joints.iter().map(move |set| set[vertex]);
+        let all = sets.flat_map(|(joints, weights)| joints.into_iter().zip(weights));
+        all.filter(|(_, weight)| *weight > 0.0)
+    }
+
+    /// Returns how many vertices name joints that a skin of `count` does not have.
+    pub(super) fn lost(&self, count: usize) -> usize {
+        let vertices = 0..self.joints.first().map_or(0, Vec::len);
+        let is_lost = |(joint, _): (u32, f32)| joint as usize >= count;
+        let lost = vertices.filter(|vertex| self.influences(*vertex).any(is_lost));
+        lost.count()
+    }
+
+    fn read_targets(
         &mut self,
-        importer: &Importer<'_>,
+        importer: &mut Importer<'_>,
         primitive: &Primitive<'_>,
         weights: &[f32],
+        is_weighed: bool,
     ) -> Result<(), ImportError> {
-        for (target, &weight) in primitive.morph_targets().zip(weights) {
-            if weight == 0.0 {
-                continue;
+        let count = self.positions.len();
+        for (number, target) in primitive.morph_targets().enumerate() {
+            let mut deltas = Vec::new();
+            let is_used = is_weighed || weights.get(number).is_some_and(|weight| *weight != 0.0);
+            if is_used && number >= Self::MOST_TARGETS {
+                let kind = format!("morph target{{s}} beyond the first {}", Self::MOST_TARGETS);
+                importer.unused.add(kind, 1);
+            } else if is_used {
+                let read = |accessor: Option<Accessor<'_>>| {
+                    let accessor = accessor.filter(|accessor| accessor.count() == count);
+                    let read = accessor.map(|accessor| importer.buffers.floats::<3>(&accessor));
+                    Ok(read.transpose()?.unwrap_or_default())
+                };
+                let (positions, normals) = (read(target.positions())?, read(target.normals())?);
+                deltas.extend((0..count).filter_map(|vertex| {
+                    let of = |all: &[[f32; 3]]| all.get(vertex).copied().unwrap_or_default();
+                    let (position, normal) = (of(&positions), of(&normals));
+                    ([position, normal] != [[0.0; 3]; 2]).then_some(Delta {
+                        vertex: vertex as u32,
+                        position,
+                        normal,
+                    })
+                }));
             }
-            for (accessor, all) in [
-                (target.positions(), &mut self.positions),
-                (target.normals(), &mut self.normals),
-            ] {
-                let Some(accessor) = accessor else { continue };
-                for (item, by) in all.iter_mut().zip(importer.buffers.floats::<3>(&accessor)?) {
-                    *item = (Vec3::from_array(*item) + weight * Vec3::from_array(by)).to_array();
+            self.targets.push(deltas);
+        }
+        Ok(())
+    }
+
+    /// Moves vertices as morph targets say.
+    fn morph(&mut self, weights: &[f32]) {
+        if self.targets.is_empty() {
+            return;
+        }
+        self.unmorphed = Some([self.positions.clone(), self.normals.clone()]);
+        for (target, &weight) in self.targets.iter().zip(weights) {
+            for delta in target.iter().filter(|_| weight != 0.0) {
+                for (all, by) in [
+                    (&mut self.positions, delta.position),
+                    (&mut self.normals, delta.normal),
+                ] {
+                    if let Some(item) = all.get_mut(delta.vertex as usize) {
+                        *item =
+                            (Vec3::from_array(*item) + weight * Vec3::from_array(by)).to_array();
+                    }
                 }
             }
         }
-        Ok(())
     }
 
     fn read_triangles(
@@ -201,8 +268,43 @@ impl Surface {
         self.coordinates = [0, 1].map(|set| of(&self.coordinates[set], corners));
         self.colours = of(&self.colours, corners);
         self.joints = self.joints.iter().map(|set| of(set, corners)).collect();
+        for target in &mut self.targets {
+            let known: HashMap<u32, Delta> = target.iter().map(|of| (of.vertex, *of)).collect();
+            let moved = (0..).zip(corners).filter_map(|(vertex, corner)| {
+                let delta = *known.get(corner)?;
+                Some(Delta { vertex, ..delta })
+            });
+            *target = moved.collect();
+        }
         let count = self.triangles.len() as u32;
         self.triangles = (0..count).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();
+    }
+}
+
+/// A joint of a skin.
+pub(super) struct Bound {
+    /// The document's number of its node.
+    pub(super) node: usize,
+    pub(super) joint_from_mesh: Mat4,
+}
+
+impl Bound {
+    pub(super) fn of_skin(
+        importer: &Importer<'_>,
+        skin: &gltf::Skin<'_>,
+    ) -> Result<Vec<Self>, ImportError> {
+        let inverse = skin.inverse_bind_matrices();
+        let inverse = inverse.map(|accessor| importer.buffers.floats::<16>(&accessor));
+        let inverse = inverse.transpose()?.unwrap_or_default();
+        let joints = skin.joints().enumerate();
+        let bound = joints.map(|(number, joint): (_, Node<'_>)| {
+            let inverse = inverse.get(number).map(Mat4::from_cols_array);
+            Self {
+                node: joint.index(),
+                joint_from_mesh: inverse.unwrap_or(Mat4::IDENTITY),
+            }
+        });
+        Ok(bound.collect())
     }
 }
 
@@ -215,23 +317,12 @@ pub(super) enum Pose {
 
 impl Pose {
     /// Returns the pose of a skin whose joints stand at `places`, by the numbers of their nodes.
-    pub(super) fn of_skin(
-        importer: &Importer<'_>,
-        skin: &gltf::Skin<'_>,
-        places: &[Option<Mat4>],
-    ) -> Result<Self, ImportError> {
-        let inverse = skin.inverse_bind_matrices();
-        let inverse = inverse.map(|accessor| importer.buffers.floats::<16>(&accessor));
-        let inverse = inverse.transpose()?.unwrap_or_default();
-        let joints = skin
-            .joints()
-            .enumerate()
-            .map(|(number, joint): (_, Node<'_>)| {
-                let place = places[joint.index()].unwrap_or(Mat4::IDENTITY);
-                let bound = inverse.get(number).map(Mat4::from_cols_array);
-                place * bound.unwrap_or(Mat4::IDENTITY)
-            });
-        Ok(Self::Skinned(joints.collect()))
+    pub(super) fn of_skin(skin: &[Bound], places: &[Option<Mat4>]) -> Self {
+        let joints = skin.iter().map(|bound| {
+            let place = places[bound.node].unwrap_or(Mat4::IDENTITY);
+            place * bound.joint_from_mesh
+        });
+        Self::Skinned(joints.collect())
     }
 
     /// Returns the map of a vertex: of a skin the mean of its joints' by their weights.
@@ -241,13 +332,10 @@ impl Pose {
             Self::Skinned(joints) => joints,
         };
         let (mut sum, mut all) = (Mat4::ZERO, 0.0);
-        for set in &surface.joints {
-            let (numbers, weights) = set[vertex];
-            for (number, weight) in numbers.into_iter().zip(weights) {
-                if let Some(joint) = joints.get(number as usize).filter(|_| weight > 0.0) {
-                    sum += *joint * weight;
-                    all += weight;
-                }
+        for (number, weight) in surface.influences(vertex) {
+            if let Some(joint) = joints.get(number as usize) {
+                sum += *joint * weight;
+                all += weight;
             }
         }
         if all > 0.0 {
@@ -280,16 +368,4 @@ impl Pose {
             Self::Skinned(joints) => joints.first().is_some_and(|map| map.determinant() < 0.0),
         }
     }
-}
-
-/// Turns normals as `transform` turns surfaces: its cofactors, which exist
-/// also where its inverse does not, without the sign of a reflection.
-fn normal_matrix(transform: Mat4) -> Mat3 {
-    let m = Mat3::from_mat4(transform);
-    let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
-    Mat3::from_cols(
-        m.y_axis.cross(m.z_axis) * sign,
-        m.z_axis.cross(m.x_axis) * sign,
-        m.x_axis.cross(m.y_axis) * sign,
-    )
 }
