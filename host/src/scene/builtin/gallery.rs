@@ -201,7 +201,11 @@ fn walls(room: &mut Room) {
 fn animal(room: &mut Room) {
     let top = room.pedestal(0.0, -3.9, 1.1, 0.75);
     let dark = matt("basalt", [0.06, 0.06, 0.065]);
-    let disc = lathe(&[[0.0, 0.0], [0.48, 0.0], [0.48, 0.05], [0.0, 0.05]], 48, false);
+    let disc = lathe(
+        &[[0.0, 0.0], [0.48, 0.0], [0.48, 0.05], [0.0, 0.05]],
+        48,
+        false,
+    );
     room.mesh(disc, dark, DAffine3::from_translation(top));
     let mesh = quadruped();
     let fitted = Normalisation::of(&mesh).map(|normal| {
@@ -255,10 +259,13 @@ fn metals(room: &mut Room) {
         [0.11, 0.8],
         [0.0, 0.72],
     ];
-    room.mesh(lathe(&vase, 64, true), steel, DAffine3::from_translation(top));
-    let place = |x: f64, z: f64, radius: f64| {
-        DAffine3::from_translation(DVec3::new(x, FLOOR + radius, z))
-    };
+    room.mesh(
+        lathe(&vase, 64, true),
+        steel,
+        DAffine3::from_translation(top),
+    );
+    let place =
+        |x: f64, z: f64, radius: f64| DAffine3::from_translation(DVec3::new(x, FLOOR + radius, z));
     let chrome = metal("chrome", [0.9, 0.91, 0.92], 0.0, None);
     room.add(ball(0.28), chrome, place(-0.95, -2.75, 0.28));
     let copper = metal("rough copper", [0.95, 0.5, 0.34], 0.55, None);
@@ -307,8 +314,10 @@ fn glass(room: &mut Room) {
 fn colours(room: &mut Room) {
     let lantern = lamp("lantern", [2.6, 1.5, 0.6]);
     let at = |x: f64, y: f64, z: f64| DAffine3::from_translation(DVec3::new(x, y, z));
-    room.add(ball(0.17), lantern.clone(), at(-2.9, 0.55, -4.0)).casts_shadow = false;
-    room.add(ball(0.12), lantern, at(-2.4, 0.95, -4.5)).casts_shadow = false;
+    room.add(ball(0.17), lantern.clone(), at(-2.9, 0.55, -4.0))
+        .casts_shadow = false;
+    room.add(ball(0.12), lantern, at(-2.4, 0.95, -4.5))
+        .casts_shadow = false;
     let top = room.pedestal(3.1, -5.4, 0.55, 0.9);
     let wire = Material {
         graticule: Some(Graticule {
@@ -332,7 +341,14 @@ fn colours(room: &mut Room) {
         vertex_colours: true,
         ..matt("painted", [1.0; 3])
     };
-    let profile = [[0.0, 0.0], [0.1, 0.0], [0.17, 0.16], [0.15, 0.34], [0.05, 0.46], [0.0, 0.46]];
+    let profile = [
+        [0.0, 0.0],
+        [0.1, 0.0],
+        [0.17, 0.16],
+        [0.15, 0.34],
+        [0.05, 0.46],
+        [0.0, 0.46],
+    ];
     let mut jar = lathe(&profile, 40, true);
     let paint = |[_, y, _]: &[f32; 3]| surfaces::glaze(y / 0.46);
     jar.colours = jar.positions.iter().map(paint).collect();
@@ -341,7 +357,14 @@ fn colours(room: &mut Room) {
 
 /// A plant whose leaves are cut out by the alpha of a texture.
 fn plant(room: &mut Room) {
-    let pot = [[0.0, 0.0], [0.2, 0.0], [0.28, 0.42], [0.25, 0.42], [0.23, 0.36], [0.0, 0.36]];
+    let pot = [
+        [0.0, 0.0],
+        [0.2, 0.0],
+        [0.28, 0.42],
+        [0.25, 0.42],
+        [0.23, 0.36],
+        [0.0, 0.36],
+    ];
     let at = DAffine3::from_translation(DVec3::new(-3.3, FLOOR, -5.3));
     let clay = matt("clay", [0.5, 0.23, 0.14]);
     room.mesh(lathe(&pot, 40, true), clay, at);

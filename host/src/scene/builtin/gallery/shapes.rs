@@ -6,7 +6,8 @@ use std::f64::consts::TAU;
 
 fn add(mesh: &mut TriangleMesh, position: DVec3, normal: DVec3, coordinates: [f64; 2]) -> u32 {
     mesh.positions.push(position.as_vec3().to_array());
-    mesh.normals.push(normal.normalize_or(DVec3::Y).as_vec3().to_array());
+    mesh.normals
+        .push(normal.normalize_or(DVec3::Y).as_vec3().to_array());
     mesh.coordinates.push(coordinates.map(|c| c as f32));
     mesh.positions.len() as u32 - 1
 }
@@ -64,7 +65,8 @@ pub(super) fn lathe(line: &[[f64; 2]], sides: u32, round: bool) -> TriangleMesh 
             };
             let [first, second] = [f64::from(side), f64::from(side + 1)];
             let flat = normal(0.5 * (first + second));
-            let [first_normal, second_normal] = [first, second].map(|side| if round { normal(side) } else { flat });
+            let [first_normal, second_normal] =
+                [first, second].map(|side| if round { normal(side) } else { flat });
             let [u, next_u] = [first, second].map(|side| side / f64::from(sides));
             let [v, next_v] = [number, number + 1].map(|point| point as f64 / length);
             let corners = [
@@ -122,7 +124,11 @@ pub(super) fn branches(count: u32) -> TriangleMesh {
         let spine = |piece: u32| {
             let s = f64::from(piece) / f64::from(PIECES);
             let angle = lean * (0.35 + 0.85 * s);
-            DVec3::new(length * s * angle.sin(), 0.36 + length * s * angle.cos(), 0.0)
+            DVec3::new(
+                length * s * angle.sin(),
+                0.36 + length * s * angle.cos(),
+                0.0,
+            )
         };
         let half = DVec3::new(0.0, 0.0, 0.13);
         let mut rows = Vec::new();
