@@ -122,13 +122,17 @@ pub fn gallery() -> Scene {
                 centre: DVec3::new(0.0, 2.45, -3.2),
                 right: DVec3::new(1.6, 0.0, 0.0),
                 up: DVec3::new(0.0, 0.0, 0.8),
-                colour: [2.1, 2.05, 2.0],
-                samples: 3,
+                colour: [3.0, 3.1, 3.3],
+                samples: 2,
                 two_sided: false,
+            },
+            Light::Directional {
+                direction: DVec3::new(0.82, -0.5, -0.34),
+                colour: [1.5, 1.26, 0.95],
             },
             Light::Spot {
                 position: DVec3::new(1.9, 2.3, -1.2),
-                direction: DVec3::new(-1.9, -2.6, -2.6),
+                direction: DVec3::new(-1.9, -2.5, -2.3),
                 cone: [0.16, 0.24],
                 colour: [14.0, 12.0, 9.0],
                 inverse_square: true,
@@ -140,7 +144,7 @@ pub fn gallery() -> Scene {
             nadir: [0.24, 0.20, 0.16],
             alpha: 1.0,
         },
-        ambient: [0.20, 0.21, 0.23],
+        ambient: [0.24, 0.26, 0.29],
         ..room.scene
     }
 }
@@ -186,7 +190,7 @@ fn walls(room: &mut Room) {
         ..matt("mirror", [0.0; 3])
     };
     let glass = plate(
-        DVec3::new(4.44, -1.1, -5.2),
+        DVec3::new(4.42, -1.1, -5.2),
         DVec3::new(0.0, 0.0, 2.2),
         DVec3::new(0.0, 2.6, 0.0),
     );
@@ -199,10 +203,10 @@ fn walls(room: &mut Room) {
 
 /// A golden animal on a turntable.
 fn animal(room: &mut Room) {
-    let top = room.pedestal(0.0, -3.9, 1.1, 0.75);
+    let top = room.pedestal(0.0, -3.5, 1.2, 0.7);
     let dark = matt("basalt", [0.06, 0.06, 0.065]);
     let disc = lathe(
-        &[[0.0, 0.0], [0.48, 0.0], [0.48, 0.05], [0.0, 0.05]],
+        &[[0.0, 0.0], [0.56, 0.0], [0.56, 0.05], [0.0, 0.05]],
         48,
         false,
     );
@@ -210,9 +214,9 @@ fn animal(room: &mut Room) {
     let mesh = quadruped();
     let fitted = Normalisation::of(&mesh).map(|normal| {
         let placement = Placement {
-            position: top + DVec3::new(0.0, 0.39, 0.0),
+            position: top + DVec3::new(0.0, 0.47, 0.0),
             rotation_degrees: [0.0; 3],
-            scale: DVec3::splat(1.05),
+            scale: DVec3::splat(1.3),
         };
         placement.world_from_object(&normal)
     });
@@ -244,7 +248,7 @@ fn animal(room: &mut Room) {
 
 /// Brushed, polished and rough metal.
 fn metals(room: &mut Room) {
-    let top = room.pedestal(-1.75, -4.6, 0.6, 1.0);
+    let top = room.pedestal(-1.7, -3.7, 0.6, 0.8);
     let brushed = Texture::new(Pattern::Image(surfaces::brushed()), [2.0, 1.0]);
     let steel = metal("brushed steel", [0.66, 0.67, 0.69], 0.6, Some(brushed));
     let vase = [
@@ -268,13 +272,13 @@ fn metals(room: &mut Room) {
         |x: f64, z: f64, radius: f64| DAffine3::from_translation(DVec3::new(x, FLOOR + radius, z));
     let chrome = metal("chrome", [0.9, 0.91, 0.92], 0.0, None);
     room.add(ball(0.28), chrome, place(-0.95, -2.75, 0.28));
-    let copper = metal("rough copper", [0.95, 0.5, 0.34], 0.55, None);
+    let copper = metal("rough copper", [0.84, 0.36, 0.2], 0.5, None);
     room.add(ball(0.2), copper, place(-0.35, -2.45, 0.2));
 }
 
 /// A glass with water and a lemon in it, and a gem that splits light.
 fn glass(room: &mut Room) {
-    let top = room.pedestal(1.75, -4.2, 0.6, 1.0);
+    let top = room.pedestal(1.6, -3.3, 0.55, 0.8);
     let at = DAffine3::from_translation(top + DVec3::new(0.0, 0.002, 0.0));
     let tumbler = [
         [0.0, 0.0],
@@ -312,13 +316,13 @@ fn glass(room: &mut Room) {
 
 /// Lamps, a globe of wire, a checkered ball and a painted one.
 fn colours(room: &mut Room) {
-    let lantern = lamp("lantern", [2.6, 1.5, 0.6]);
+    let lantern = lamp("lantern", [1.0, 0.72, 0.36]);
     let at = |x: f64, y: f64, z: f64| DAffine3::from_translation(DVec3::new(x, y, z));
     room.add(ball(0.17), lantern.clone(), at(-2.9, 0.55, -4.0))
         .casts_shadow = false;
     room.add(ball(0.12), lantern, at(-2.4, 0.95, -4.5))
         .casts_shadow = false;
-    let top = room.pedestal(3.1, -5.4, 0.55, 0.9);
+    let top = room.pedestal(2.9, -4.8, 0.6, 0.9);
     let wire = Material {
         graticule: Some(Graticule {
             divisions: 6,
@@ -365,7 +369,7 @@ fn plant(room: &mut Room) {
         [0.23, 0.36],
         [0.0, 0.36],
     ];
-    let at = DAffine3::from_translation(DVec3::new(-3.3, FLOOR, -5.3));
+    let at = DAffine3::from_translation(DVec3::new(-3.2, FLOOR, -4.6));
     let clay = matt("clay", [0.5, 0.23, 0.14]);
     room.mesh(lathe(&pot, 40, true), clay, at);
     let leaf = Texture::new(Pattern::Image(surfaces::leaf()), [1.0, 1.0]);
