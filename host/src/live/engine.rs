@@ -160,12 +160,12 @@ pub fn with_engine<R>(
     run: impl FnOnce(&mut dyn Engine) -> R,
 ) -> Result<R, RenderError> {
     with_scene!(scene, |scene| engine(
-        scene, cave, eyes, options, capture, share, run
+        &scene, cave, eyes, options, capture, share, run
     ))
 }
 
 fn engine<const W: usize, R>(
-    scene: Scene<'_, W>,
+    scene: &Scene<'_, W>,
     cave: &Cave,
     eyes: &[Observer],
     options: &Options,
@@ -185,13 +185,13 @@ where
         let part = parts.len();
         let places = render::tiles(&view, options.tile);
         tiles.extend(places.map(|tile| Mutex::new(LiveTile::new(part, tile))));
-        parts.push((view, render::renderer(&scene, observer, options, spectrum)?));
+        parts.push((view, render::renderer(scene, observer, options, spectrum)?));
     }
     let follows = eyes.iter().any(|eye| eye.lod.is_some());
     let capture = match capture.filter(|_| follows && !parts.is_empty()) {
         Some(how) => {
             let capture = LiveCapture::new(how, parts.len(), tiles.len());
-            parts.extend(capture.views(eyes, &scene, options, spectrum)?);
+            parts.extend(capture.views(eyes, scene, options, spectrum)?);
             tiles.extend(capture.tiles().map(Mutex::new));
             Some(capture)
         }
@@ -218,7 +218,7 @@ where
         Ok(run(&mut TileEngine {
             shared: &shared,
             cave,
-            scene,
+            scene: *scene,
             options: *options,
             spectrum,
             workspace: Workspace::new(),
