@@ -49,6 +49,7 @@ pub struct Scene<'a, const W: usize = 8> {
     pub(crate) texels: &'a [Texel],
     pub(crate) media: &'a [Medium],
     pub(crate) colours: &'a [[f32; 3]],
+    pub(crate) tangents: &'a [[f32; 4]],
 }
 
 /// A scene in the fast layout.
@@ -92,6 +93,7 @@ impl<'a, const W: usize> Scene<'a, W> {
             texels: validate::table(own, header.texels, "texels")?,
             media: validate::table(own, header.media, "media")?,
             colours: validate::table(own, header.colours, "colours")?,
+            tangents: validate::table(own, header.tangents, "tangents")?,
         };
         validate::contents(&scene)?;
         Ok(scene)

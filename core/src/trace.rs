@@ -16,6 +16,7 @@ pub(crate) mod ledger;
 mod map;
 mod media;
 mod mesh;
+mod normal_map;
 mod optics;
 mod row;
 mod sample;

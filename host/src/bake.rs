@@ -13,12 +13,14 @@ mod levels;
 mod light;
 mod material;
 mod stage;
+mod tangents;
 mod tree;
 
 pub use layout::{AnyScene, BakedScene, Layout};
 pub use stage::{Stage, StageMemory, Staged};
 
 use crate::bake::simplify::{Ladder, PolygonLevels};
+use crate::scene::material::Material;
 use crate::scene::mesh::{MeshError, TriangleMesh};
 use crate::scene::{Object, Scene, Shape};
 use blob::{AlignedBytes, Tables, positive_zero};
@@ -29,7 +31,7 @@ use material::Textures;
 use rayon::prelude::*;
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::{
-    self, IdLeaf, Instance, LeafBlock, MOST_NESTED, NO_COLOURS, NO_MATERIAL, Node,
+    self, IdLeaf, Instance, LeafBlock, MOST_NESTED, NO_COLOURS, NO_MATERIAL, NO_TANGENTS, Node,
 };
 use shisen_core::shape::Spheroid;
 use shisen_core::{Runs, Simd};
@@ -281,20 +283,27 @@ fn check_size<const W: usize>(scene: &Scene) -> Result<(), BakeError> {
     }
 }
 
-/// Returns the meshes, without coordinates where no object shows a texture on them.
+/// Returns the meshes, with tangents where an object shows a normal map on them, and without
+/// coordinates where none shows a texture.
 fn shown(scene: &Scene) -> Vec<Cow<'_, TriangleMesh>> {
-    let meshes = scene.meshes.iter().enumerate();
+    let meshes = scene.meshes.par_iter().enumerate();
     meshes
         .map(|(number, mesh)| {
             let places = |object: &&Object| object.shape == Shape::Mesh(number);
             let material = |object: &Object| scene.materials.get(object.material?);
-            let mut objects = scene.objects.iter().filter(places);
-            if mesh.coordinates.is_empty() || objects.any(|o| mesh.shows_texture(material(o))) {
+            let objects = scene.objects.iter().filter(places);
+            let materials: Vec<Option<&Material>> = objects.map(material).collect();
+            if !mesh.coordinates.is_empty() && materials.iter().any(|one| mesh.shows_texture(*one))
+            {
+                return tangents::with_tangents(mesh, &materials);
+            }
+            if mesh.coordinates.is_empty() && mesh.tangents.is_empty() {
                 return Cow::Borrowed(mesh);
             }
             Cow::Owned(TriangleMesh {
                 coordinates: Vec::new(),
                 second_coordinates: Vec::new(),
+                tangents: Vec::new(),
                 ..mesh.clone()
             })
         })
@@ -398,6 +407,12 @@ impl<const W: usize> Tables<W> {
             self.colours.len() as u32
         };
         self.colours.extend_from_slice(&mesh.colours);
+        let first_tangent = if mesh.tangents.is_empty() {
+            NO_TANGENTS
+        } else {
+            self.tangents.len() as u32
+        };
+        self.tangents.extend_from_slice(&mesh.tangents);
         if W == 4 {
             let positions = mesh.positions.iter();
             self.positions
@@ -432,7 +447,7 @@ impl<const W: usize> Tables<W> {
                 first_coordinate,
                 coordinate_count: (mesh.coordinates.len() + mesh.second_coordinates.len()) as u32,
                 first_colour,
-                reserved: 0,
+                first_tangent,
             });
         }
     }

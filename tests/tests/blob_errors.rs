@@ -79,6 +79,9 @@ fn words_out_of_range_have_their_error() {
     let metal = offset_of!(format::Material, metalness);
     let emission_texture = offset_of!(format::Material, emission_texture);
     let colour = mesh(offset_of!(Mesh, first_colour));
+    let tangent = mesh(offset_of!(Mesh, first_tangent));
+    let tangents = header.tangents.offset as usize;
+    let normals = offset_of!(format::Material, normal_scale);
     let colours = offset_of!(format::Texture, colours);
     let samples = offset_of!(format::Light, samples);
     let right = offset_of!(format::Light, right);
@@ -104,7 +107,7 @@ fn words_out_of_range_have_their_error() {
         (material(1, line_width), 0, value(lines, 1)),
         (material(0, divisions), 1, value(lines, 0)),
         (material(0, line_width), thin, value(lines, 0)),
-        (material(2, kind_of_texture), 3, index("texture", 2, 3)),
+        (material(2, kind_of_texture), 4, index("texture", 2, 4)),
         (material(2, kind_of_texture), 1, value(kind, 2)),
         (material(0, kind_of_texture), 0, value(kind, 0)),
         (material(2, emission), nan, value(shine, 2)),
@@ -113,19 +116,27 @@ fn words_out_of_range_have_their_error() {
         (texture(0, 0), 0, value(size, 0)),
         (texture(1, 0), 1, value(size, 1)),
         (texture(0, width), 8193, value(size, 0)),
-        (texture(0, width), 3, index("texel", 0, 0)),
-        (texture(0, first), 1, index("texel", 0, 1)),
+        (texture(0, width), 8192, index("texel", 0, 0)),
+        (texture(0, first), 9, index("texel", 0, 9)),
         (texture(1, first), 1, value(size, 1)),
         (texture(0, map), far, value(mapped, 0)),
         (texture(0, map + 4), nan, value(mapped, 0)),
         (texture(0, wrap), 3, value("a texture's wrapping", 0)),
-        (material(2, emission_texture), 3, index("texture", 2, 3)),
+        (material(2, emission_texture), 4, index("texture", 2, 4)),
         (
             material(0, metal),
             thin,
             value("a material's microfacets or alpha", 0),
         ),
         (colour, 1, index("colour", 0, 1)),
+        (tangent, 1, index("tangent", 0, 1)),
+        (tangents, nan, value("a tangent", 0)),
+        (tangents + 12, thin, value("a tangent", 0)),
+        (
+            material(0, normals),
+            thin,
+            value("a material's normal map", 0),
+        ),
         (texture(0, colours), over, value(coloured, 0)),
         (coordinates + 4, far, value("a texture coordinate", 0)),
         (first_coordinate, 1, index("coordinate", 0, 1)),

@@ -4,7 +4,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::bake::simplify::PolygonLevels;
-use shisen::scene::material::{Alpha, Cover, Graticule, Material, Microfacets};
+use shisen::scene::material::{Alpha, Cover, Graticule, Material, Microfacets, NormalMap};
 use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::texture::{Image, Pattern, Texture, Wrap};
 use shisen::scene::{Background, Light, Object, Scene, Shape};
@@ -34,6 +34,12 @@ fn tetrahedron(image: &Texture) -> TriangleMesh {
         triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
         coordinates: vec![[0.0, 0.0], [1.0, 0.0], [0.5, 2.0], [-3.0, 1.0]],
         second_coordinates: vec![[0.5, 0.5], [1.0, -1.0], [0.0, 7.0], [3.0, 0.0]],
+        tangents: vec![
+            [1.0, 0.0, 0.0, 1.0],
+            [0.0, -1.0, 0.0, -1.0],
+            [0.0, 0.0, 1.0, 1.0],
+            [0.6, 0.0, 0.8, -1.0],
+        ],
         colours: vec![[1.0; 3], [0.0, 0.5, 1.0], [0.9, 0.8, 0.7], [0.2; 3]],
         materials: vec![Material {
             texture: Some(Texture::new(
@@ -54,6 +60,10 @@ fn tetrahedron(image: &Texture) -> TriangleMesh {
                 opacity: 0.9,
                 texture: Some(image.clone()),
                 cover: Cover::Mask(0.5),
+            }),
+            normal_map: Some(NormalMap {
+                texture: image.clone(),
+                scale: 0.5,
             }),
             vertex_colours: true,
             ..Material::default()

@@ -30,6 +30,7 @@ mod live;
 mod live_command;
 mod lod;
 mod microfacets;
+mod normal_maps;
 mod optics;
 mod overrun;
 mod paper_rays;

@@ -8,10 +8,10 @@ use shisen_core::scene::EffectSet;
 
 /// Bytes of memory for a scene's handle.
 #[cfg(target_pointer_width = "32")]
-pub const SHISEN_SCENE_SIZE: usize = 128;
+pub const SHISEN_SCENE_SIZE: usize = 136;
 /// Bytes of memory for a scene's handle.
 #[cfg(target_pointer_width = "64")]
-pub const SHISEN_SCENE_SIZE: usize = 248;
+pub const SHISEN_SCENE_SIZE: usize = 264;
 /// Alignment of a baked scene, bytes.
 pub const SHISEN_BLOB_ALIGNMENT: usize = 32;
 
@@ -99,6 +99,8 @@ pub const SHISEN_EFFECT_CLEAR_SHADOWS: u32 = 0x80000;
 pub const SHISEN_EFFECT_IMAGE_TEXTURE: u32 = 0x40;
 /// Effect: checkers on surfaces.
 pub const SHISEN_EFFECT_CHECKER_TEXTURE: u32 = 0x20;
+/// Effect: normals that images bend.
+pub const SHISEN_EFFECT_NORMAL_MAP: u32 = 0x4000;
 /// Effect: textures as coarse as what a pixel sees of them.
 pub const SHISEN_EFFECT_TEXTURE_LEVELS: u32 = 0x1000;
 /// Effect: surfaces that shine.
@@ -128,6 +130,7 @@ const _: () = assert!(
         && EffectSet::CLEAR_SHADOWS.bits() == SHISEN_EFFECT_CLEAR_SHADOWS
         && EffectSet::ALPHA.bits() == SHISEN_EFFECT_ALPHA
         && EffectSet::TEXTURE_LEVELS.bits() == SHISEN_EFFECT_TEXTURE_LEVELS
+        && EffectSet::NORMAL_MAP.bits() == SHISEN_EFFECT_NORMAL_MAP
         && EffectSet::NESTED_MEDIA.bits() == SHISEN_EFFECT_NESTED_MEDIA
         && EffectSet::VERTEX_COLOURS.bits() == SHISEN_EFFECT_VERTEX_COLOURS
 );

@@ -52,6 +52,7 @@ pub(crate) fn scene() -> Scene {
         emission_texture: NO_TEXTURE,
         metal_texture: NO_TEXTURE,
         alpha_texture: NO_TEXTURE,
+        normal_texture: NO_TEXTURE,
         medium: NO_MEDIUM,
         ..Material::new_zeroed()
     };

@@ -35,6 +35,8 @@ bitflags::bitflags! {
         const IMAGE_TEXTURE = effect::IMAGE_TEXTURE;
         /// Checkers on surfaces. Without it, those have their material's colours.
         const CHECKER_TEXTURE = effect::CHECKER_TEXTURE;
+        /// Normals that images bend. Without it, or without images, they are those of the shape.
+        const NORMAL_MAP = effect::NORMAL_MAP;
         /// Textures as coarse as what a pixel sees of them. Without it, they are read at points.
         const TEXTURE_LEVELS = effect::TEXTURE_LEVELS;
         /// Surfaces that shine. Without it, they do not.
@@ -109,6 +111,7 @@ impl EffectSet {
         .difference(Self::CLEAR_SHADOWS)
         .difference(Self::ALPHA)
         .difference(Self::NESTED_MEDIA)
+        .difference(Self::NORMAL_MAP)
         .difference(Self::TEXTURE_LEVELS);
 
     /// Number of bits that a set has room for.
@@ -128,6 +131,7 @@ impl EffectSet {
         (Self::CLEAR_SHADOWS, "clear-shadows"),
         (Self::IMAGE_TEXTURE, "image-texture"),
         (Self::CHECKER_TEXTURE, "checker-texture"),
+        (Self::NORMAL_MAP, "normal-map"),
         (Self::TEXTURE_LEVELS, "texture-levels"),
         (Self::EMISSION, "emission"),
         (Self::MICROFACETS, "microfacets"),

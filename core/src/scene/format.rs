@@ -1,6 +1,6 @@
 //! The bytes of a baked scene.
 //!
-//! Little-endian, one [`Header`] and fifteen tables that it points to, each
+//! Little-endian, one [`Header`] and sixteen tables that it points to, each
 //! aligned to [`ALIGNMENT`]. The format's version is its own, apart from the
 //! crate's; any change to a record here raises it.
 
@@ -18,7 +18,7 @@ compile_error!("scenes are little-endian and used in place: big-endian targets a
 pub const MAGIC: [u8; 8] = *b"SHISEN\r\n";
 
 /// Raised by any change to the records in this module.
-pub const VERSION: u32 = 6;
+pub const VERSION: u32 = 7;
 
 /// Bytes to which a blob and each of its tables are aligned.
 pub const ALIGNMENT: usize = 32;
@@ -43,6 +43,9 @@ pub const NO_TEXTURE: u32 = u32::MAX;
 
 /// No colours of vertices.
 pub const NO_COLOURS: u32 = u32::MAX;
+
+/// No tangents of vertices.
+pub const NO_TANGENTS: u32 = u32::MAX;
 
 /// Roughness of microfacets from which on no ray shows what they mirror, but the blurred background.
 pub const ROUGH: f32 = 0.4;
@@ -144,8 +147,11 @@ pub struct Header {
     pub media: Table,
     /// Colours of vertices: linear RGB, 0 to 1.
     pub colours: Table,
+    /// Tangents of vertices, for normal maps: unit vectors the way that u grows, and 1, or −1 where
+    /// v grows against the cross product of normal and tangent.
+    pub tangents: Table,
     /// Zero.
-    pub reserved2: [u32; 6],
+    pub reserved2: [u32; 4],
 }
 
 /// An inner node: the boxes of up to `W` children.
@@ -251,8 +257,8 @@ pub struct Mesh {
     pub coordinate_count: u32,
     /// First of its vertices' colours, one a vertex normal; or [`NO_COLOURS`].
     pub first_colour: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// First of its vertices' tangents, one a vertex normal; or [`NO_TANGENTS`].
+    pub first_tangent: u32,
 }
 
 /// Kinds of shape: the values of [`Instance::kind`].
@@ -341,6 +347,8 @@ pub mod effect {
     pub const TEXTURE_LEVELS: u32 = 4096;
     /// [`priority`](super::Material::priority) among clear bodies within one another.
     pub const NESTED_MEDIA: u32 = 8192;
+    /// [`normal_texture`](super::Material::normal_texture): normals that an image bends.
+    pub const NORMAL_MAP: u32 = 16384;
 }
 
 /// A surface, in Whitted's terms, linear RGB.
@@ -399,8 +407,13 @@ pub struct Material {
     /// Which of several clear bodies fills the place that they share: that of the highest number.
     /// Above 0 with [`effect::NESTED_MEDIA`], else 0.
     pub priority: u32,
+    /// Index of the image whose red, green and blue, from −1 to 1, are the parts of the normal along
+    /// the tangent, along the bitangent and along the vertices' own normal, or [`NO_TEXTURE`].
+    pub normal_texture: u32,
+    /// Factor for the first two parts: −1,000 to 1,000 with [`effect::NORMAL_MAP`], else 0.
+    pub normal_scale: f32,
     /// Zero.
-    pub reserved2: [u32; 7],
+    pub reserved2: [u32; 5],
 }
 
 /// The values of [`Texture::kind`].

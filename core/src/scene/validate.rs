@@ -4,8 +4,8 @@ mod tree;
 
 use super::format::{
     ALIGNMENT, COVER_NODES, Header, Instance, LARGEST_SIDE, LeafBlock, Light, MAGIC, Material,
-    Mesh, NO_COLOURS, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, Node, Table, Texture, VERSION, checksum,
-    effect, kind, light, texture, wrap,
+    Mesh, NO_COLOURS, NO_MATERIAL, NO_MEDIUM, NO_TANGENTS, NO_TEXTURE, Node, Table, Texture,
+    VERSION, checksum, effect, kind, light, texture, wrap,
 };
 use super::{EffectSet, STACK_ENTRIES, Scene, SceneError};
 use crate::shape::{Ray, Slabs, Spheroid};
@@ -164,6 +164,10 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
     for (record, colour) in numbered(scene.colours) {
         record.within("a vertex colour", colour, 0.0..=1.0)?;
     }
+    for (record, &[x, y, z, side]) in numbered(scene.tangents) {
+        let is_unit = (x * x + y * y + z * z - 1.0).abs() < 1.0e-3;
+        record.has("a tangent", is_unit && side.abs() == 1.0)?;
+    }
     for (record, texture) in numbered(scene.textures) {
         check_texture(texture, scene.texels.len(), record)?;
     }
@@ -264,6 +268,8 @@ fn check_material(m: &Material, record: Record) -> Result<(), SceneError> {
     let asked = m.effects & (effect::MICROFACETS | effect::ALPHA);
     let is_asked = asked != 0 || shares == [0.0; 4];
     record.has("a material's microfacets or alpha", is_asked)?;
+    let scale = [m.normal_scale];
+    record.within("a material's normal map", &scale, -1.0e3..=1.0e3)?;
     let what = "a material's emission";
     record.within(what, &m.emission, 0.0..=1.0e12)?;
     let shines = m.emission.iter().any(|&c| c > 0.0);
@@ -280,6 +286,7 @@ fn check_textured(m: &Material, textures: &[Texture], record: Record) -> Result<
         m.emission_texture,
         m.metal_texture,
         m.alpha_texture,
+        m.normal_texture,
     ];
     for number in textures_of {
         if number != NO_TEXTURE {
@@ -287,7 +294,14 @@ fn check_textured(m: &Material, textures: &[Texture], record: Record) -> Result<
             expected |= texture.ok_or(record.index("texture", number))?.effects();
         }
     }
-    record.has("a material's kind of texture", asked == expected)
+    record.has("a material's kind of texture", asked == expected)?;
+    let is_mapped = m.effects & effect::NORMAL_MAP != 0;
+    let map = textures.get(m.normal_texture as usize);
+    let is_so = match map {
+        Some(map) => is_mapped && map.kind == texture::IMAGE,
+        None => !is_mapped && m.normal_scale == 0.0,
+    };
+    record.has("a material's normal map", is_so)
 }
 
 fn check_texture(t: &Texture, texels: usize, record: Record) -> Result<(), SceneError> {
@@ -360,6 +374,7 @@ fn check_rung(
             mesh.first_coordinate,
             mesh.coordinate_count,
             mesh.first_colour,
+            mesh.first_tangent,
         )
     };
     let fits = match finer {
@@ -389,6 +404,10 @@ fn check_triangles<const W: usize>(
     if mesh.first_colour != NO_COLOURS {
         let colours = part(mesh.first_colour, normals, scene.colours.len());
         colours.ok_or(record.index("colour", mesh.first_colour))?;
+    }
+    if mesh.first_tangent != NO_TANGENTS {
+        let tangents = part(mesh.first_tangent, normals, scene.tangents.len());
+        tangents.ok_or(record.index("tangent", mesh.first_tangent))?;
     }
     let triangles = triangles.start as usize..triangles.end as usize;
     for triangle in scene.triangles.get(triangles).unwrap_or_default() {

@@ -128,7 +128,7 @@ impl<'a> TrianglePlace<'a> {
 }
 
 /// Returns the weights of a triangle's corners at a point of it; `None` without an area.
-fn weights([a, b, c]: &[Vec3; 3], point: Vec3) -> Option<[f32; 3]> {
+pub(super) fn weights([a, b, c]: &[Vec3; 3], point: Vec3) -> Option<[f32; 3]> {
     let normal = (*b - *a).cross(*c - *a);
     let square = normal.dot(normal);
     let share = |from: Vec3, to: Vec3| (to - from).cross(point - from).dot(normal) / square;

@@ -121,6 +121,7 @@ where
         let is_textured = effects & TEXTURES != 0
             && (material.emission_texture != NO_TEXTURE
                 || material.metal_texture != NO_TEXTURE
+                || effects & effect::NORMAL_MAP != 0
                 || material.texture != NO_TEXTURE && (effects & NOT_DULL != 0 || !is_mesh));
         if is_textured || effects & (effect::GRATICULE | effect::ALPHA) != 0 {
             Fineness::Everywhere

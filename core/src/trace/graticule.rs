@@ -29,7 +29,9 @@ pub(crate) static BETWEEN: Material = Material {
     alpha_cutoff: 0.0,
     opacity: 0.0,
     priority: 0,
-    reserved2: [0; 7],
+    normal_texture: NO_TEXTURE,
+    normal_scale: 0.0,
+    reserved2: [0; 5],
 };
 
 /// Returns whether a point in a shape's own frame is between a material's lines, by `effects`.

@@ -120,6 +120,7 @@ const OF_SURFACES: u32 = effect::GRATICULE
     | effect::MICROFACETS
     | effect::VERTEX_COLOURS
     | effect::TEXTURE_LEVELS
+    | effect::NORMAL_MAP
     | TEXTURES;
 
 /// Returns the number of an effect's bit.
@@ -357,7 +358,7 @@ where
             from.weight
         };
         let facing = if inside { -1.0 } else { 1.0 };
-        let normal = surface.shading_normal * facing;
+        let normal = self.normal(&surface) * facing;
         let incidence = Incidence {
             direction,
             normal,

@@ -169,6 +169,12 @@ impl<'a> Surface<'a> {
         found.unwrap_or_default()
     }
 
+    /// Returns the outward normal that a normal map bends: see [`Place::bent`].
+    pub(super) fn bent<const W: usize>(&self, scene: &Scene<'a, W>, parts: Vec3) -> Option<Vec3> {
+        let at = (self.point, self.geometric_normal);
+        self.place.as_ref()?.bent(scene, at, parts)
+    }
+
     #[inline(always)]
     fn clearance<const W: usize>(&self, scene: &Scene<'a, W>, direction: Vec3) -> f32 {
         let place = self.place.as_ref();

@@ -78,6 +78,7 @@ pub(super) struct Tables<const W: usize> {
     pub(super) texels: u32,
     pub(super) media: Vec<Medium>,
     pub(super) colours: Vec<[f32; 3]>,
+    pub(super) tangents: Vec<[f32; 4]>,
     pub(super) rungs: u32,
     pub(super) ambient: [f32; 3],
 }
@@ -131,7 +132,8 @@ impl<const W: usize> Tables<W> {
             texels: place_as_many::<Texel>(&mut end, self.texels as usize),
             media: place(&mut end, &self.media),
             colours: place(&mut end, &self.colours),
-            reserved2: [0; 6],
+            tangents: place(&mut end, &self.tangents),
+            reserved2: [0; 4],
         };
         let byte_len = u32::try_from(end).map_err(|_| BakeError::TooLarge { bytes: end })?;
         let header = Header { byte_len, ..header };
@@ -183,6 +185,7 @@ impl<const W: usize> Tables<W> {
         }
         write(bytes, header.media, self.media);
         write(bytes, header.colours, self.colours);
+        write(bytes, header.tangents, self.tangents);
         seal(bytes);
         Ok(aligned)
     }

@@ -60,6 +60,11 @@ impl<const W: usize> Tables<W> {
                     .and_then(|alpha| alpha.texture.as_ref()),
                 0,
             ),
+            (
+                &mut baked.normal_texture,
+                source.normal_map.as_ref().map(|map| &map.texture),
+                reading::LINEAR,
+            ),
         ];
         for (number, texture, of_data) in images {
             if let Some(texture) = texture {
@@ -210,6 +215,7 @@ fn material(m: &Material) -> format::Material {
         (m.vertex_colours, effect::VERTEX_COLOURS),
         (m.alpha.is_some(), effect::ALPHA),
         (is_clear && m.priority > 0, effect::NESTED_MEDIA),
+        (m.normal_map.is_some(), effect::NORMAL_MAP),
     ];
     let asked = asked.into_iter().filter(|(is_asked, _)| *is_asked);
     let effects = asked.fold(0, |all, (_, effect)| all | effect);
@@ -241,6 +247,8 @@ fn material(m: &Material) -> format::Material {
         },
         opacity: alpha.map_or(0.0, |alpha| alpha.opacity),
         priority: if is_clear { m.priority } else { 0 },
-        reserved2: [0; 7],
+        normal_texture: NO_TEXTURE,
+        normal_scale: m.normal_map.as_ref().map_or(0.0, |map| map.scale),
+        reserved2: [0; 5],
     }
 }

@@ -216,6 +216,7 @@ impl TriangleMesh {
             normals: of(&self.normals, &kept),
             coordinates: of(&self.coordinates, &kept),
             second_coordinates: of(&self.second_coordinates, &kept),
+            tangents: of(&self.tangents, &kept),
             colours: of(&self.colours, &kept),
             triangles: triangles.iter().map(renamed).collect(),
             materials: self.materials.clone(),

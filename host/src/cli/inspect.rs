@@ -275,6 +275,7 @@ fn tables<const W: usize>(bytes: &[u8]) -> Vec<TableReport> {
         table("textures", header.textures, size_of::<Texture>()),
         table("media", header.media, size_of::<Medium>()),
         table("colours", header.colours, size_of::<[f32; 3]>()),
+        table("tangents", header.tangents, size_of::<[f32; 4]>()),
         table("texels", header.texels, size_of::<Texel>()),
     ]
 }

@@ -13,6 +13,7 @@
 //! | `index_of_refraction` | 0.01 to 100 |
 //! | colours of lights and background, `ambient`, `absorption`, `emission` | 0 to 1,000,000 |
 //! | `colours` of a checker | 0 to 1 |
+//! | `normal_scale` | −1,000 to 1,000 |
 //! | `range_nm` | 10 to 1,000,000 nm, the shorter first, without a pole, the index from 1 to 100 |
 //! | `coefficients` | A and up to four pairs of B and C, −1e9 to 1e9 |
 //! | `repeats` | 0.001 to 10,000 |
@@ -60,7 +61,7 @@ use super::{Background, Object, Scene, Shape};
 use crate::files::UNREAD;
 use crate::files::description::{FileError, Located, read_description};
 use crate::scene::import::{ImportError, Model};
-use crate::scene::material::{Alpha, Material};
+use crate::scene::material::{Alpha, Material, NormalMap};
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::motion::Motion;
 use animations::{read_animation, read_names};
@@ -174,9 +175,14 @@ impl Scene {
         let animations = animations.map(|one| read_animation(&check, one, &names));
         let animations = animations.collect::<Result<Vec<_>, _>>()?;
         let textures = read_textures(&check, &entry.textures, base_dir)?;
-        let materials = materials.into_iter().map(|(material, texture)| {
-            let texture = texture.map(|number| textures[number].clone());
+        let materials = materials.into_iter().map(|(material, of)| {
+            let named = |number: usize| textures[number].clone();
+            let texture = of.texture.map(named);
             Material {
+                normal_map: of.normals.map(|(number, scale)| NormalMap {
+                    texture: named(number),
+                    scale,
+                }),
                 emission_texture: texture.clone(),
                 alpha: material.alpha.map(|alpha| Alpha {
                     texture: texture.clone(),

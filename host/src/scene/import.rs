@@ -145,7 +145,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 ///   smoothing group, and flat where it is off. Lines, points and curves are not shown. The
 ///   materials come from the `.mtl` files named in it: `Kd` and `Ks` are
 ///   the diffuse and specular reflectance, `Ke` the emission, `Ns` the shininess and `Ni` the index
-///   of refraction, `map_Kd` and `map_Ke` the textures; `illum` 3, 5 or 8 makes `Ks` the mirror reflectance, too.
+///   of refraction, `map_Kd` and `map_Ke` the textures, `norm` the normal map; `illum` 3, 5 or 8 makes `Ks` the mirror reflectance, too.
 ///   The light that `d` (or 1 - `Tr`) does not stop is transmitted, filtered by `Tf`, and dims
 ///   `Kd`; `illum` 4, 6, 7 or 9 without `d` and `Tr` transmits `Tf`, or all.
 /// - `.ply`: ASCII and binary, either endianness; `x`, `y`, `z`, optionally
@@ -166,8 +166,8 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 ///   `_dispersion` and `_volume` give transmission (of a thin wall where there is no volume), index of
 ///   refraction, its change with the wavelength and absorption, `_unlit` emission alone,
 ///   `_pbrSpecularGlossiness` the diffuse and specular reflectance and the shininess.
-///   Textures of colour, metal and emission may use two sets of coordinates. Primitives without
-///   normals are flat. Buffer views may be compressed with meshopt, not with Draco.
+///   Textures of colour, metal, emission and normals may use two sets of coordinates. Tangents are the
+///   file's, or by `MikkTSpace`. Primitives without normals are flat. Buffer views may be compressed with meshopt, not with Draco.
 ///
 /// # Errors
 /// If the file cannot be read or is larger than [`MOST`](crate::files::MOST), is not of the format

@@ -39,6 +39,8 @@ pub struct Material {
     /// Microfacets, instead of `shininess` and `mirror`: `diffuse` is then the colour of its metal,
     /// too, and `specular` the share that what is no metal reflects head-on.
     pub microfacets: Option<Microfacets>,
+    /// How its normals are bent.
+    pub normal_map: Option<NormalMap>,
     /// Where it has holes, or how opaque it is.
     pub alpha: Option<Alpha>,
     /// Whether the colours of a mesh's vertices multiply `diffuse`, or `emission` where `diffuse`
@@ -56,7 +58,8 @@ impl Material {
         let facets = facets.and_then(|facets| facets.texture.as_ref());
         let alpha = self.alpha.as_ref().and_then(|alpha| alpha.texture.as_ref());
         let others = [self.texture.as_ref(), self.emission_texture.as_ref(), alpha];
-        others.into_iter().chain([facets]).flatten()
+        let normals = self.normal_map.as_ref().map(|map| &map.texture);
+        others.into_iter().chain([facets, normals]).flatten()
     }
 }
 
@@ -92,6 +95,15 @@ pub struct Microfacets {
     pub texture: Option<Texture>,
 }
 
+/// An image of normals, as glTF has it: +X along u, +Y along v.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NormalMap {
+    /// Data: an image.
+    pub texture: Texture,
+    /// Factor for X and Y, −1,000 to 1,000.
+    pub scale: f32,
+}
+
 /// Meridians and parallels about a shape's own Y axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Graticule {
@@ -119,6 +131,7 @@ impl Default for Material {
             texture: None,
             emission_texture: None,
             microfacets: None,
+            normal_map: None,
             alpha: None,
             vertex_colours: false,
             emission: [0.0; 3],

@@ -18,6 +18,10 @@ pub struct TriangleMesh {
     pub coordinates: Vec<[f32; 2]>,
     /// The same for textures by second coordinates, where there are first ones.
     pub second_coordinates: Vec<[f32; 2]>,
+    /// Unit vectors the way that u grows on normal maps, and 1, or −1 where v grows against normal ×
+    /// tangent: one a position, or none at all. All zero where a vertex has none: baking makes those
+    /// that are needed.
+    pub tangents: Vec<[f32; 4]>,
     /// Colours of vertices, linear RGB from 0 to 1, one a position; may be empty.
     pub colours: Vec<[f32; 3]>,
     /// Three indices into `positions` a triangle, counter-clockwise from
@@ -101,6 +105,7 @@ impl TriangleMesh {
                 self.second_coordinates.len(),
                 self.coordinates.len(),
             ),
+            ("tangents", self.tangents.len(), vertices),
             ("colours", self.colours.len(), vertices),
             ("triangle materials", materials, triangles),
         ] {

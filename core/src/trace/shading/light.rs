@@ -18,8 +18,11 @@ use glam::Vec3;
 const SPOT_LIGHT: u32 = EffectSet::SPOT_LIGHT.bits();
 
 /// Effects of surfaces whose light is not their texture's colour times what falls on them.
-pub(in crate::trace) const NOT_DULL: u32 =
-    effect::REFLECTION | effect::REFRACTION | effect::MICROFACETS | effect::ALPHA;
+pub(in crate::trace) const NOT_DULL: u32 = effect::REFLECTION
+    | effect::REFRACTION
+    | effect::MICROFACETS
+    | effect::ALPHA
+    | effect::NORMAL_MAP;
 
 impl<const W: usize, const EFFECTS: u32, R: Record> RayTree<'_, '_, W, EFFECTS, R>
 where
@@ -98,6 +101,21 @@ where
         } else {
             colour
         }
+    }
+
+    /// Returns the outward normal that a surface is lit by: bent where it has a normal map.
+    #[inline(always)]
+    pub(super) fn normal(&self, surface: &Surface<'_>) -> Vec3 {
+        const MAPPED: u32 = effect::NORMAL_MAP | effect::IMAGE_TEXTURE;
+        let material = surface.material;
+        let effects = material.effects & self.shading.effects;
+        if EFFECTS & MAPPED != MAPPED || effects & MAPPED != MAPPED {
+            return surface.shading_normal;
+        }
+        let texel = self.textured(Vec3::splat(2.0), surface, material.normal_texture) - Vec3::ONE;
+        let texel = texel * Vec3::new(material.normal_scale, material.normal_scale, 1.0);
+        let bent = surface.bent(&self.shading.searcher.scene, texel);
+        bent.unwrap_or(surface.shading_normal)
     }
 
     /// Returns the colours of a surface at a point, with its textures.

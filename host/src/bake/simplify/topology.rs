@@ -70,7 +70,9 @@ impl Weld {
                 });
                 let colour = mesh.colours.get(corner as usize);
                 let colour = colour.map(|colour| colour.map(f32::to_bits));
-                let key = (bits, material, looks, colour);
+                // A texture that is mirrored there.
+                let side = mesh.tangents.get(corner as usize).map(|of| of[3] < 0.0);
+                let key = (bits, material, looks, colour, side);
                 let vertex = *of_material.entry(key).or_insert_with(|| {
                     let new = weld.places.len() as u32;
                     weld.places.push(place);

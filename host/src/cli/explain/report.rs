@@ -163,6 +163,7 @@ fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
         EffectSet::TEXTURE_LEVELS => {
             "no material has a checker, or an image with more than a texel"
         }
+        EffectSet::NORMAL_MAP => "no material has an image of normals",
         EffectSet::NESTED_MEDIA => "no clear material has a priority",
         EffectSet::GRATICULE => "no material has meridians and parallels",
         _ => "nothing in the scene asks for it",

@@ -74,6 +74,8 @@ tables! {
         medium: Option<Spanned<String>>,
         priority: Option<Number>,
         texture: Option<Spanned<String>>,
+        normal_texture: Option<Spanned<String>>,
+        normal_scale: Option<Number>,
         alpha_cutoff: Option<Number>,
         emission: Option<Numbers>,
     }

@@ -64,6 +64,7 @@ pub(super) const FORM: Limits = Limits(1.0, 2.0);
 pub(super) const WAVELENGTH: Limits =
     Limits(Medium::WAVELENGTHS[0] as f64, Medium::WAVELENGTHS[1] as f64);
 pub(super) const REPEATS: Limits = Limits(1.0e-3, 1.0e4);
+pub(super) const NORMAL_SCALE: Limits = Limits(-1.0e3, 1.0e3);
 pub(super) const CONE: Limits = Limits(0.0, 90.0);
 pub(super) const LIGHT_SAMPLES: Limits = Limits(1.0, 64.0);
 

@@ -3,7 +3,7 @@
 use super::entries::{MaterialEntry, MediumEntry, SceneEntry, TextureEntry};
 use super::fault::{
     ABSORPTION, Check, Checked, DIVISIONS, EXPONENT, FORM, INDEX_OF_REFRACTION, LINE_WIDTH,
-    PRIORITY, RADIANCE, REPEATS, SHARE, SceneFault, WAVELENGTH,
+    NORMAL_SCALE, PRIORITY, RADIANCE, REPEATS, SHARE, SceneFault, WAVELENGTH,
 };
 use super::{advice, numbers};
 use crate::scene::material::{Alpha, Cover, Graticule, Material, Microfacets};
@@ -14,21 +14,32 @@ use std::path::Path;
 use std::sync::Arc;
 use toml::Spanned;
 
+/// The numbers of a material's textures.
+pub(super) struct TexturesOf {
+    pub(super) texture: Option<usize>,
+    /// With the scale.
+    pub(super) normals: Option<(usize, f32)>,
+}
+
 /// Returns the materials in the order of their names, with the numbers of their textures.
 pub(super) fn read_materials(
     check: &Check<'_>,
-    entry: &SceneEntry,
-) -> Checked<Vec<(Material, Option<usize>)>> {
-    let textures = numbers(&entry.textures);
+    scene: &SceneEntry,
+) -> Checked<Vec<(Material, TexturesOf)>> {
+    let textures = numbers(&scene.textures);
     // A file's own media come before built-in ones of the same name.
     let mut media: BTreeMap<&str, Medium> = Medium::NAMED.into();
-    for (name, entry) in &entry.media {
+    for (name, entry) in &scene.media {
         media.insert(name.as_ref(), read_medium(check, name, entry.as_ref())?);
     }
-    let materials = entry.materials.iter().map(|(name, entry)| {
-        let (material, texture) = read_material(check, entry, &textures, &media)?;
+    let materials = scene.materials.iter().map(|(name, entry)| {
+        let material = read_material(check, entry, &media)?;
         let name = name.as_ref().clone();
-        Ok((Material { name, ..material }, texture))
+        let textures = TexturesOf {
+            texture: check.name("texture", &entry.texture, &textures)?,
+            normals: read_normals(check, entry, &textures, scene)?,
+        };
+        Ok((Material { name, ..material }, textures))
     });
     materials.collect()
 }
@@ -36,10 +47,8 @@ pub(super) fn read_materials(
 fn read_material(
     check: &Check<'_>,
     entry: &MaterialEntry,
-    textures: &BTreeMap<&str, usize>,
     media: &BTreeMap<&str, Medium>,
-) -> Checked<(Material, Option<usize>)> {
-    let texture = check.name("texture", &entry.texture, textures)?;
+) -> Checked<Material> {
     let index = &entry.index_of_refraction;
     if entry.transmission.is_none() {
         let owner = "materials with a `transmission`";
@@ -69,10 +78,11 @@ fn read_material(
     } else {
         (default.transmission, glass)
     };
-    let material = Material {
+    Ok(Material {
         name: String::new(),
         emission_texture: None,
         microfacets,
+        normal_map: None,
         alpha,
         vertex_colours: false,
         medium: check.name("medium", &entry.medium, media)?,
@@ -99,8 +109,34 @@ fn read_material(
         },
         texture: None,
         emission: colour("emission", &entry.emission, RADIANCE, default.emission)?,
-    };
-    Ok((material, texture))
+    })
+}
+
+/// Returns the texture that bends a material's normals, and its scale.
+fn read_normals(
+    check: &Check<'_>,
+    entry: &MaterialEntry,
+    textures: &BTreeMap<&str, usize>,
+    scene: &SceneEntry,
+) -> Checked<Option<(usize, f32)>> {
+    let number = check.name("texture", &entry.normal_texture, textures)?;
+    if let Some(name) = &entry.normal_texture
+        && let Some(texture) = scene.textures.get(name)
+        && texture.as_ref().checker.is_some()
+    {
+        let message = format!(
+            "the texture \"{}\" is a checker, not an image",
+            name.as_ref()
+        );
+        let help = "give a texture with a `file` that shows normals";
+        return check.refuse(message, help, name.span());
+    }
+    if number.is_none() {
+        let owner = "materials with a `normal_texture`";
+        check.only_for(owner, "normal_scale", &entry.normal_scale)?;
+    }
+    let scale = check.number_or("normal_scale", &entry.normal_scale, NORMAL_SCALE, 1.0)?;
+    Ok(number.map(|number| (number, scale)))
 }
 
 /// Returns what a material says of its texture's alpha; `None` if nothing.

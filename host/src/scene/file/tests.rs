@@ -175,6 +175,8 @@ yaw_degrees = -15 | yaw_degrees = 0\nrotation_degrees = [0, 0, 0] | an object ha
 texture = "tiles" | index_of_refraction = 1.5 | `index_of_refraction` is for materials
 texture = "tiles" | medium = "water" | `medium` is for materials
 texture = "tiles" | absorption = [0, 0, 0] | `absorption` is for materials
+texture = "tiles" | normal_texture = "tiles" | is a checker, not an image
+texture = "tiles" | normal_scale = 1 | `normal_scale` is for materials
 "#;
 
 #[test]
@@ -189,13 +191,16 @@ fn images_that_cannot_be_had_are_named_at_their_line() {
     let read = |name: &str| {
         let text = format!(
             "[textures.one]\nfile = \"{name}\"\n[materials.one]\ntexture = \"one\"\n\
-             [[object]]\nsphere = {{ radius = 1 }}\nmaterial = \"one\"\n"
+             normal_texture = \"one\"\nnormal_scale = 0.5\n[[object]]\nsphere = {{ radius = 1 }}\nmaterial = \"one\"\n"
         );
         let mesh = |_: &MeshSource| Ok::<_, Infallible>(tetrahedron());
         Scene::from_toml(&text, "a.toml", folder.path(), mesh)
     };
     let scene = read("good.png").unwrap();
     assert_eq!(texels(&scene.materials[0]), [[9, 9, 9, 255]; 2]);
+    let normals = scene.materials[0].normal_map.as_ref().unwrap();
+    let texture = scene.materials[0].texture.as_ref();
+    assert_eq!((Some(&normals.texture), normals.scale), (texture, 0.5));
     for name in ["none.png", "."] {
         let error = read(name).unwrap_err();
         assert!(error.to_string().contains("the texture \"one\""), "{error}");

@@ -321,6 +321,8 @@ impl Importer<'_> {
             [0.0; 2],
         );
         extend(&mut mesh.colours, &surface.colours, first, count, [1.0; 3]);
+        let tangents: Vec<[f32; 4]> = pose.tangents(surface).collect();
+        extend(&mut mesh.tangents, &tangents, first, count, [0.0; 4]);
         let material = surface.material.map_or(u32::MAX, |number| number as u32);
         mesh.triangle_materials.resize(triangles, material);
         Ok(())
@@ -402,6 +404,9 @@ impl Importer<'_> {
         }
         if !mesh.colours.is_empty() {
             mesh.colours.resize(count, [1.0; 3]);
+        }
+        if !mesh.tangents.is_empty() {
+            mesh.tangents.resize(count, [0.0; 4]);
         }
     }
 

@@ -7,7 +7,7 @@ use super::{
     EXPORT, ImportError, Model, Place, Textures, Unused, decoded, fault, finished, no_vertex,
     syntax, three_floats, without_comment,
 };
-use crate::scene::material::{Alpha, Material};
+use crate::scene::material::{Alpha, Material, NormalMap};
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::texture::Texture;
 use glam::DVec3;
@@ -366,10 +366,11 @@ impl Geometry {
                     material,
                     texture,
                     emission_texture,
+                    normal_texture,
                     alpha_texture,
                 } = &described;
-                let maps = [texture, emission_texture, alpha_texture];
-                let [texture, emission_texture, alpha] = maps.map(|map| match map {
+                let maps = [texture, emission_texture, normal_texture, alpha_texture];
+                let [texture, emission_texture, normals, alpha] = maps.map(|map| match map {
                     Some(_) if mesh.coordinates.is_empty() => {
                         unused.add("texture{s} of faces without texture coordinates", 1);
                         None
@@ -381,6 +382,10 @@ impl Geometry {
                 mesh.materials.push(Material {
                     texture,
                     emission_texture,
+                    normal_map: normals.map(|texture| NormalMap {
+                        texture,
+                        scale: 1.0,
+                    }),
                     alpha: material.alpha.map(|of| Alpha {
                         texture: alpha.map(Texture::into_opacity),
                         ..of

@@ -3,11 +3,13 @@
 use super::Importer;
 use super::accessors::{data_of, file_name, is_below};
 use crate::scene::import::{Textures, beside, bounded, bounded_colour, read_one_of};
-use crate::scene::material::{Alpha, Cover, Material, Microfacets};
+use crate::scene::material::{Alpha, Cover, Material, Microfacets, NormalMap};
 use crate::scene::texture::{Pattern, Texture, Wrap};
 use gltf::Document;
-use gltf::material::{AlphaMode, PbrSpecularGlossiness};
+use gltf::json::extensions::texture::TextureTransform;
+use gltf::material::{AlphaMode, NormalTexture, PbrSpecularGlossiness};
 use gltf::texture::{Info, MagFilter, WrappingMode};
+use serde::Deserialize as _;
 use shisen_core::spectrum::{Medium, line};
 use std::borrow::Cow;
 
@@ -84,7 +86,7 @@ impl Importer<'_> {
             Some(older) => older.diffuse_texture(),
             None => pbr.base_color_texture(),
         };
-        let base = base.and_then(|info| self.texture(document, &info, textures));
+        let base = base.and_then(|info| self.texture(document, &info.into(), textures));
         let has_alpha = matches!(base.as_ref().map(|base| &base.pattern),
             Some(Pattern::Image(image)) if !image.is_opaque());
         let mut painted = whitted(material, has_alpha);
@@ -106,15 +108,21 @@ impl Importer<'_> {
         {
             alpha.texture.clone_from(&base);
         }
-        let mut texture = |info: Option<Info<'_>>| self.texture(document, &info?, textures);
+        let mut texture = |info: Option<Reference<'_>>| self.texture(document, &info?, textures);
         if material.unlit() {
             painted.emission_texture = base;
             return painted;
         }
         painted.texture = base;
-        painted.emission_texture = texture(material.emissive_texture());
+        painted.emission_texture = texture(material.emissive_texture().map(Reference::from));
         if let Some(facets) = &mut painted.microfacets {
-            facets.texture = texture(pbr.metallic_roughness_texture());
+            facets.texture = texture(pbr.metallic_roughness_texture().map(Reference::from));
+        }
+        if let Some(map) = material.normal_texture() {
+            painted.normal_map = texture(Some(Reference::from(&map))).map(|texture| NormalMap {
+                texture,
+                scale: bounded(map.scale(), -1.0e3, 1.0e3),
+            });
         }
         painted
     }
@@ -122,26 +130,21 @@ impl Importer<'_> {
     fn texture(
         &mut self,
         document: &Document,
-        info: &Info<'_>,
+        of: &Reference<'_>,
         textures: &mut Textures<usize>,
     ) -> Option<Texture> {
-        let moved = info.texture_transform();
-        let set = moved
-            .as_ref()
-            .and_then(gltf::texture::TextureTransform::tex_coord);
-        let set = set.unwrap_or(info.tex_coord());
         if self.mesh.coordinates.is_empty() {
             self.unused
                 .add("texture{s} of faces without texture coordinates", 1);
             return None;
         }
-        if set >= 2 {
+        if of.set >= 2 {
             self.unused
                 .add("texture{s} on further coordinates than two", 1);
             return None;
         }
-        let Some(image) = info.texture().source() else {
-            self.unused.add(unread(document, &info.texture()), 1);
+        let Some(image) = of.texture.source() else {
+            self.unused.add(unread(document, &of.texture), 1);
             return None;
         };
         let name = name(document, &image);
@@ -149,17 +152,17 @@ impl Importer<'_> {
         let read = || self.image(document, &image);
         let image = textures.get(image.index(), &name, &mut unused, read);
         self.unused = unused;
-        let sampler = info.texture().sampler();
+        let sampler = of.texture.sampler();
         let plain = Texture::new(Pattern::Image(image?), [1.0; 2]);
         Some(Texture {
-            map: moved.map_or(plain.map, |moved| map(&moved)),
+            map: of.map.unwrap_or(plain.map),
             wrap: [sampler.wrap_s(), sampler.wrap_t()].map(|way| match way {
                 WrappingMode::Repeat => Wrap::Repeat,
                 WrappingMode::MirroredRepeat => Wrap::Mirror,
                 WrappingMode::ClampToEdge => Wrap::Clamp,
             }),
             nearest: sampler.mag_filter() == Some(MagFilter::Nearest),
-            second_coordinates: set == 1,
+            second_coordinates: of.set == 1,
             ..plain
         })
     }
@@ -191,7 +194,6 @@ impl Importer<'_> {
         let older = material.pbr_specular_glossiness();
         let pbr = material.pbr_metallic_roughness();
         for (kind, is_there) in [
-            ("normal map{s}", material.normal_texture().is_some()),
             ("occlusion map{s}", material.occlusion_texture().is_some()),
             (
                 "map{s} of specular colour and glossiness",
@@ -221,6 +223,42 @@ impl Importer<'_> {
         for (name, kind) in EXTENSIONS {
             let is_there = material.extension_value(name).is_some();
             self.unused.add(kind, u64::from(is_there));
+        }
+    }
+}
+
+/// A texture that a material names.
+struct Reference<'d> {
+    texture: gltf::Texture<'d>,
+    /// Its set of coordinates.
+    set: u32,
+    /// From coordinates that go up to those on it; `None` where it does not say.
+    map: Option<[[f32; 2]; 3]>,
+}
+
+impl<'d> From<Info<'d>> for Reference<'d> {
+    fn from(info: Info<'d>) -> Self {
+        let moved = info.texture_transform();
+        let set = moved
+            .as_ref()
+            .and_then(gltf::texture::TextureTransform::tex_coord);
+        Self {
+            texture: info.texture(),
+            set: set.unwrap_or(info.tex_coord()),
+            map: moved.map(|moved| map(moved.offset(), moved.rotation(), moved.scale())),
+        }
+    }
+}
+
+impl<'d> From<&NormalTexture<'d>> for Reference<'d> {
+    fn from(info: &NormalTexture<'d>) -> Self {
+        let moved = info.extension_value("KHR_texture_transform");
+        let moved = moved.and_then(|value| TextureTransform::deserialize(value).ok());
+        let set = moved.as_ref().and_then(|moved| moved.tex_coord);
+        Self {
+            texture: info.texture(),
+            set: set.unwrap_or(info.tex_coord()),
+            map: moved.map(|moved| map(moved.offset.0, moved.rotation.0, moved.scale.0)),
         }
     }
 }
@@ -269,9 +307,8 @@ fn unread(document: &Document, texture: &gltf::Texture<'_>) -> String {
 
 /// Returns the map that `KHR_texture_transform` describes for coordinates that go down, for such as
 /// go up.
-fn map(moved: &gltf::texture::TextureTransform<'_>) -> [[f32; 2]; 3] {
-    let (sin, cos) = (libm::sinf(moved.rotation()), libm::cosf(moved.rotation()));
-    let ([x, y], [across, down]) = (moved.offset(), moved.scale());
+fn map([x, y]: [f32; 2], rotation: f32, [across, down]: [f32; 2]) -> [[f32; 2]; 3] {
+    let (sin, cos) = (libm::sinf(rotation), libm::cosf(rotation));
     let map = [
         [cos * across, sin * across],
         [-sin * down, cos * down],

@@ -18,6 +18,8 @@ pub(super) struct Surface {
     /// First and second: v up.
     pub(super) coordinates: [Vec<[f32; 2]>; 2],
     pub(super) colours: Vec<[f32; 3]>,
+    /// For normal maps, where there are normals.
+    pub(super) tangents: Vec<[f32; 4]>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) material: Option<usize>,
     /// Sets of four joints and their weights for each vertex.
@@ -77,6 +79,12 @@ impl Surface {
         if let Some(accessor) = with_all(Semantic::Normals) {
             let read = buffers.floats(&accessor).map_err(&mut unread);
             surface.normals = read.unwrap_or_default();
+        }
+        if let Some(accessor) = with_all(Semantic::Tangents)
+            && material.normal_texture().is_some()
+        {
+            let read = buffers.floats(&accessor).map_err(&mut unread);
+            surface.tangents = read.unwrap_or_default();
         }
         for (set, places) in (0..).zip(&mut surface.coordinates) {
             if let Some(accessor) = with_all(Semantic::TexCoords(set)) {
@@ -194,6 +202,10 @@ impl Surface {
             return;
         }
         self.unmorphed = Some([self.positions.clone(), self.normals.clone()]);
+        if weights.iter().any(|weight| *weight != 0.0) {
+            // Baking makes those of the shape that it has now.
+            self.tangents.clear();
+        }
         for (target, &weight) in self.targets.iter().zip(weights) {
             for delta in target.iter().filter(|_| weight != 0.0) {
                 for (all, by) in [
@@ -267,6 +279,7 @@ impl Surface {
         self.positions = of(&self.positions, corners);
         self.coordinates = [0, 1].map(|set| of(&self.coordinates[set], corners));
         self.colours = of(&self.colours, corners);
+        self.tangents.clear();
         self.joints = self.joints.iter().map(|set| of(set, corners)).collect();
         for target in &mut self.targets {
             let known: HashMap<u32, Delta> = target.iter().map(|of| (of.vertex, *of)).collect();
@@ -358,6 +371,18 @@ impl Pose {
         all.map(|(vertex, normal)| {
             let map = normal_matrix(self.map(surface, vertex));
             (map * Vec3::from_array(*normal)).to_array()
+        })
+    }
+
+    /// Returns tangents of unit length; all zero where they have no direction.
+    pub(super) fn tangents(&self, surface: &Surface) -> impl Iterator<Item = [f32; 4]> {
+        let all = surface.tangents.iter().enumerate();
+        all.map(|(vertex, &[x, y, z, side])| {
+            let map = self.map(surface, vertex);
+            let tangent = map.transform_vector3(Vec3::new(x, y, z)).try_normalize();
+            let is_turned = (map.determinant() < 0.0) != (side < 0.0);
+            let side = if is_turned { -1.0 } else { 1.0 };
+            tangent.map_or([0.0; 4], |tangent| tangent.extend(side).to_array())
         })
     }
 

@@ -15,6 +15,7 @@ pub(super) struct Described {
     pub(super) material: Material,
     pub(super) texture: Option<Map>,
     pub(super) emission_texture: Option<Map>,
+    pub(super) normal_texture: Option<Map>,
     /// Its opacity.
     pub(super) alpha_texture: Option<Map>,
 }
@@ -124,6 +125,7 @@ struct Statements<'t> {
     illumination: Option<f32>,
     map: Option<Map>,
     emission_map: Option<Map>,
+    normal_map: Option<Map>,
     alpha_map: Option<Map>,
     metalness: Option<f32>,
     roughness: Option<f32>,
@@ -148,6 +150,7 @@ impl<'t> Statements<'t> {
             }
             "map_kd" => set(&mut self.map, map(rest)),
             "map_ke" => set(&mut self.emission_map, map(rest)),
+            "norm" => set(&mut self.normal_map, map(rest)),
             "map_d" => set(&mut self.alpha_map, map(rest)),
             "pm" => set(&mut self.metalness, number()),
             "pr" => set(&mut self.roughness, number()),
@@ -222,6 +225,7 @@ impl<'t> Statements<'t> {
             material,
             texture: self.map.clone(),
             emission_texture: self.emission_map.clone(),
+            normal_texture: self.normal_map.clone(),
             alpha_texture: self.alpha_map.clone(),
         }
     }

@@ -8,14 +8,16 @@ fn textures_are_those_of_the_first_coordinates() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a b.png"), grey_png(&[99])).unwrap();
     let mut bytes = triangle_bytes();
-    for number in [0.0_f32, 1.0, 1.0, 1.0, 0.0, 0.25] {
+    let tangents = [[0.0, 0.0, -2.0, -1.0], [1.0, 0.0, 0.0, 1.0], [0.0; 4]];
+    let places = [0.0_f32, 1.0, 1.0, 1.0, 0.0, 0.25];
+    for number in places.iter().chain(tangents.as_flattened()) {
         bytes.extend(number.to_le_bytes());
     }
     // Aligned anew: the indices before take six bytes.
     let at = triangle_bytes().len();
     std::fs::write(folder.path().join("a.bin"), &bytes).unwrap();
     let read = |texture: &str, uri: &str| {
-        let mut json = triangle_json("", r#","uri":"a.bin""#).replace(":78", ":102");
+        let mut json = triangle_json("", r#","uri":"a.bin""#).replace(":78", ":150");
         let source = if uri == "b.ktx2" {
             r#""extensions":{"KHR_texture_basisu":{"source":0}}"#
         } else {
@@ -23,14 +25,19 @@ fn textures_are_those_of_the_first_coordinates() {
         };
         let images = format!(r#""images":[{{"uri":"{uri}"}}],"textures":[{{{source}}}],"#);
         for (before, added) in [
-            (r#""NORMAL":1"#, r#","TEXCOORD_0":3"#),
+            (r#""NORMAL":1"#, r#","TEXCOORD_0":3,"TANGENT":4"#),
             (
                 r#""type":"SCALAR"}"#,
-                r#",{"bufferView":3,"componentType":5126,"count":3,"type":"VEC2"}"#,
+                r#",{"bufferView":3,"componentType":5126,"count":3,"type":"VEC2"},
+                   {"bufferView":4,"componentType":5126,"count":3,"type":"VEC4"}"#,
             ),
             (
                 r#""byteLength":6}"#,
-                &format!(r#",{{"buffer":0,"byteOffset":{at},"byteLength":24}}"#),
+                &format!(
+                    r#",{{"buffer":0,"byteOffset":{at},"byteLength":24}},
+                       {{"buffer":0,"byteOffset":{},"byteLength":48}}"#,
+                    at + 24
+                ),
             ),
             (
                 r#""roughnessFactor":0.1"#,
@@ -53,6 +60,17 @@ fn textures_are_those_of_the_first_coordinates() {
     );
     let texture = moved.mesh.materials[0].texture.clone().unwrap();
     assert_eq!(texture.map, [[2.0, 0.0], [0.0, 4.0], [0.5, -3.25]]);
+    let bumpy = read(
+        r#"{"index":0}},"normalTexture":{"index":0,"scale":0.5,"extensions":{
+        "KHR_texture_transform":{"offset":[0.5,0.25],"scale":[2,4]}}},"extras":{"a":0"#,
+        "a%20b.png",
+    );
+    let map = bumpy.mesh.materials[0].normal_map.as_ref().unwrap();
+    assert_eq!((map.scale, map.texture.map), (0.5, texture.map));
+    // Of unit length; what is none is left to baking.
+    let expected = [[0.0, 0.0, -1.0, -1.0], [1.0, 0.0, 0.0, 1.0], [0.0; 4]];
+    assert_eq!(bumpy.mesh.tangents, expected);
+    assert!(bumpy.unused.is_empty() && moved.mesh.tangents.is_empty());
     for (texture, uri, says) in [
         (
             r#"{"index":0,"texCoord":2}"#,
