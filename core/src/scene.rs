@@ -174,6 +174,11 @@ impl<'a, const W: usize> Scene<'a, W> {
         self.normals.len()
     }
 
+    /// Returns how many tangents the vertices of meshes with normal maps have, all together.
+    pub const fn tangents(&self) -> usize {
+        self.tangents.len()
+    }
+
     /// Returns bytes that the scene takes.
     pub const fn byte_len(&self) -> u32 {
         self.header.byte_len

@@ -226,6 +226,7 @@ where
             nodes: &mut table.0,
             leaves: &mut table.1,
             normals: &mut table.2,
+            tangents: &mut [],
             positions: &mut table.3,
             meshes: &mut table.4,
         })

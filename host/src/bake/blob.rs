@@ -228,7 +228,7 @@ fn id_leaf(triangles: &[u32]) -> IdLeaf {
     std::array::from_fn(|lane| triangles.get(lane).copied().unwrap_or(u32::MAX))
 }
 
-pub(super) fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlock<W> {
+fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlock<W> {
     let mut block = LeafBlock::EMPTY;
     for (lane, &triangle) in triangles.iter().enumerate() {
         block.ids[lane] = triangle;

@@ -1,8 +1,8 @@
 //! A baked scene that moves: its instances and meshes as at a time, without another bake.
 
 use super::AnyScene;
-use super::blob::leaf_block;
 use super::tree::{self, Bounds};
+use crate::scene::mesh::TriangleMesh;
 use crate::scene::motion::Pose;
 use crate::scene::{self, Shape};
 use obvhs::BvhBuildParams;
@@ -24,6 +24,7 @@ pub struct StageMemory<const W: usize = 8> {
     nodes: Vec<Node<W>>,
     leaves: Vec<LeafBlock<W>>,
     normals: Vec<[f32; 3]>,
+    tangents: Vec<[f32; 4]>,
     positions: Vec<[f32; 3]>,
     meshes: Vec<Mesh>,
 }
@@ -56,14 +57,45 @@ impl<'s> From<AnyScene<'s>> for Staged<'s> {
 }
 
 /// The tree of a mesh that deforms.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct DeformingTree {
     /// Number of the mesh in the baked scene.
     mesh: usize,
+    /// Corners of its triangles, as they were baked.
+    triangles: Vec<[u32; 3]>,
+    /// The vertices that baking has repeated, for other tangents: the numbers of the originals.
+    repeated: Vec<u32>,
     /// Its cost when it was built; `None` before it is known.
     cost: Option<f32>,
     /// Whether there is no memory for another one.
     is_last: bool,
+}
+
+impl DeformingTree {
+    fn new<const W: usize>(scene: &Scene<'_, W>, number: usize, source: &TriangleMesh) -> Self {
+        let mesh = &scene.meshes()[number];
+        let triangles = &scene.records().triangles[mesh.first_triangle as usize..];
+        let triangles = triangles.iter().take(mesh.triangle_count as usize);
+        let triangles: Vec<[u32; 3]> = triangles.map(|triangle| triangle.corners).collect();
+        let own = source.positions.len();
+        let mut repeated = vec![0; mesh.normal_count as usize - own];
+        for (corner, original) in triangles
+            .iter()
+            .zip(&source.triangles)
+            .flat_map(|(a, b)| a.iter().zip(b))
+        {
+            if let Some(further) = (*corner as usize).checked_sub(own) {
+                repeated[further] = *original;
+            }
+        }
+        Self {
+            mesh: number,
+            triangles,
+            repeated,
+            cost: None,
+            is_last: W != 8,
+        }
+    }
 }
 
 impl<const W: usize> StageMemory<W> {
@@ -76,6 +108,7 @@ impl<const W: usize> StageMemory<W> {
             nodes: Vec::new(),
             leaves: Vec::new(),
             normals: Vec::new(),
+            tangents: Vec::new(),
             positions: Vec::new(),
             meshes: Vec::new(),
         };
@@ -94,6 +127,7 @@ impl<const W: usize> StageMemory<W> {
             let (nodes, leaves, _) = scene.sizes();
             memory.nodes = vec![Node::EMPTY; nodes + spare_nodes];
             memory.normals = zeroed(scene.vertices());
+            memory.tangents = vec![[0.0; 4]; scene.tangents()];
             memory.meshes = vec![Mesh::new_zeroed(); scene.meshes().len()];
             if W == 8 {
                 memory.leaves = vec![LeafBlock::EMPTY; leaves + spare_leaves];
@@ -117,11 +151,8 @@ impl<'s, const W: usize> Stage<'s, W> {
     ) -> Result<Self, PoseError> {
         let deforming = source.motion.deforming();
         let trees = deforming.filter_map(|mesh| {
-            Some(DeformingTree {
-                mesh: baked_mesh(&scene, source, mesh)?,
-                cost: None,
-                is_last: W != 8,
-            })
+            let number = baked_mesh(&scene, source, mesh)?;
+            Some(DeformingTree::new(&scene, number, &source.meshes[mesh]))
         });
         let trees: Vec<DeformingTree> = trees.collect();
         let mut poses = Poses::new(scene, &mut memory.top, &mut memory.instances)?;
@@ -130,6 +161,7 @@ impl<'s, const W: usize> Stage<'s, W> {
                 nodes: &mut memory.nodes,
                 leaves: &mut memory.leaves,
                 normals: &mut memory.normals,
+                tangents: &mut memory.tangents,
                 positions: &mut memory.positions,
                 meshes: &mut memory.meshes,
             })?;
@@ -151,23 +183,23 @@ impl<'s, const W: usize> Stage<'s, W> {
     /// A pose that the core refuses: see [`PoseError`].
     pub fn set_time(&mut self, time: f64) -> Result<(), PoseError> {
         self.source.pose_into(time, &mut self.pose);
-        for ((number, shape), tree) in self.pose.meshes.iter().zip(&mut self.trees) {
+        for ((_, shape), tree) in self.pose.meshes.iter_mut().zip(&mut self.trees) {
+            for all in [&mut shape.positions, &mut shape.normals] {
+                for &vertex in &tree.repeated {
+                    all.push(all[vertex as usize]);
+                }
+            }
             let cost = (self.poses).deform(tree.mesh, &shape.positions, &shape.normals)?;
             let built = *tree.cost.get_or_insert(cost.cost);
             if cost.cost <= MOST_COST * built || tree.is_last {
                 continue;
             }
-            let mesh = &self.source.meshes[*number];
             let bounds = |corners: &[u32; 3]| {
                 Bounds::of_points(corners.map(|corner| shape.positions[corner as usize]))
             };
-            let boxes: Vec<Bounds> = mesh.triangles.iter().map(bounds).collect();
+            let boxes: Vec<Bounds> = tree.triangles.iter().map(bounds).collect();
             let new = tree::build_with::<W>(&boxes, W, BvhBuildParams::fast_build());
-            let leaves: Vec<_> = new
-                .leaves
-                .iter()
-                .map(|leaf| leaf_block(mesh, leaf))
-                .collect();
+            let leaves: Vec<_> = new.leaves.iter().map(leaf_of).collect();
             match self.poses.replant(tree.mesh, &new.nodes, &leaves) {
                 // The tree that there is goes on.
                 Err(PoseError::Memory { .. } | PoseError::NotATree { .. }) => tree.is_last = true,
@@ -200,4 +232,13 @@ fn baked_mesh<const W: usize>(
         .zip(scene.instances())
         .find(|(object, _)| object.shape == Shape::Mesh(mesh));
     shown.map(|(_, instance)| instance.geometry as usize)
+}
+
+/// Returns a leaf of some triangles, whose corners are not known yet.
+fn leaf_of<const W: usize>(triangles: &[u32]) -> LeafBlock<W> {
+    let mut block = LeafBlock::EMPTY;
+    for (place, triangle) in block.ids.iter_mut().zip(triangles) {
+        *place = *triangle;
+    }
+    block
 }

@@ -2,10 +2,12 @@
 
 use super::tree::{Bounds, refit};
 use super::{PoseError, Poses, copied, map_of};
+use crate::numeric::normalize;
 use crate::scene::Scene;
 use crate::scene::format::{INDEX, Instance, LEAF, LeafBlock, Mesh, Node, Triangle, kind};
 use crate::scene::validate::can_replace;
 use crate::shape::Ray;
+use glam::Vec3;
 
 /// The memory for the tables of meshes that deform: each has at least as many places as the scene's
 /// own table. [`Poses::replant`] puts trees into further ones.
@@ -17,6 +19,8 @@ pub struct Tables<'m, const W: usize = 8> {
     pub leaves: &'m mut [LeafBlock<W>],
     /// Normals, one for each of the [vertices](Scene::vertices).
     pub normals: &'m mut [[f32; 3]],
+    /// As many as there are [tangents](Scene::tangents).
+    pub tangents: &'m mut [[f32; 4]],
     /// Positions of the vertices in the compact layout; none in the fast one.
     pub positions: &'m mut [[f32; 3]],
     /// As many as there are [meshes](Scene::meshes).
@@ -52,6 +56,7 @@ impl<'m, const W: usize> Poses<'_, 'm, W> {
             nodes,
             leaves,
             normals,
+            tangents,
             positions,
             meshes,
         } = tables;
@@ -64,6 +69,7 @@ impl<'m, const W: usize> Poses<'_, 'm, W> {
                 nodes,
                 leaves,
                 normals: copied("normals", scene.normals, normals)?,
+                tangents: copied("tangents", scene.tangents, tangents)?,
                 positions: copied("positions", scene.positions, positions)?,
                 meshes: copied("meshes", scene.meshes, meshes)?,
             },
@@ -72,8 +78,9 @@ impl<'m, const W: usize> Poses<'_, 'm, W> {
     }
 
     /// Gives the vertices of a mesh new positions, in its own frame, and normals; fits its tree and
-    /// the boxes of its instances, which lose their covers. [`refit`](Self::refit) follows after
-    /// all meshes and instances are as they should be.
+    /// the boxes of its instances, which lose their covers. Its tangents turn as little as the
+    /// normals ask for. [`refit`](Self::refit) follows after all meshes and instances are as they
+    /// should be.
     ///
     /// # Errors
     /// A mesh that the scene does not have, or that has polygon levels; another number of vertices
@@ -134,6 +141,16 @@ impl<'m, const W: usize> Poses<'_, 'm, W> {
             .zip(normals)
         {
             *place = *normal;
+        }
+        let tangents = scene.tangents.get(record.first_tangent as usize..);
+        let places = tables.tangents.get_mut(record.first_tangent as usize..);
+        let before = scene.normals.get(record.first_normal as usize..);
+        let before = before.unwrap_or_default().iter().zip(normals);
+        let of_vertices = tangents.unwrap_or_default().iter().zip(before);
+        for (place, (tangent, (before, now))) in
+            places.unwrap_or_default().iter_mut().zip(of_vertices)
+        {
+            *place = turned(*tangent, *before, *now);
         }
         // The fast layout has none.
         let places = tables.positions.get_mut(vertices).unwrap_or_default();
@@ -247,6 +264,7 @@ impl<const W: usize> Taken<'_, W> {
             nodes: tables.nodes,
             leaves: tables.leaves,
             normals: tables.normals,
+            tangents: tables.tangents,
             positions: tables.positions,
             meshes: tables.meshes,
             ..*scene
@@ -307,6 +325,22 @@ fn enclosed(instance: &Instance, bounds: Bounds) -> Option<Instance> {
     let condition = f64::from(instance.condition);
     enclosed.enclose(&map_of(instance), condition, bounds.low, bounds.high)?;
     Some(enclosed)
+}
+
+/// Returns a tangent after the smallest turn that brings a normal from where it was to where it is.
+fn turned([x, y, z, side]: [f32; 4], before: [f32; 3], now: [f32; 3]) -> [f32; 4] {
+    let (tangent, before, now) = (Vec3::new(x, y, z), before.into(), Vec3::from_array(now));
+    let axis = Vec3::cross(before, now);
+    let cosine = before.dot(now);
+    let once = axis.cross(tangent);
+    let turned = tangent + once + axis.cross(once) / (1.0 + cosine);
+    // Opposite normals say of no turn that it is the smallest.
+    let turned = if cosine > -0.99 {
+        normalize(turned)
+    } else {
+        None
+    };
+    turned.unwrap_or(tangent).extend(side).to_array()
 }
 
 /// Leaves no −0 behind, so that equal vertices have equal bits.
