@@ -6,6 +6,7 @@ pub(super) mod foveated;
 pub(super) mod frames;
 #[cfg(unix)]
 pub(super) mod latency;
+pub(super) mod motion;
 pub(super) mod rays;
 pub(super) mod spectrum;
 pub(super) mod sweep;
@@ -22,6 +23,7 @@ use shisen::cli::play::Prepared;
 #[derive(Debug, Subcommand)]
 pub(super) enum Bench {
     Rays(rays::Arguments),
+    Motion(motion::Arguments),
     Table2(table2::Arguments),
     Sweep(sweep::Arguments),
     Fill(fill::Arguments),
@@ -35,6 +37,7 @@ pub(super) enum Bench {
 pub(super) fn run(bench: &Bench) -> Result<(), Failure> {
     match bench {
         Bench::Rays(arguments) => rays::run(arguments),
+        Bench::Motion(arguments) => motion::run(arguments),
         Bench::Table2(arguments) => table2::run(arguments),
         Bench::Sweep(arguments) => sweep::run(arguments),
         Bench::Fill(arguments) => fill::run(arguments),

@@ -3,7 +3,7 @@
 mod shapes;
 mod surfaces;
 
-use crate::scene::material::{Alpha, Cover, Graticule, Material, Microfacets};
+use crate::scene::material::{Alpha, Cover, Graticule, Material, Microfacets, NormalMap};
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::motion::{Channel, Clip, Course, Local};
 use crate::scene::placement::{Normalisation, Placement};
@@ -165,7 +165,15 @@ fn walls(room: &mut Room) {
         DVec3::new(9.0, 0.0, 0.0),
         DVec3::new(0.0, 4.5, 0.0),
     );
-    room.mesh(back, textured("brick", brick), still);
+    let joints = Texture::new(Pattern::Image(surfaces::joints()), [5.0, 2.5]);
+    let brick = Material {
+        normal_map: Some(NormalMap {
+            texture: joints,
+            scale: 1.0,
+        }),
+        ..textured("brick", brick)
+    };
+    room.mesh(back, brick, still);
     let plaster = matt("plaster", [0.78, 0.76, 0.72]);
     let right = plate(
         DVec3::new(4.5, FLOOR, -6.5),

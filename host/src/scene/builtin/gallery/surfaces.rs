@@ -88,6 +88,26 @@ pub(super) fn bricks() -> Arc<Image> {
     })
 }
 
+/// Returns the normals of the same bricks, whose faces stand out from the joints.
+pub(super) fn joints() -> Arc<Image> {
+    image([SIDE, SIDE], |u, v| {
+        let row = (v * 10.0).floor();
+        let along = u * 4.0 + 0.5 * (row % 2.0);
+        let (x, y) = (along - along.floor(), v * 10.0 - row);
+        // Down to the joint over a twentieth of a brick, and uneven.
+        let edge = |place: f64, width: f64| {
+            let towards = |place: f64| (1.0 - place / width).max(0.0);
+            towards(1.0 - place) - towards(place)
+        };
+        let uneven = |by: f64| smooth(u * 96.0 + by, v * 96.0, [96, 96]) - 0.5;
+        let x = 0.7 * edge(x, 0.045) + 0.25 * uneven(0.0);
+        let y = 0.7 * edge(y, 0.11) + 0.25 * uneven(31.0);
+        let length = (x * x + y * y + 1.0).sqrt();
+        let code = |part: f64| 0.5 * (part / length + 1.0);
+        [code(x), code(y), code(1.0), 1.0]
+    })
+}
+
 /// Returns the roughness of steel that was brushed across, in the green channel.
 pub(super) fn brushed() -> Arc<Image> {
     image([16, 256], |u, v| {
