@@ -2,8 +2,9 @@
 
 use crate::watertight::{aimed, assert_none_lost, targets};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
-use shisen::bake::Baked;
 use shisen::bake::simplify::PolygonLevels;
+use shisen::bake::{Baked, Stage, StageMemory};
+use shisen::scene::import;
 use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::{Object, Scene, Shape};
 use shisen_core::frame::{Budget, Workspace};
@@ -12,6 +13,7 @@ use shisen_core::scene::{self as core, PoseError, Poses, Tables};
 use shisen_core::shape::Ray;
 use shisen_core::trace::{Hit, Tracer};
 use shisen_core::{Runs, Simd};
+use shisen_evidence::walker::walker;
 use shisen_tests::meshes::{gridded_cube, icosphere, torus};
 use shisen_tests::rays::Random;
 use shisen_tests::scenes::{empty, levels};
@@ -292,4 +294,35 @@ fn what_is_no_pose_is_refused_and_changes_nothing() {
     let rays: Vec<Ray> = (0..500).map(|n| ray(&mut Random::new(n), 6.0)).collect();
     let simd = Simd::detect();
     assert_eq!(hits(poses.scene(), simd, &rays), hits(base, simd, &rays));
+}
+
+/// An animal walks on its joints.
+#[test]
+fn a_stage_is_hit_as_if_its_moments_were_baked() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("walker.glb");
+    std::fs::write(&path, walker(0)).expect("a file");
+    let model = import::load(&path).expect("a model");
+    let scene = Scene::of_model(model, None, None, None);
+    let baked = Baked::<8>::new(&scene).expect("a scene");
+    let mut memory = StageMemory::of(&baked.scene(), &scene);
+    let mut stage = Stage::new(baked.scene(), &scene, &mut memory).expect("a stage");
+    let mut random = Random::new(0x57A6);
+    for time in [0.0, 0.3, 0.77, 1.3] {
+        stage.set_time(time).expect("a pose");
+        let anew = Baked::<8>::new(&scene.at(time)).expect("a scene");
+        let rays: Vec<Ray> = (0..4_000)
+            .map(|_| {
+                let target = DVec3::new(0.0, -0.9, -2.5) + DVec3::from(random.direction()) * 0.5;
+                aimed(DVec3::ZERO, target).expect("a direction")
+            })
+            .collect();
+        let expected = hits(anew.scene(), Simd::detect(), &rays);
+        assert!(expected.iter().filter(|hit| hit[0] != u32::MAX).count() > 1_000);
+        assert_eq!(
+            hits(stage.scene(), Simd::detect(), &rays),
+            expected,
+            "{time} s"
+        );
+    }
 }

@@ -14,3 +14,4 @@ pub mod selftest;
 pub mod table;
 mod textbook;
 pub mod tradeoff;
+pub mod walker;
