@@ -41,7 +41,8 @@ const FIXATE: &str = "Point in the room, in metres, that both eyes look at. With
     mut_arg("range", range_in_one_frame)
 )]
 pub struct LiveArguments {
-    /// A, B, C or D of the paper, grid, prism, spheres, a model, a TOML description or a baked scene
+    /// A, B, C or D of the paper, gallery, grid, prism, spheres, a model, a TOML description or a
+    /// baked scene
     #[arg(long, value_name = SCENES, default_value = "A")]
     pub scene: SceneName,
     #[command(flatten)]

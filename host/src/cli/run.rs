@@ -25,7 +25,10 @@ use report::{Report, Surroundings, Together};
 
 /// Follows a tracker frame after frame, within a budget
 #[derive(Debug, Args)]
-#[command(mut_arg("lod", live_lod))]
+#[command(
+    mut_arg("lod", |lod| live_lod(lod).default_value("foveated")),
+    mut_arg("scene", |scene| scene.default_value("gallery"))
+)]
 pub(super) struct Arguments {
     #[command(flatten)]
     live: LiveArguments,
@@ -44,8 +47,8 @@ pub(super) struct Arguments {
     /// End after N frames
     #[arg(long, value_name = "N", value_parser = whole::<u64>(1..))]
     frames: Option<u64>,
-    /// Where frames are shown [default: window for the scene of a file, where there is a display;
-    /// else none]
+    /// Where frames are shown [default: window for the gallery and the scene of a file, where there
+    /// is a display; else none]
     #[arg(long, value_enum)]
     view: Option<View>,
     /// How --view shows two eyes: mono (the left one alone), sequential (left, then right),
@@ -123,8 +126,13 @@ impl Arguments {
         self.live.room.check_stereo(stereo)
     }
 
+    /// Returns whether its scene is there to be looked at, rather than measured.
+    const fn is_to_be_seen(&self) -> bool {
+        matches!(self.live.scene, SceneName::File(_) | SceneName::Gallery)
+    }
+
     fn view(&self) -> View {
-        let shows = !self.cluster && matches!(self.live.scene, SceneName::File(_));
+        let shows = !self.cluster && self.is_to_be_seen();
         match self.view {
             Some(view) => view,
             None if shows && watch::is_possible() => View::Window,
@@ -138,8 +146,7 @@ impl Arguments {
         let shown = (self.view() == View::Window).then(watch::refresh);
         let mut time = self.time;
         time.refresh = shown.flatten();
-        let is_file = matches!(self.live.scene, SceneName::File(_));
-        if is_file && self.view() == View::Png {
+        if self.is_to_be_seen() && self.view() == View::Png {
             time.or_unlimited()
         } else {
             time

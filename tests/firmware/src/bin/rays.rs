@@ -11,14 +11,16 @@
 use core::hint::black_box;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
-use glam::Vec3;
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 use shisen_core::Simd;
 use shisen_core::frame::{
     Budget, CompactRenderer, FlatScreen, LevelOfDetail, Renderer, Settings, View, Workspace,
 };
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
-use shisen_core::scene::{CompactScene, EffectSet};
+use shisen_core::scene::format::{Instance, Node};
+use shisen_core::scene::{CompactScene, EffectSet, Poses};
 use shisen_core::shape::Ray;
+use shisen_core::trace::Tracer;
 use shisen_firmware::measure;
 
 /// Address of the scene, and the bytes of memory from there on.
@@ -149,6 +151,42 @@ fn radiance(wall: &Wall<'_>, ray: &Ray, workspace: &mut Workspace) {
     black_box(tracer.radiance(black_box(ray), &mut { Budget::UNLIMITED }, workspace));
 }
 
+/// Most nodes of the tree over instances, and most instances.
+const PLACES: (usize, usize) = (16, 16);
+
+/// Returns where an instance moves.
+fn moved(instance: &Instance) -> DAffine3 {
+    let columns = instance
+        .world_from_object
+        .map(|column| column.map(f64::from));
+    let turn = DMat3::from_cols_array(&[0.6, 0.0, -0.8, 0.0, 1.0, 0.0, 0.8, 0.0, 0.6]);
+    let nearer = DAffine3::from_mat3_translation(turn * 0.75, DVec3::new(0.2, 0.1, -1.0));
+    nearer * DAffine3::from_cols_array_2d(&columns)
+}
+
+/// Returns a number for what all rays hit after the instances have moved: the host works out the
+/// same (tests/src/bin/firmware/poses.rs).
+fn posed_hits(scene: CompactScene<'_>, view: &View, workspace: &mut Workspace) -> Option<u32> {
+    let mut top = [Node::EMPTY; PLACES.0];
+    let mut instances = [*scene.instances().first()?; PLACES.1];
+    let mut poses = Poses::new(scene, &mut top, &mut instances).ok()?;
+    for (number, instance) in scene.instances().iter().enumerate() {
+        poses.set(number, &moved(instance)).ok()?;
+    }
+    poses.refit();
+    let tracer = Tracer::for_effects::<EFFECTS>(poses.scene(), Simd::PORTABLE, 0);
+    let mut sum = 0u32;
+    for number in 0..SIDE * SIDE {
+        let ray = view.ray((number % SIDE) as f32, (number / SIDE) as f32)?;
+        let hit = tracer.nearest(&ray, &mut { Budget::UNLIMITED }, workspace);
+        let bits = hit.map_or(0, |hit| {
+            hit.on.t.to_bits() ^ hit.on.triangle ^ hit.instance << 24
+        });
+        sum = sum.wrapping_mul(31).wrapping_add(bits);
+    }
+    Some(sum)
+}
+
 fn measured(workspace: &mut Workspace) -> Option<()> {
     // SAFETY: the board has this memory, and nothing writes to it.
     let bytes = unsafe { core::slice::from_raw_parts(SCENE.0 as *const u8, SCENE.1) };
@@ -183,6 +221,8 @@ fn measured(workspace: &mut Workspace) -> Option<()> {
     );
     let shaded = wall.per_ray(Some(true), &hits, radiance);
     hprintln!("shaded_hit {}", shaded.saturating_sub(found));
+
+    hprintln!("posed_hits {}", posed_hits(scene, &view, wall.workspace)?);
 
     let sight = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).ok()?;
     let gaze = Gaze::new(sight, VisualField::PAPER);

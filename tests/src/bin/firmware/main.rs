@@ -24,6 +24,7 @@ macro_rules! ensure {
 
 mod latency;
 mod limits;
+mod poses;
 mod time;
 
 use glam::{Quat, Vec3};
@@ -73,10 +74,11 @@ fn main() -> ExitCode {
             return ExitCode::FAILURE;
         }
     };
-    let checks: [(&str, Check); 15] = [
+    let checks: [(&str, Check); 16] = [
         ("scenes A to D, both gazes", Bench::paper_scenes),
         ("a dome master", Bench::dome_master),
         ("a prism by wavelengths", Bench::by_wavelengths),
+        ("instances that move", Bench::poses),
         ("budgets and slices", Bench::budgets),
         ("two eyes that follow a moving viewer", Bench::moving_viewer),
         ("a scene cut off or damaged", Bench::damaged_scenes),
