@@ -2,7 +2,7 @@
 
 use super::Importer;
 use crate::scene::import::ImportError;
-use crate::scene::motion::{Delta, normal_matrix};
+use crate::scene::motion::{Delta, morph, normal_matrix};
 use glam::{Mat4, Vec3};
 use gltf::accessor::Dimensions;
 use gltf::material::AlphaMode;
@@ -126,7 +126,16 @@ impl Surface {
         if surface.normals.is_empty() {
             surface.separate();
         }
-        surface.morph(weights);
+        if !surface.targets.is_empty() {
+            surface.unmorphed = Some([surface.positions.clone(), surface.normals.clone()]);
+            let Self {
+                targets,
+                positions,
+                normals,
+                ..
+            } = &mut surface;
+            morph(targets, weights, positions, normals);
+        }
         Ok(Some(surface))
     }
 
@@ -186,27 +195,6 @@ impl Surface {
             self.targets.push(deltas);
         }
         Ok(())
-    }
-
-    /// Moves vertices as morph targets say.
-    fn morph(&mut self, weights: &[f32]) {
-        if self.targets.is_empty() {
-            return;
-        }
-        self.unmorphed = Some([self.positions.clone(), self.normals.clone()]);
-        for (target, &weight) in self.targets.iter().zip(weights) {
-            for delta in target.iter().filter(|_| weight != 0.0) {
-                for (all, by) in [
-                    (&mut self.positions, delta.position),
-                    (&mut self.normals, delta.normal),
-                ] {
-                    if let Some(item) = all.get_mut(delta.vertex as usize) {
-                        *item =
-                            (Vec3::from_array(*item) + weight * Vec3::from_array(by)).to_array();
-                    }
-                }
-            }
-        }
     }
 
     fn read_triangles(
