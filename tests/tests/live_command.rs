@@ -31,7 +31,7 @@ fn warned(folder: &Path, words: &str) -> (Value, String) {
 fn the_command_follows_the_mock_and_reports() {
     let folder = folder();
     // Wherever the viewer looks in the meantime, less than a frame needs.
-    let words = "run --tracker mock:seed=3 --hz 100 --budget 40000steps --frames 40 --size 48 \
+    let words = "run --scene A --tracker mock:seed=3 --hz 100 --budget 40000steps --frames 40 --size 48 \
                  --record log --view png";
     let report = report(folder.path(), words);
     says(
@@ -91,7 +91,7 @@ fn the_command_follows_the_mock_and_reports() {
 fn a_gaze_that_is_lost_leaves_no_hole_where_it_was() {
     let folder = folder();
     record(folder.path(), "mock", "gaze.csv", 200);
-    let words = "run --tracker replay:gaze.csv --size 48 --budget 40000steps --hz 100 \
+    let words = "run --scene A --tracker replay:gaze.csv --size 48 --budget 40000steps --hz 100 \
                  --frames 150 --record log";
     let report = report(folder.path(), words);
     let lost = logged(folder.path()).into_iter();
@@ -109,7 +109,7 @@ fn a_tracker_that_is_killed_adds_nothing_to_latencies() {
     let spec = "serial:tracker?protocol=link&hold_after=0.1&widen_after=0.2&head_after=0.4&\
                 full_after=0.6";
     let words = format!(
-        "run --tracker {spec} --hz 50 --size 24 --budget 20000steps --frames 120 --view png \
+        "run --scene A --tracker {spec} --hz 50 --size 24 --budget 20000steps --frames 120 --view png \
          --record log --json"
     );
     let mut run = start(folder.path(), &words);
@@ -149,7 +149,7 @@ fn a_tracker_that_is_killed_adds_nothing_to_latencies() {
 #[test]
 fn an_interrupt_ends_it_with_a_report() {
     let folder = folder();
-    let words = "run --size 16 --hz 60 --view png --record log --json";
+    let words = "run --scene A --size 16 --hz 60 --view png --record log --json";
     let mut run = start(folder.path(), words);
     await_file(&folder.path().join("shisen-out/frame-000003.png"));
     let report: Value = serde_json::from_str(&run.interrupt()).expect("an object");
@@ -162,7 +162,7 @@ fn an_interrupt_ends_it_with_a_report() {
         "{records:?}"
     );
     // Before anything is shown, too: what is measured at first takes seconds.
-    let words = "run --size 512 --samples 4 --view png --out empty --json";
+    let words = "run --scene A --size 512 --samples 4 --view png --out empty --json";
     let mut run = start(folder.path(), words);
     await_file(&folder.path().join("empty"));
     let report: Value = serde_json::from_str(&run.interrupt()).expect("an object");
@@ -172,7 +172,7 @@ fn an_interrupt_ends_it_with_a_report() {
 #[test]
 fn budgets_that_are_too_small_are_counted_and_told() {
     let folder = folder();
-    let words = "run --budget 1steps --frames 5 --size 16 --lod foveated --samples 5";
+    let words = "run --scene A --budget 1steps --frames 5 --size 16 --lod foveated --samples 5";
     let (report, said) = warned(folder.path(), words);
     assert_eq!(report["frames_with_unfinished_fovea"], 5, "{report}");
     for told in ["the budget is too small", "8 rays a pixel instead of 5"] {
@@ -180,7 +180,7 @@ fn budgets_that_are_too_small_are_counted_and_told() {
     }
     // Where a refresh leaves more time than the budget, no frame is late, and all are over
     // their time.
-    let words = "run --hz 10 --budget 0.1ms --frames 8 --record log";
+    let words = "run --scene A --hz 10 --budget 0.1ms --frames 8 --record log";
     let (report, said) = warned(folder.path(), words);
     assert_eq!(report["over_time_frames"], 8, "{report}");
     assert_eq!(report["over_budget_frames"], 0, "{report}");
@@ -196,7 +196,7 @@ fn budgets_that_are_too_small_are_counted_and_told() {
 /// A head that is outside of the room from the first sample on.
 #[test]
 fn an_eye_that_sees_no_wall_at_first_has_blind_frames() {
-    let words = "run --tracker mock:delay=0 --head 0,0,-1.4999 --frames 10 --size 32";
+    let words = "run --scene A --tracker mock:delay=0 --head 0,0,-1.4999 --frames 10 --size 32";
     let report = report(folder().path(), words);
     assert_eq!(report["frames"], 10, "{report}");
     assert!(count(&report, "blind_frames") > 0, "{report}");
@@ -206,7 +206,7 @@ fn an_eye_that_sees_no_wall_at_first_has_blind_frames() {
 #[test]
 fn frames_go_on_where_nobody_reads_what_is_told() {
     let folder = folder();
-    let run = "run --tracker mock:rate=10000 --frames 60 --size 24 --hz 60 --json";
+    let run = "run --scene A --tracker mock:rate=10000 --frames 60 --size 24 --hz 60 --json";
     let full = "(yes | head -c 1000000) >&2 & sleep 1";
     let mut command = std::process::Command::new("sh");
     let command = command.current_dir(folder.path());
@@ -270,7 +270,10 @@ fn a_window_system_that_hangs_is_told() {
     let port = silent.local_addr().expect("an address").port();
     let display = port.checked_sub(6_000).expect("a high port");
     let folder = folder();
-    let mut command = line(folder.path(), "run --view window --size 16 --frames 1");
+    let mut command = line(
+        folder.path(),
+        "run --scene A --view window --size 16 --frames 1",
+    );
     command.env("DISPLAY", format!("127.0.0.1:{display}"));
     let said = refusal(command.timeout(Duration::from_mins(1)), 1);
     assert!(said.contains("does not answer"), "{said}");
@@ -280,7 +283,8 @@ fn a_window_system_that_hangs_is_told() {
 #[test]
 fn a_flood_is_thinned_and_told() {
     let folder = folder();
-    let words = "run --tracker mock:rate=10000 --size 24 --hz 60 --frames 90 --record log";
+    let words =
+        "run --scene A --tracker mock:rate=10000 --size 24 --hz 60 --frames 90 --record log";
     let (report, said) = warned(folder.path(), words);
     let count = |key: &str| count(&report, key);
     assert!(count("samples") > 10_000, "{report}");

@@ -15,6 +15,7 @@ use crate::cave::{BuiltInCave, Cave, Wall};
 use crate::cli::prelude::*;
 use crate::render::effects::Effects;
 use crate::scene::builtin::PaperScene;
+use crate::scene::motion::Playing;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::Quat;
 use shisen_core::Simd;
@@ -130,6 +131,16 @@ pub struct ModelArguments {
     /// [default: auto for a model that is the scene, else 0]
     #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true)]
     pub exposure: Option<Exposure>,
+    /// Animations of glTF files that play: those of this name, all at once, or none, which also
+    /// stills those of a scene file. Models without the name stand still [default: the first of
+    /// each model]
+    #[arg(long, value_name = "NAME|all|none")]
+    pub animation: Option<Playing>,
+    /// Seconds from the start at which the scene stands still [default: it moves where a command
+    /// plays it, and else is as at 0]
+    #[arg(long, value_name = "SECONDS",
+          value_parser = within(0.0..=1.0e6, "seconds from 0 to 1,000,000"))]
+    pub time: Option<f64>,
     /// Normals of the built-in scenes' mesh [default: smooth]
     #[arg(long, value_enum)]
     pub normals: Option<Normals>,
@@ -150,7 +161,8 @@ impl ModelArguments {
 
     pub const fn is_given(&self) -> bool {
         let size = self.scale.is_some() || self.exposure.is_some();
-        size || self.camera.is_some() || self.mesh.is_some() || self.normals.is_some()
+        let motion = self.animation.is_some() || self.time.is_some();
+        motion || size || self.camera.is_some() || self.mesh.is_some() || self.normals.is_some()
     }
 }
 

@@ -159,8 +159,8 @@ fn load(arguments: &Arguments) -> Result<(Scene, Shown), Failure> {
             "several inputs must all be models, such as .obj and .glb files: bake one scene at a time"
         )),
         _ if model.is_given() => Err(misuse!(
-            "--mesh, --normals, --scale, --camera and --exposure are for one scene: several models \
-             stand where their files place them"
+            "--mesh, --normals, --scale, --camera, --exposure, --animation and --time are for one \
+             scene: several models stand where their files place them"
         )),
         all => {
             let mut told = Told::default();

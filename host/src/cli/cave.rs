@@ -28,9 +28,9 @@ use tracked::{Follower, TrackerArguments};
 #[derive(Debug, Args)]
 #[command(mut_arg("lod", to_be_filled))]
 pub(super) struct Arguments {
-    /// A, B, C or D of the paper, grid (meridians and parallels on a sphere of 100 m), prism (light
-    /// through a slit, seen through a 60° prism), spheres (three balls of quartz), a model, a TOML
-    /// description or a baked scene
+    /// A, B, C or D of the paper, gallery (a room with every effect), grid (meridians and parallels
+    /// on a sphere of 100 m), prism (light through a slit, seen through a 60° prism), spheres (three
+    /// balls of quartz), a model, a TOML description or a baked scene
     #[arg(long, value_name = SCENES, default_value = "A")]
     scene: SceneName,
     #[command(flatten)]

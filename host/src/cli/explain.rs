@@ -15,7 +15,7 @@ use crate::render::effects::{Effects, compiled_for};
 use crate::render::spectrum::Dispersion;
 use crate::render::{self, Options};
 use crate::scene::builtin::PaperScene;
-use report::{Asked, Met, NOT_BUILT, Primary, Report, Seconds, not_simulated};
+use report::{Animation, Asked, Met, NOT_BUILT, Primary, Report, Seconds, not_simulated};
 use shisen_core::scene::EffectSet;
 
 /// Shows which effects a scene asks for, and what each costs
@@ -26,8 +26,8 @@ use shisen_core::scene::EffectSet;
     mut_arg("range", range_in_one_frame)
 )]
 pub(super) struct Arguments {
-    /// A, B, C or D of the paper, grid, prism, spheres, a model, a TOML description or a baked
-    /// scene [default: A]
+    /// A, B, C or D of the paper, gallery, grid, prism, spheres, a model, a TOML description or a
+    /// baked scene [default: A]
     #[arg(id = "explained", value_name = "SCENE", conflicts_with = "scene")]
     explained: Option<SceneName>,
     /// The scene, as other commands take it
@@ -69,9 +69,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         cave.check_eye(place)?;
     }
     let source = Source::load(name, &arguments.model)?;
-    let names = match &source.scene {
-        Loaded::Described(scene) => scene.material_names(),
-        Loaded::Baked(_) => Vec::new(),
+    let (names, animations) = match &source.scene {
+        Loaded::Described(scene) => (scene.material_names(), Animation::of(scene)),
+        Loaded::Baked(_) => Default::default(),
     };
     let ticker = Ticker::start(format!("baking {name}"), false);
     let ready = arguments.lod.baked(source, &ticker)?;
@@ -138,6 +138,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         },
         effects: asked_for.collect(),
         left_out: left_out.collect(),
+        animations,
         compiled: compiled_for(options.effects.of(asked)).names().collect(),
         not_simulated: not_simulated(asked, &records),
         not_built: NOT_BUILT,

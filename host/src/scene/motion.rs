@@ -10,8 +10,8 @@ mod deform;
 mod rig;
 mod track;
 
-pub(super) use deform::normal_matrix;
 pub use deform::{Deform, Deformed, Delta};
+pub(super) use deform::{morph, normal_matrix};
 pub(super) use rig::moving;
 pub use rig::{Part, Playing, Rig};
 pub use track::{Interpolation, Property, Track, TrackError};
@@ -188,40 +188,43 @@ impl Motion {
         first
     }
 
-    /// Adds nodes without parents for an object, and the clip that moves it.
-    pub(super) fn move_object(&mut self, object: usize, rest: Local, fit: DAffine3, clip: Clip) {
+    /// Lets a clip of one node move an object, which stands at `rest` without it. `fit` maps the
+    /// object into the node's frame.
+    pub(super) fn move_object(
+        &mut self,
+        object: usize,
+        rest: Local,
+        fit: DAffine3,
+        mut clip: Clip,
+    ) {
         let known = self.followers.iter().find(|one| one.object == object);
-        if let Some(mover) = known.and_then(|known| known.mover) {
-            let mut clip = clip;
-            for channel in &mut clip.channels {
-                channel.node = mover;
-            }
-            self.clips.push(clip);
-            return;
-        }
-        let node = Node { parent: None, rest };
-        let mover = self.add(vec![node], vec![clip]);
-        self.followers.push(Follower {
-            object,
-            mover: Some(mover),
-            place: fit,
-            node: None,
+        let mover = known.and_then(|known| known.mover).unwrap_or_else(|| {
+            self.nodes.push(Node { parent: None, rest });
+            let mover = Some(self.nodes.len() - 1);
+            self.followers.push(Follower {
+                object,
+                mover,
+                place: fit,
+                node: None,
+            });
+            self.nodes.len() - 1
         });
+        for channel in &mut clip.channels {
+            channel.node = mover;
+        }
+        self.clips.push(clip);
     }
 
     /// Writes where all nodes stand in their trees' frames at a time.
     fn place_nodes(&self, time: f64, maps: &mut Vec<DAffine3>) {
         let mut locals: Vec<Local> = self.nodes.iter().map(|node| node.rest).collect();
-        for clip in self.playing() {
-            let now = looped(time, clip.seconds());
-            for Channel { node, course } in &clip.channels {
-                if let Local::Free {
-                    position,
-                    rotation,
-                    scale,
-                } = &mut locals[*node]
-                {
-                    course.apply(now, position, rotation, scale);
+        // Spins turn further what keys have turned.
+        for spins in [false, true] {
+            for clip in self.playing() {
+                let now = looped(time, clip.seconds());
+                let channels = clip.channels.iter();
+                for channel in channels.filter(|one| one.course.is_spin() == spins) {
+                    channel.course.apply(now, &mut locals[channel.node]);
                 }
             }
         }
@@ -259,8 +262,20 @@ fn looped(time: f64, seconds: f64) -> f64 {
 }
 
 impl Course {
-    /// Changes what a node has of its own.
-    fn apply(&self, time: f64, position: &mut DVec3, rotation: &mut DQuat, scale: &mut DVec3) {
+    const fn is_spin(&self) -> bool {
+        matches!(self, Self::Spin { .. })
+    }
+
+    /// Changes where a node stands, unless that is fixed.
+    fn apply(&self, time: f64, local: &mut Local) {
+        let Local::Free {
+            position,
+            rotation,
+            scale,
+        } = local
+        else {
+            return;
+        };
         let track = match self {
             Self::Spin { axis, seconds } => {
                 let angle = std::f64::consts::TAU * (time / seconds);
@@ -269,12 +284,12 @@ impl Course {
             }
             Self::Track(track) => track,
         };
+        if self.is_of_weights() {
+            return;
+        }
         let mut value = [0.0; 4];
         let width = track.property().width();
-        match track.property() {
-            Property::Weights(_) => return,
-            _ => track.sample(time, &mut value[..width]),
-        }
+        track.sample(time, &mut value[..width]);
         let three = DVec3::from_slice(&value);
         match track.property() {
             Property::Position => *position = three,
@@ -331,10 +346,12 @@ impl Scene {
             .resize_with(motion.deforms.len(), Default::default);
         for ((mesh, deform), (number, deformed)) in motion.deforms.iter().zip(&mut pose.meshes) {
             *number = *mesh;
-            let mut weights = deform.weights.clone();
+            let weights = deform.weights.iter().map(|weight| f64::from(*weight));
+            let mut weights: Vec<f64> = weights.collect();
             if let Some(node) = deform.weighed_by {
                 motion.weigh(node, time, &mut weights);
             }
+            let weights: Vec<f32> = weights.into_iter().map(|weight| weight as f32).collect();
             deform.apply(maps, &weights, deformed);
         }
     }

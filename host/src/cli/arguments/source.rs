@@ -13,6 +13,7 @@ use crate::scene::builtin::{gallery, grid, paper_scene, prism, spheres};
 use crate::scene::file::{BuiltInMesh, MeshSource};
 use crate::scene::import::{self, Camera, EXPORT, ImportError, Model};
 use crate::scene::mesh::TriangleMesh;
+use crate::scene::motion::Playing;
 use crate::scene::quadruped::quadruped;
 use glam::DVec3;
 use serde::Deserialize;
@@ -111,6 +112,7 @@ impl fmt::Display for Shown {
     }
 }
 
+#[allow(clippy::large_enum_variant, reason = "there is one of it")]
 pub enum Loaded {
     Described(Box<Scene>),
     Baked(BakedScene),
@@ -136,6 +138,7 @@ impl Source {
                 "--camera is for a model that is the scene, such as --scene model.glb"
             ));
         }
+        let playing = arguments.animation.clone().unwrap_or_default();
         let mut look = None;
         let built_in = |why, scene| {
             without_model(why)?;
@@ -151,6 +154,7 @@ impl Source {
                         let own = model.mesh.materials.len() as u64;
                         let kind = "material{s} of its own (--scene FILE shows it in them)";
                         model.unused.add(kind, own);
+                        leave_still(&mut model);
                         tell(path, &model, &mut told);
                         (model.mesh, path.display().to_string())
                     }
@@ -170,7 +174,8 @@ impl Source {
             SceneName::Spheres => built_in("the spheres have no mesh", spheres())?,
             SceneName::File(path) if is_model(path) => {
                 without_model("--scene shows a model by itself")?;
-                let model = load_model(path, &mut told)?;
+                let mut model = load_model(path, &mut told)?;
+                model.rig.play(&playing);
                 is_under_our_sky = model.lights.is_empty();
                 let camera = arguments.camera.as_deref();
                 let camera = camera.map(|name| camera_of(&model, name)).transpose()?;
@@ -181,7 +186,7 @@ impl Source {
             }
             SceneName::File(path) => {
                 without_model("a scene file names its own meshes")?;
-                (load_scene(path, &mut told)?, None)
+                (load_scene(path, &playing, &mut told)?, None)
             }
         };
         let (scene, exposure) = match scene {
@@ -198,11 +203,13 @@ impl Source {
                 if stops != 0.0 {
                     scene.expose(stops);
                 }
+                animate(&mut scene, &playing, arguments.time)?;
                 (Loaded::Described(scene), Some(stops))
             }
-            Loaded::Baked(_) if arguments.exposure.is_some() => {
+            Loaded::Baked(_) if arguments.is_given() => {
                 return Err(misuse!(
-                    "--exposure is for scenes that are not baked yet: give it to `shisen bake`"
+                    "--exposure, --animation and --time are for scenes that are not baked yet: give \
+                     them to `shisen bake`"
                 ));
             }
             baked @ Loaded::Baked(_) => (baked, None),
@@ -292,26 +299,49 @@ pub fn load_model(path: &Path, told: &mut Told) -> Result<Model, ImportError> {
     Ok(model)
 }
 
-/// Most cameras that an error names.
+/// Most names that an error lists.
 const MOST_NAMES: usize = 20;
 
 fn camera_of(model: &Model, name: &str) -> Result<Camera, Failure> {
     let all = &model.cameras;
     let found = all.iter().find(|camera| camera.is_called(name));
-    found.cloned().ok_or_else(|| {
-        let names = all.iter().take(MOST_NAMES);
-        let names: Vec<String> = names.map(|camera| format!("\"{}\"", camera.name)).collect();
-        let further = all.len() - names.len();
-        match (names.join(", "), further) {
-            (names, _) if names.is_empty() => {
-                misuse!("the model has no cameras: leave --camera \"{name}\" out")
-            }
-            (names, 0) => misuse!("the model has no camera \"{name}\": give one of {names}"),
-            (names, _) => misuse!(
-                "the model has no camera \"{name}\": give one of {names} or of its {further} others"
-            ),
+    let names = all.iter().map(|camera| camera.name.as_str());
+    found
+        .cloned()
+        .ok_or_else(|| unknown("model", "camera", name, names.collect()))
+}
+
+/// Returns the error of a name for `--camera` or `--animation` that its owner does not have.
+fn unknown(owner: &str, what: &str, name: &str, mut names: Vec<&str>) -> Failure {
+    let further = names.len().saturating_sub(MOST_NAMES);
+    names.truncate(MOST_NAMES);
+    let names: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
+    match (names.join(", "), further) {
+        (names, _) if names.is_empty() => {
+            misuse!("the {owner} has no {what}s: leave --{what} \"{name}\" out")
         }
-    })
+        (names, 0) => misuse!("the {owner} has no {what} \"{name}\": give one of {names}"),
+        (names, _) => misuse!(
+            "the {owner} has no {what} \"{name}\": give one of {names} or of its {further} others"
+        ),
+    }
+}
+
+/// Lets a scene, whose models know what plays, move or stand as arguments say.
+fn animate(scene: &mut Scene, playing: &Playing, time: Option<f64>) -> Result<(), Failure> {
+    let clips = scene.motion.clips();
+    match playing {
+        Playing::Named(name) if clips.iter().all(|clip| clip.name != *name) => {
+            let names = clips.iter().map(|clip| clip.name.as_str()).collect();
+            return Err(unknown("scene", "animation", name, names));
+        }
+        Playing::None => scene.stop(),
+        _ => {}
+    }
+    if let Some(time) = time {
+        *scene = scene.at(time);
+    }
+    Ok(())
 }
 
 fn tell(path: &Path, model: &Model, told: &mut Told) {
@@ -329,14 +359,30 @@ fn tell(path: &Path, model: &Model, told: &mut Told) {
     }
 }
 
-/// Reads the mesh of a model.
+/// Reads the mesh of a model, which stands still.
 pub fn load_mesh(path: &Path, told: &mut Told) -> Result<TriangleMesh, ImportError> {
+    Ok(load_part(path, told, leave_still)?.mesh)
+}
+
+/// Counts animations among what is not used.
+fn leave_still(model: &mut Model) {
+    let count = model.rig.clips.len() as u64;
+    model.unused.add("animation{s}", count);
+}
+
+/// Reads a model of whose lights and cameras nothing is used; `change` it before that is told.
+fn load_part(
+    path: &Path,
+    told: &mut Told,
+    change: impl FnOnce(&mut Model),
+) -> Result<Model, ImportError> {
     let mut model = import::load(path)?;
+    change(&mut model);
     let (lights, cameras) = (model.lights.len(), model.cameras.len());
     model.unused.add("light{s}", lights as u64);
     model.unused.add("camera{s}", cameras as u64);
     tell(path, &model, told);
-    Ok(model.mesh)
+    Ok(model)
 }
 
 pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
@@ -368,7 +414,7 @@ const NOT_READ: [&str; 16] = [
     "stp", "iges", "x3d", "ifc",
 ];
 
-fn load_scene(path: &Path, told: &mut Told) -> Result<Loaded, Failure> {
+fn load_scene(path: &Path, playing: &Playing, told: &mut Told) -> Result<Loaded, Failure> {
     let shown = path.display();
     let extension = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
     if let Some(name) = NOT_READ
@@ -402,11 +448,11 @@ fn load_scene(path: &Path, told: &mut Told) -> Result<Loaded, Failure> {
         Fault::new(message, help)
     })?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let load = |source: &MeshSource| -> Result<TriangleMesh, ImportError> {
+    let load = |source: &MeshSource| -> Result<Model, ImportError> {
         match source {
-            MeshSource::File(path) => load_mesh(path, told),
-            MeshSource::BuiltIn(BuiltInMesh::Quadruped) => Ok(quadruped()),
-            MeshSource::BuiltIn(BuiltInMesh::Square) => Ok(TriangleMesh::square()),
+            MeshSource::File(path) => load_part(path, told, |model| model.rig.play(playing)),
+            MeshSource::BuiltIn(BuiltInMesh::Quadruped) => Ok(quadruped().into()),
+            MeshSource::BuiltIn(BuiltInMesh::Square) => Ok(TriangleMesh::square().into()),
         }
     };
     let name = path.to_string_lossy();

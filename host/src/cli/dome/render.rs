@@ -19,9 +19,10 @@ use shisen_core::frame::{Statistics, View};
 #[derive(Debug, Args)]
 #[command(mut_arg("mapping", |mapping| mapping.default_value("exact")))]
 pub(in crate::cli) struct Arguments {
-    /// A, B, C or D of Mochizuki and Makino, grid (meridians and parallels every 10° on a sphere
-    /// about the screen's centre), prism (light through a slit, seen through a 60° prism), spheres
-    /// (three balls of quartz), a model, a TOML description or a baked scene
+    /// A, B, C or D of Mochizuki and Makino, gallery (a room with every effect), grid (meridians
+    /// and parallels every 10° on a sphere about the screen's centre), prism (light through a slit,
+    /// seen through a 60° prism), spheres (three balls of quartz), a model, a TOML description or a
+    /// baked scene
     #[arg(long, value_name = SCENES, default_value = "A")]
     scene: SceneName,
     #[command(flatten)]

@@ -3,6 +3,8 @@
 use crate::cli::arguments::dispersion::DispersionReport;
 use crate::cli::arguments::source::Shown;
 use crate::cli::prelude::*;
+use crate::scene::Scene;
+use crate::scene::motion::Clip;
 use shisen_core::scene::format::{Light, Material, effect, flag, light};
 use shisen_core::scene::{EffectSet, Records};
 
@@ -47,6 +49,8 @@ pub(in crate::cli) struct Report {
     pub(super) effects: Vec<Asked>,
     /// Effects that the scene asks for and the command line leaves out.
     pub(super) left_out: Vec<Cause>,
+    /// Animations of scene files and glTF files.
+    pub(super) animations: Vec<Animation>,
     /// Effects of the compiled shading that was used.
     pub(super) compiled: Vec<&'static str>,
     /// Effects that the scene does not ask for.
@@ -236,6 +240,40 @@ impl<'r> Met<'r> {
     }
 }
 
+/// An animation, and what it moves.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Animation {
+    /// Its name, or that of the object that it moves.
+    name: String,
+    /// After how many seconds it begins anew.
+    seconds: f64,
+    /// Number of nodes and objects that it moves.
+    nodes: usize,
+    /// Number of skins that it bends.
+    skins: usize,
+    /// Number of nodes whose morph targets it weighs.
+    morphs: usize,
+    /// Whether it plays.
+    plays: bool,
+}
+
+impl Animation {
+    pub(super) fn of(scene: &Scene) -> Vec<Self> {
+        let of = |clip: &Clip| {
+            let [nodes, morphs] = clip.counts();
+            Self {
+                name: clip.name.clone(),
+                seconds: clip.seconds(),
+                nodes,
+                skins: clip.skins,
+                morphs,
+                plays: clip.plays,
+            }
+        };
+        scene.motion.clips().iter().map(of).collect()
+    }
+}
+
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.shown)?;
@@ -263,6 +301,21 @@ impl fmt::Display for Report {
             writeln!(f, "left out by the command line:")?;
             for one in &self.left_out {
                 writeln!(f, "  {}: asked for by {}", one.effect, one.list())?;
+            }
+        }
+        if !self.animations.is_empty() {
+            writeln!(f, "animations:")?;
+            for one in &self.animations {
+                let things = [
+                    (one.nodes, "node"),
+                    (one.skins, "skin"),
+                    (one.morphs, "morph"),
+                ];
+                let things = things.into_iter().filter(|(count, _)| *count > 0);
+                let things: Vec<String> = things.map(|(n, what)| counted(n as u64, what)).collect();
+                let plays = if one.plays { "" } else { ", does not play" };
+                let Animation { name, seconds, .. } = one;
+                writeln!(f, "  {name}: {seconds:.2} s, {}{plays}", things.join(", "))?;
             }
         }
         writeln!(f, "not simulated, because nothing asks for it:")?;

@@ -95,6 +95,42 @@ fn the_documented_example_is_a_scene() {
 }
 
 #[test]
+fn animations_move_objects_in_place_of_their_own_keys() {
+    let text = r#"
+[meshes.m]
+file = "m.obj"
+[[object]]
+name = "it"
+mesh = "m"
+normalise = true
+position = [0, 7, 0]
+yaw_degrees = 10
+scale = 2
+[[animation]]
+object = "it"
+times = [1, 3]
+rotation_degrees = [[0, 0, 0], [360, 0, 0]]
+position = [[0, 0, 0], [0, 4, 0]]
+[[animation]]
+object = "it"
+spin = { seconds_per_turn = -4 }
+"#;
+    let scene = read(text).unwrap();
+    assert_eq!(scene.duration(), 4.0);
+    // The box's corner, half a metre to the left and twice as large, from its centre.
+    let corner = |scene: &Scene| {
+        let map = scene.objects[0].world_from_object;
+        map.transform_point3(DVec3::new(0.0, 1.0, 1.0))
+    };
+    let near =
+        |found: DVec3, x, y, z| assert!((found - DVec3::new(x, y, z)).length() < 1e-12, "{found}");
+    near(corner(&scene), -1.0, 0.0, 0.0);
+    // A quarter turn by keys, and the spin's three eighths back.
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    near(corner(&scene.at(1.5)), -half, 1.0, -half);
+}
+
+#[test]
 fn the_least_scene_is_one_object() {
     let scene = read("[[object]]\nsphere = { radius = 1 }\nscale = [1, 2, 3]").unwrap();
     assert_eq!((scene.name.as_str(), scene.lights.len()), ("lawn", 0));
@@ -177,6 +213,14 @@ texture = "tiles" | medium = "water" | `medium` is for materials
 texture = "tiles" | absorption = [0, 0, 0] | `absorption` is for materials
 texture = "tiles" | normal_texture = "tiles" | is a checker, not an image
 texture = "tiles" | normal_scale = 1 | `normal_scale` is for materials
+object = "animal" | object = "anmal" | no object "anmal"
+times = [0, 1.5, 3] | times = [0, 3, 1.5] | key 2 is at 1.5 s, after 3 s
+times = [0, 1.5, 3] | times = [] | has 3 keys, `times` 0
+times = [0, 1.5, 3] | | an animation has either | *
+interpolation = "cubic" | spin = { seconds_per_turn = 2 } | an animation has either | *
+interpolation = "cubic" | interpolation = "cubik" | no interpolation "cubik"
+seconds_per_turn = 8 | seconds_per_turn = 0 | neither is zero | *
+normalise = true | name = "animal" | two objects are called "animal" | # for an [[animation]]
 "#;
 
 #[test]

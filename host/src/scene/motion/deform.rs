@@ -44,7 +44,7 @@ pub struct Deform {
     /// The vertices that each morph target moves.
     pub targets: Vec<Vec<Delta>>,
     /// Weights of the targets while no clip changes them.
-    pub weights: Vec<f64>,
+    pub weights: Vec<f32>,
     /// The node whose clips change the weights.
     pub weighed_by: Option<usize>,
 }
@@ -54,22 +54,11 @@ const CHUNK: usize = 2048;
 
 impl Deform {
     /// Writes the vertices for nodes that stand at `maps` and for weights of targets.
-    pub(super) fn apply(&self, maps: &[DAffine3], weights: &[f64], deformed: &mut Deformed) {
+    pub(super) fn apply(&self, maps: &[DAffine3], weights: &[f32], deformed: &mut Deformed) {
         let Deformed { positions, normals } = deformed;
         positions.clone_from(&self.positions);
         normals.clone_from(&self.normals);
-        for (target, &weight) in self.targets.iter().zip(weights) {
-            let weight = weight as f32;
-            for delta in target.iter().filter(|_| weight != 0.0) {
-                let vertex = delta.vertex as usize;
-                for (to, by) in [
-                    (&mut positions[vertex], delta.position),
-                    (&mut normals[vertex], delta.normal),
-                ] {
-                    *to = (Vec3::from_array(*to) + weight * Vec3::from_array(by)).to_array();
-                }
-            }
-        }
+        morph(&self.targets, weights, positions, normals);
         let joints = self.joints.iter().map(|(node, bound)| {
             let map = node.map_or(DAffine3::IDENTITY, |node| maps[node]);
             glam::DMat4::from(map).as_mat4() * *bound
@@ -105,6 +94,25 @@ impl Deform {
         own.iter().fold(Mat4::ZERO, |sum, &(joint, weight)| {
             sum + joints.get(joint as usize).copied().unwrap_or_default() * weight
         })
+    }
+}
+
+/// Moves vertices and turns normals, of which there may be none, as morph targets say.
+pub(in crate::scene) fn morph(
+    targets: &[Vec<Delta>],
+    weights: &[f32],
+    positions: &mut [[f32; 3]],
+    normals: &mut [[f32; 3]],
+) {
+    for (target, &weight) in targets.iter().zip(weights) {
+        for delta in target.iter().filter(|_| weight != 0.0) {
+            let vertex = delta.vertex as usize;
+            let position = positions.get_mut(vertex).map(|to| (to, delta.position));
+            let normal = normals.get_mut(vertex).map(|to| (to, delta.normal));
+            for (to, by) in position.into_iter().chain(normal) {
+                *to = (Vec3::from_array(*to) + weight * Vec3::from_array(by)).to_array();
+            }
+        }
     }
 }
 

@@ -230,6 +230,10 @@ fn cut(mesh: &TriangleMesh, parts: &[Range<usize>]) -> Vec<TriangleMesh> {
             &mut piece.second_coordinates,
         );
         copy(&mesh.colours, vertex, &mut piece.colours);
+        if owner == 0 {
+            // Those of parts are not in their frames: baking makes them.
+            copy(&mesh.tangents, vertex, &mut piece.tangents);
+        }
     }
     for (triangle, corners) in mesh.triangles.iter().enumerate() {
         let piece = &mut pieces[owners[corners[0] as usize]];

@@ -115,7 +115,7 @@ impl Movement {
             is_mirrored: follows && place.determinant() < 0.0,
             deform: Deform {
                 joints,
-                weights: weights.iter().map(|weight| f64::from(*weight)).collect(),
+                weights: weights.to_vec(),
                 weighed_by: is_weighed.then_some(number),
                 ..Deform::default()
             },
@@ -259,3 +259,6 @@ pub(super) fn extend(part: &mut Part, surface: &Surface, own: Mat4, is_mirrored:
         deform.ends.push(deform.influences.len() as u32);
     }
 }
+
+#[cfg(test)]
+mod tests;

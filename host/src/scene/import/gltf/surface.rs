@@ -2,7 +2,7 @@
 
 use super::Importer;
 use crate::scene::import::ImportError;
-use crate::scene::motion::{Delta, normal_matrix};
+use crate::scene::motion::{Delta, morph, normal_matrix};
 use glam::{Mat4, Vec3};
 use gltf::accessor::Dimensions;
 use gltf::material::AlphaMode;
@@ -138,6 +138,24 @@ impl Surface {
         Ok(Some(surface))
     }
 
+    /// Moves vertices as morph targets say.
+    fn morph(&mut self, weights: &[f32]) {
+        if self.targets.is_empty() {
+            return;
+        }
+        self.unmorphed = Some([self.positions.clone(), self.normals.clone()]);
+        morph(
+            &self.targets,
+            weights,
+            &mut self.positions,
+            &mut self.normals,
+        );
+        if weights.iter().any(|weight| *weight != 0.0) {
+            // Baking makes those of the shape that it has now.
+            self.tangents.clear();
+        }
+    }
+
     /// Returns positions and normals without morph targets.
     pub(super) fn unmorphed(&self) -> (&[[f32; 3]], &[[f32; 3]]) {
         let own = || (&*self.positions, &*self.normals);
@@ -194,31 +212,6 @@ impl Surface {
             self.targets.push(deltas);
         }
         Ok(())
-    }
-
-    /// Moves vertices as morph targets say.
-    fn morph(&mut self, weights: &[f32]) {
-        if self.targets.is_empty() {
-            return;
-        }
-        self.unmorphed = Some([self.positions.clone(), self.normals.clone()]);
-        if weights.iter().any(|weight| *weight != 0.0) {
-            // Baking makes those of the shape that it has now.
-            self.tangents.clear();
-        }
-        for (target, &weight) in self.targets.iter().zip(weights) {
-            for delta in target.iter().filter(|_| weight != 0.0) {
-                for (all, by) in [
-                    (&mut self.positions, delta.position),
-                    (&mut self.normals, delta.normal),
-                ] {
-                    if let Some(item) = all.get_mut(delta.vertex as usize) {
-                        *item =
-                            (Vec3::from_array(*item) + weight * Vec3::from_array(by)).to_array();
-                    }
-                }
-            }
-        }
     }
 
     fn read_triangles(
