@@ -82,7 +82,7 @@ impl Run {
         let mut child = Command::new(program)
             .current_dir(folder.path())
             .env("DISPLAY", &server.name)
-            .args("run --view window --size 48 --json --hz 30".split(' '))
+            .args("run --scene A --view window --size 48 --json --hz 30".split(' '))
             .args(arguments)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
