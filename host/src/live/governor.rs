@@ -309,6 +309,21 @@ mod tests {
         assert!(rungs[10] < rungs[11], "{rungs:?}");
     }
 
+    /// What was dear at a place has moved away while the viewer looked elsewhere.
+    #[test]
+    fn where_things_move_needs_are_forgotten() {
+        let back = |mut governor: Governor| {
+            for (gaze, need, frames) in [(Vec3::NEG_Z, 4.0e6, 60), (Vec3::X, 0.3e6, 400)] {
+                governor.follow(Some(gaze));
+                play(&mut governor, 600_000, constant(need, frames));
+            }
+            governor.follow(Some(Vec3::NEG_Z));
+            play(&mut governor, 600_000, constant(0.3e6, 1)).0[0]
+        };
+        assert!(back(Governor::default()) > 3);
+        assert_eq!(back(Governor::default().forgetful()), 0);
+    }
+
     #[test]
     fn a_rung_that_did_not_fit_at_a_place_is_not_tried_there_again() {
         let mut governor = Governor::default();
