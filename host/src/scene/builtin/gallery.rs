@@ -11,7 +11,7 @@ use crate::scene::quadruped::quadruped;
 use crate::scene::texture::{Pattern, Texture};
 use crate::scene::{Background, Light, Object, Scene, Shape};
 use glam::{DAffine3, DQuat, DVec3};
-use shapes::{block, branches, lathe, plate, rail};
+use shapes::{add_block, add_plate, branches, lathe, plate, rail};
 use shisen_core::spectrum::Medium;
 
 /// Height of the floor: metres.
@@ -24,6 +24,8 @@ const TURN: f64 = 12.0;
 #[derive(Default)]
 struct Room {
     scene: Scene,
+    /// All that is of plaster: rays look into one mesh rather than into ten.
+    plaster: TriangleMesh,
 }
 
 impl Room {
@@ -50,10 +52,8 @@ impl Room {
 
     /// Puts a pedestal on the floor; returns the middle of its top.
     fn pedestal(&mut self, x: f64, z: f64, side: f64, height: f64) -> DVec3 {
-        let size = DVec3::new(side, height, side);
         let middle = DVec3::new(x, FLOOR + 0.5 * height, z);
-        let place = DAffine3::from_translation(middle);
-        self.mesh(block(size), matt("plaster", [0.78, 0.76, 0.72]), place);
+        add_block(&mut self.plaster, middle, DVec3::new(side, height, side));
         DVec3::new(x, FLOOR + height, z)
     }
 }
@@ -115,15 +115,21 @@ pub fn gallery() -> Scene {
     glass(&mut room);
     colours(&mut room);
     plant(&mut room);
+    let plaster = std::mem::take(&mut room.plaster);
+    room.mesh(
+        plaster,
+        matt("plaster", [0.78, 0.76, 0.72]),
+        DAffine3::IDENTITY,
+    );
     Scene {
         name: "gallery".into(),
         lights: vec![
             Light::Rectangle {
-                centre: DVec3::new(0.0, 2.45, -3.2),
-                right: DVec3::new(1.6, 0.0, 0.0),
-                up: DVec3::new(0.0, 0.0, 0.8),
-                colour: [3.0, 3.1, 3.3],
-                samples: 2,
+                centre: DVec3::new(4.12, 2.26, -1.9),
+                right: DVec3::new(0.0, 0.0, -4.3),
+                up: DVec3::new(0.0, 0.06, 0.0),
+                colour: [9.0, 8.2, 6.8],
+                samples: 4,
                 two_sided: false,
             },
             Light::Directional {
@@ -174,24 +180,22 @@ fn walls(room: &mut Room) {
         ..textured("brick", brick)
     };
     room.mesh(back, brick, still);
-    let plaster = matt("plaster", [0.78, 0.76, 0.72]);
-    let right = plate(
+    add_plate(
+        &mut room.plaster,
         DVec3::new(4.5, FLOOR, -6.5),
         DVec3::new(0.0, 0.0, 9.5),
         DVec3::new(0.0, 4.5, 0.0),
     );
-    room.mesh(right, plaster.clone(), still);
     // The left side is open to the garden above a parapet with a railing.
-    let parapet = block(DVec3::new(0.2, 0.35, 9.5));
-    let at = DAffine3::from_translation(DVec3::new(-4.4, FLOOR + 0.175, -1.75));
-    room.mesh(parapet, plaster.clone(), at);
+    let middle = DVec3::new(-4.4, FLOOR + 0.175, -1.75);
+    add_block(&mut room.plaster, middle, DVec3::new(0.2, 0.35, 9.5));
     let iron = metal("iron", [0.12, 0.12, 0.13], 0.5, None);
     let from = DVec3::new(-4.4, FLOOR + 0.35, -6.4);
     room.mesh(rail(from, DVec3::new(0.0, 0.0, 9.2), 0.75, 46), iron, still);
     // A beam on either side of the skylight.
     for z in [-4.3, -2.1] {
-        let at = DAffine3::from_translation(DVec3::new(0.0, 2.75, z));
-        room.mesh(block(DVec3::new(9.0, 0.3, 0.3)), plaster.clone(), at);
+        let middle = DVec3::new(0.0, 2.75, z);
+        add_block(&mut room.plaster, middle, DVec3::new(9.0, 0.3, 0.3));
     }
     let silver = Material {
         mirror: [0.92, 0.93, 0.93],
@@ -204,9 +208,20 @@ fn walls(room: &mut Room) {
     );
     room.mesh(glass, silver, still);
     let gilt = metal("gilt", [0.85, 0.62, 0.25], 0.35, None);
-    let frame = block(DVec3::new(0.08, 2.8, 2.4));
-    let at = DAffine3::from_translation(DVec3::new(4.47, 0.2, -4.1));
-    room.mesh(frame, gilt, at);
+    let mut frame = TriangleMesh::default();
+    add_block(
+        &mut frame,
+        DVec3::new(4.47, 0.2, -4.1),
+        DVec3::new(0.08, 2.8, 2.4),
+    );
+    room.mesh(frame, gilt, still);
+    // A lamp along the wall, which shines on the wall alone.
+    let shine = plate(
+        DVec3::new(4.1, 2.2, -6.2),
+        DVec3::new(0.0, 0.0, 8.6),
+        DVec3::new(0.0, 0.12, 0.0),
+    );
+    room.mesh(shine, lamp("tube", [1.0, 0.93, 0.8]), still);
 }
 
 /// A golden animal on a turntable.

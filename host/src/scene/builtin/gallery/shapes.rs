@@ -13,7 +13,7 @@ fn add(mesh: &mut TriangleMesh, position: DVec3, normal: DVec3, coordinates: [f6
 }
 
 /// Adds a parallelogram that is seen from where `right` × `up` points.
-fn add_plate(mesh: &mut TriangleMesh, corner: DVec3, right: DVec3, up: DVec3) {
+pub(super) fn add_plate(mesh: &mut TriangleMesh, corner: DVec3, right: DVec3, up: DVec3) {
     let normal = right.cross(up);
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let [a, b, c, d] = corners.map(|[u, v]| add(mesh, corner + u * right + v * up, normal, [u, v]));
@@ -27,9 +27,8 @@ pub(super) fn plate(corner: DVec3, right: DVec3, up: DVec3) -> TriangleMesh {
     mesh
 }
 
-/// Returns a box about the origin.
-pub(super) fn block(size: DVec3) -> TriangleMesh {
-    let mut mesh = TriangleMesh::default();
+/// Adds a box about a point.
+pub(super) fn add_block(mesh: &mut TriangleMesh, middle: DVec3, size: DVec3) {
     for (normal, right) in [
         (DVec3::X, DVec3::NEG_Z),
         (DVec3::NEG_X, DVec3::Z),
@@ -39,10 +38,9 @@ pub(super) fn block(size: DVec3) -> TriangleMesh {
         (DVec3::NEG_Z, DVec3::NEG_X),
     ] {
         let up = normal.cross(right);
-        let corner = 0.5 * (normal - right - up) * size;
-        add_plate(&mut mesh, corner, right * size, up * size);
+        let corner = middle + 0.5 * (normal - right - up) * size;
+        add_plate(mesh, corner, right * size, up * size);
     }
-    mesh
 }
 
 /// Returns what a line of radii and heights sweeps about the Y axis, seen from the left of the line:
