@@ -49,6 +49,7 @@ use crate::gaze::{Detail, Gaze, LineOfSight, Region};
 use crate::scene::{EffectSet, Scene};
 use crate::simd::{Runs, Simd};
 use crate::trace::{RowHits, Sample, Tracer};
+use glam::Vec3;
 use view::{Dome, RayRow, Screen};
 
 /// Most samples of a pixel.
@@ -121,6 +122,9 @@ pub struct Renderer<'a, const W: usize = 8> {
     lod: Option<LevelOfDetail>,
     pixels: Pixels<W>,
 }
+
+/// Effects that ask how wide a pixel's rays are.
+const WITH_WIDTHS: EffectSet = EffectSet::TEXTURE_LEVELS.union(EffectSet::ENVIRONMENT);
 
 /// Which pixels have rays.
 #[derive(Debug, Clone, Copy)]
@@ -212,8 +216,8 @@ where
             settings,
             together: None,
             most: tracer.detail(),
-            // A pointer: sets of effects without levels do not link the function.
-            pixel_width: if EFFECTS & EffectSet::TEXTURE_LEVELS.bits() == 0 {
+            // A pointer: other sets of effects do not link the function.
+            pixel_width: if EFFECTS & WITH_WIDTHS.bits() == 0 {
                 None
             } else {
                 Some(View::pixel_width)
@@ -333,11 +337,17 @@ where
         }
     }
 
+    /// Returns what is seen of a view past all objects along a direction.
+    #[inline]
+    fn missed(&self, view: &View, direction: Vec3) -> Pixel {
+        self.tracer.missed(direction, || self.most_of(view).spread)
+    }
+
     /// Returns what is seen past all objects at a point of a view; nothing outside a dome master's
     /// rim.
     fn past(&self, view: &View, x: f32, y: f32) -> Pixel {
         match view.direction(x, y) {
-            Some(direction) => self.tracer.missed(direction),
+            Some(direction) => self.missed(view, direction),
             None => Pixel::default(),
         }
     }
@@ -352,13 +362,13 @@ where
         }
     }
 
-    /// Returns whether textures are as coarse as what a pixel sees of them.
+    /// Returns whether textures or the background are as coarse as what a pixel sees of them.
     fn reads_levels(&self) -> bool {
         let carried_out = self
             .tracer
             .effects()
             .intersection(self.tracer.scene().effects());
-        carried_out.contains(EffectSet::TEXTURE_LEVELS)
+        carried_out.intersects(WITH_WIDTHS)
     }
 
     /// Returns where the patch that contains pixel (x, y) lies in the visual field.

@@ -159,6 +159,7 @@ impl<'a, const W: usize> Scene<'a, W> {
             triangles: self.triangles,
             materials: self.materials,
             lights: self.lights,
+            background: &self.header.background,
         }
     }
 

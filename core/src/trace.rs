@@ -7,6 +7,7 @@ pub(crate) mod budget;
 mod clearance;
 mod cone;
 pub(crate) mod dispersion;
+mod environment;
 pub(crate) mod facet;
 mod gradient;
 mod graticule;

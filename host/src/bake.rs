@@ -7,6 +7,7 @@ pub mod simplify;
 
 mod blob;
 mod cover;
+mod environment;
 mod instance;
 mod layout;
 mod levels;
@@ -37,6 +38,7 @@ use shisen_core::shape::Spheroid;
 use shisen_core::{Runs, Simd};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::f32::consts::TAU;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use thiserror::Error;
@@ -207,8 +209,13 @@ where
         tables.ambient = scene.ambient;
         tables.stack_entries = stack_entries as u32;
         tables.add_default_material();
+        let mut background = background(&scene.background);
+        if let Some(environment) = &scene.environment {
+            background.image = tables.add_environment(environment);
+            background.turn = environment.yaw / TAU;
+        }
         let baked = Self {
-            bytes: tables.into_bytes(background(&scene.background), &ladders)?,
+            bytes: tables.into_bytes(background, &ladders)?,
         };
         // The core checks it once here, so that `scene` cannot fail.
         baked.try_scene()?;

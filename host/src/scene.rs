@@ -3,6 +3,7 @@
 //! [`Scene::load`] reads a scene file ([`mod@file`] describes it), [`import`] meshes,
 //! [`builtin`] has the papers' scenes. [`bake`](crate::bake) makes bytes of a scene, which the core traces.
 
+pub mod environment;
 pub mod import;
 pub mod material;
 pub mod mesh;
@@ -20,6 +21,7 @@ mod placement;
 use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
 use camera::CameraPath;
+use environment::Environment;
 use glam::{DAffine3, DVec3};
 use motion::Motion;
 
@@ -38,6 +40,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// The colours past all objects.
     pub background: Background,
+    /// A picture that is seen instead of these colours.
+    pub environment: Option<Environment>,
     /// Light from all directions, linear RGB; multiplies the diffuse reflectance.
     pub ambient: [f32; 3],
     /// The way of the camera of dome masters.

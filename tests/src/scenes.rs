@@ -24,6 +24,7 @@ pub fn empty() -> Scene {
         lights: Vec::new(),
         background: Background::uniform([0.0; 3]),
         ambient: [1.0; 3],
+        environment: None,
         camera: CameraPath::default(),
         motion: Motion::default(),
     }

@@ -4,7 +4,8 @@ use super::blob_fuzz::{Aligned, bake, rays, small_scene, try_out};
 use shisen::bake::Baked;
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::{
-    self, ALIGNMENT, Header, IdLeaf, Instance, Mesh, Table, Triangle, VERSION, seal,
+    self, ALIGNMENT, Background, Header, IdLeaf, Instance, Mesh, Table, Texel, Triangle, VERSION,
+    seal,
 };
 use shisen_core::{Runs, Simd};
 use std::mem::offset_of;
@@ -80,6 +81,11 @@ fn words_out_of_range_have_their_error() {
     let emission_texture = offset_of!(format::Material, emission_texture);
     let colour = mesh(offset_of!(Mesh, first_colour));
     let tangent = mesh(offset_of!(Mesh, first_tangent));
+    let background = offset_of!(Header, background);
+    let image = background + offset_of!(Background, image);
+    let turn = background + offset_of!(Background, turn);
+    let Table { offset, count } = header.texels;
+    let last_texel = offset as usize + (count as usize - 1) * size_of::<Texel>();
     let tangents = header.tangents.offset as usize;
     let normals = offset_of!(format::Material, normal_scale);
     let colours = offset_of!(format::Texture, colours);
@@ -107,7 +113,12 @@ fn words_out_of_range_have_their_error() {
         (material(1, line_width), 0, value(lines, 1)),
         (material(0, divisions), 1, value(lines, 0)),
         (material(0, line_width), thin, value(lines, 0)),
-        (material(2, kind_of_texture), 4, index("texture", 2, 4)),
+        (material(2, kind_of_texture), 5, index("texture", 2, 5)),
+        (material(2, kind_of_texture), 4, value(kind, 2)),
+        (image, 5, index("texture", 0, 5)),
+        (image, 0, value("the background's image", 0)),
+        (last_texel, u32::MAX, value("the background's image", 0)),
+        (turn, nan, value("the background's turn", 0)),
         (material(2, kind_of_texture), 1, value(kind, 2)),
         (material(0, kind_of_texture), 0, value(kind, 0)),
         (material(2, emission), nan, value(shine, 2)),
@@ -122,7 +133,7 @@ fn words_out_of_range_have_their_error() {
         (texture(0, map), far, value(mapped, 0)),
         (texture(0, map + 4), nan, value(mapped, 0)),
         (texture(0, wrap), 3, value("a texture's wrapping", 0)),
-        (material(2, emission_texture), 4, index("texture", 2, 4)),
+        (material(2, emission_texture), 5, index("texture", 2, 5)),
         (
             material(0, metal),
             thin,

@@ -4,6 +4,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::bake::simplify::PolygonLevels;
+use shisen::scene::environment::{Environment, Radiance};
 use shisen::scene::material::{Alpha, Cover, Graticule, Material, Microfacets, NormalMap};
 use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::texture::{Image, Pattern, Texture, Wrap};
@@ -110,7 +111,14 @@ pub(super) fn small_scene() -> Scene {
         equatorial_radius: 0.7,
         polar_radius: 0.4,
     };
+    let sky = [[0.1, 0.2, 0.9], [3.0, 0.5, 0.0], [0.3; 3], [0.0, 70.0, 0.1]];
+    let sky = Radiance::new([2, 2], sky.to_vec()).expect("a picture");
     Scene {
+        environment: Some(Environment {
+            image: Arc::new(sky),
+            yaw: 1.0,
+            strength: 0.5,
+        }),
         meshes: vec![tetrahedron, icosphere(0)],
         materials: vec![glass, chrome, globe],
         objects: vec![

@@ -14,6 +14,7 @@ mod dome;
 mod dome_command;
 mod dome_screen;
 mod effects;
+mod environment;
 mod exact;
 mod examples;
 mod fill;

@@ -95,6 +95,8 @@ pub const SHISEN_EFFECT_SOFT_LIGHT: u32 = 0x20000;
 pub const SHISEN_EFFECT_SPOT_LIGHT: u32 = 0x40000;
 /// Effect: shadows that light comes through.
 pub const SHISEN_EFFECT_CLEAR_SHADOWS: u32 = 0x80000;
+/// Effect: an image as the background.
+pub const SHISEN_EFFECT_ENVIRONMENT: u32 = 0x100000;
 /// Effect: images on surfaces.
 pub const SHISEN_EFFECT_IMAGE_TEXTURE: u32 = 0x40;
 /// Effect: checkers on surfaces.
@@ -130,6 +132,7 @@ const _: () = assert!(
         && EffectSet::CLEAR_SHADOWS.bits() == SHISEN_EFFECT_CLEAR_SHADOWS
         && EffectSet::ALPHA.bits() == SHISEN_EFFECT_ALPHA
         && EffectSet::TEXTURE_LEVELS.bits() == SHISEN_EFFECT_TEXTURE_LEVELS
+        && EffectSet::ENVIRONMENT.bits() == SHISEN_EFFECT_ENVIRONMENT
         && EffectSet::NORMAL_MAP.bits() == SHISEN_EFFECT_NORMAL_MAP
         && EffectSet::NESTED_MEDIA.bits() == SHISEN_EFFECT_NESTED_MEDIA
         && EffectSet::VERTEX_COLOURS.bits() == SHISEN_EFFECT_VERTEX_COLOURS

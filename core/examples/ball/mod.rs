@@ -62,12 +62,18 @@ pub(crate) fn scene() -> Scene {
         colour: [1.0; 3],
         ..Light::new_zeroed()
     };
+    let background = Background {
+        alpha: 1.0,
+        image: NO_TEXTURE,
+        ..Background::new_zeroed()
+    };
     let asked = EffectSet::of_records(&Records {
         instances: &[instance],
         meshes: &[],
         triangles: &[],
         materials: &[material],
         lights: &[light],
+        background: &background,
     });
     let header = Header {
         magic: MAGIC,
@@ -83,10 +89,7 @@ pub(crate) fn scene() -> Scene {
         instances: one_at(offset_of!(Scene, instance)),
         materials: one_at(offset_of!(Scene, material)),
         lights: one_at(offset_of!(Scene, light)),
-        background: Background {
-            alpha: 1.0,
-            ..Background::new_zeroed()
-        },
+        background,
         ambient: [0.05; 3],
         ..Header::new_zeroed()
     };

@@ -136,8 +136,8 @@ where
                     }
                     seen
                 }
-                (_, _, Kind::Screen(screen)) => tracer.missed(screen.direction(x, y)),
-                (None, Some(ray), Kind::Dome(_)) => tracer.missed(ray.direction()),
+                (_, _, Kind::Screen(screen)) => self.missed(screen.direction(x, y)),
+                (None, Some(ray), Kind::Dome(_)) => self.missed(ray.direction()),
                 // Outside the rim.
                 (_, None, Kind::Dome(_)) => Pixel::default(),
             };
@@ -231,7 +231,7 @@ where
                             past.pixel(column, row)
                         } else {
                             let (x, y) = block.at(column, row, offset);
-                            tracer.missed(sight.towards(x, y))
+                            self.missed(sight.towards(x, y))
                         };
                         sum.add(missed, work.workspace);
                     }
@@ -247,6 +247,11 @@ where
             }
         }
         work.begun.finish(tile.area());
+    }
+
+    /// Returns what is seen past all objects along a direction.
+    pub(super) fn missed(&self, direction: Vec3) -> Pixel {
+        self.renderer.missed(self.view, direction)
     }
 
     /// Returns what pixels that see past all objects show.

@@ -139,7 +139,7 @@ where
             return Pixel::default();
         };
         match (traced.detail[lane], &traced.hits) {
-            (None, _) => tracer.missed(ray.direction()),
+            (None, _) => self.missed(ray.direction()),
             (Some(detail), None) => tracer.radiance_with(&ray, detail, sample, budget, workspace),
             (Some(detail), Some(hits)) => {
                 hits.between_lines(lane, workspace).unwrap_or_else(|| {

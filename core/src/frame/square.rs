@@ -468,7 +468,10 @@ where
         let middle = (x as f32 + 0.5, y as f32 + 0.5);
         if group == NOTHING {
             let direction = self.picture.direction(middle.0, middle.1);
-            let past = self.renderer.tracer.missed(direction);
+            let past = self
+                .renderer
+                .tracer
+                .missed(direction, || self.detail().spread);
             return past.zip(past, |light, _| light * mask.count_ones() as f32);
         }
         let plane = self

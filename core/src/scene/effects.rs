@@ -1,6 +1,9 @@
 //! The effects that a scene asks for.
 
-use super::format::{Instance, Light, Material, Mesh, NO_MATERIAL, Triangle, effect, flag, kind};
+use super::format::{
+    Background, Instance, Light, Material, Mesh, NO_MATERIAL, NO_TEXTURE, Triangle, effect, flag,
+    kind,
+};
 use core::fmt;
 
 bitflags::bitflags! {
@@ -31,6 +34,8 @@ bitflags::bitflags! {
         /// Shadows that light comes through: of glass, of veils, of masks. Without it, what lets light
         /// through casts no shadow, and masks cast dark ones.
         const CLEAR_SHADOWS = 1 << 19;
+        /// A background that is an image. Without it, it is the gradient, which is much like it.
+        const ENVIRONMENT = 1 << 20;
         /// Images on surfaces. Without it, those have their material's colours.
         const IMAGE_TEXTURE = effect::IMAGE_TEXTURE;
         /// Checkers on surfaces. Without it, those have their material's colours.
@@ -67,6 +72,8 @@ pub struct Records<'r> {
     pub materials: &'r [Material],
     /// All lights.
     pub lights: &'r [Light],
+    /// What is seen past all instances.
+    pub background: &'r Background,
 }
 
 impl Records<'_> {
@@ -112,6 +119,7 @@ impl EffectSet {
         .difference(Self::ALPHA)
         .difference(Self::NESTED_MEDIA)
         .difference(Self::NORMAL_MAP)
+        .difference(Self::ENVIRONMENT)
         .difference(Self::TEXTURE_LEVELS);
 
     /// Number of bits that a set has room for.
@@ -129,6 +137,7 @@ impl EffectSet {
         (Self::SOFT_LIGHT, "soft-light"),
         (Self::SPOT_LIGHT, "spot-light"),
         (Self::CLEAR_SHADOWS, "clear-shadows"),
+        (Self::ENVIRONMENT, "environment"),
         (Self::IMAGE_TEXTURE, "image-texture"),
         (Self::CHECKER_TEXTURE, "checker-texture"),
         (Self::NORMAL_MAP, "normal-map"),
@@ -181,6 +190,9 @@ impl EffectSet {
         }
         if is_lit && records.lights.iter().any(Light::is_spot) {
             set = set.union(Self::SPOT_LIGHT);
+        }
+        if records.background.image != NO_TEXTURE {
+            set = set.union(Self::ENVIRONMENT);
         }
         set
     }

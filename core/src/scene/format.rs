@@ -63,8 +63,8 @@ pub struct Table {
     pub count: u32,
 }
 
-/// The background: the colour of a ray that meets nothing, a gradient by the height of
-/// its direction, linear RGB.
+/// The background: the colour of a ray that meets nothing. A gradient by the height of its direction,
+/// linear RGB, or an image in its place.
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Background {
@@ -74,12 +74,13 @@ pub struct Background {
     pub alpha: f32,
     /// Level.
     pub horizon: [f32; 3],
-    /// Zero.
-    pub reserved: u32,
+    /// Index of an image with [`reading::SHARED_EXPONENT`], or [`NO_TEXTURE`]: from left to right a
+    /// turn about +Y, its middle to −Z and further right to +X; from −Y at the bottom to +Y.
+    pub image: u32,
     /// Straight down.
     pub nadir: [f32; 3],
-    /// Zero.
-    pub reserved2: u32,
+    /// The turn of the image from −Z towards −X: −1 to 1 turns.
+    pub turn: f32,
 }
 
 /// The start of a blob.
@@ -442,6 +443,11 @@ pub mod reading {
     pub const LINEAR: u32 = 2;
     /// By a mesh's second coordinates, where it has them.
     pub const SECOND: u32 = 4;
+    /// Red, green and blue count times 2^(alpha − 136), and not at all up to an alpha of 9: an image
+    /// of the background. Each texel of a level is the mean over as wide an angle as it is high.
+    pub const SHARED_EXPONENT: u32 = 8;
+    /// The highest alpha of such a texel.
+    pub const MOST_EXPONENT: u8 = 168;
 }
 
 /// The materials, the first ones, whose clear bodies can be within one another.

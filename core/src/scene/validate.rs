@@ -5,7 +5,7 @@ mod tree;
 use super::format::{
     ALIGNMENT, COVER_NODES, Header, Instance, LARGEST_SIDE, LeafBlock, Light, MAGIC, Material,
     Mesh, NO_COLOURS, NO_MATERIAL, NO_MEDIUM, NO_TANGENTS, NO_TEXTURE, Node, Table, Texture,
-    VERSION, checksum, effect, kind, light, texture, wrap,
+    VERSION, checksum, effect, kind, light, reading, texture, wrap,
 };
 use super::{EffectSet, STACK_ENTRIES, Scene, SceneError};
 use crate::shape::{Ray, Slabs, Spheroid};
@@ -150,6 +150,7 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
     let (own, what) = (Record(0), "a background or ambient colour");
     own.within(what, colours.as_flattened(), 0.0..=1.0e12)?;
     own.within("the background's alpha", &[fields.alpha], 0.0..=1.0)?;
+    own.within("the background's turn", &[fields.turn], -1.0..=1.0)?;
     let extents = 0.0..=Slabs::LARGEST_EXTENT;
     own.within("the scene's extent", &[header.extent], extents)?;
     check_tables(scene)?;
@@ -171,6 +172,7 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
     for (record, texture) in numbered(scene.textures) {
         check_texture(texture, scene.texels.len(), record)?;
     }
+    check_environment(scene)?;
     for (record, material) in numbered(scene.materials) {
         check_material(material, record)?;
         check_textured(material, scene.textures, record)?;
@@ -216,6 +218,26 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
         });
     }
     check_effects(scene)
+}
+
+/// The background's image is there and of its kind, and no texel is brighter than a light may be.
+fn check_environment<const W: usize>(scene: &Scene<'_, W>) -> Result<(), SceneError> {
+    let (own, number) = (Record(0), scene.header.background.image);
+    if number == NO_TEXTURE {
+        return Ok(());
+    }
+    let image = scene.textures.get(number as usize);
+    let image = image.ok_or(own.index("texture", number))?;
+    let is_light = image.reading & reading::SHARED_EXPONENT != 0;
+    own.has(
+        "the background's image",
+        is_light && image.kind == texture::IMAGE,
+    )?;
+    let (first, count) = (image.first_texel as usize, image.level(image.levels).1);
+    let texels = scene.texels.iter().skip(first).take(count as usize);
+    let bright = texels.map(|&[.., exponent]| exponent).max();
+    let is_finite = bright.is_none_or(|most| most <= reading::MOST_EXPONENT);
+    own.has("the background's image", is_finite)
 }
 
 /// They are what shading is chosen by.
@@ -291,7 +313,10 @@ fn check_textured(m: &Material, textures: &[Texture], record: Record) -> Result<
     for number in textures_of {
         if number != NO_TEXTURE {
             let texture = textures.get(number as usize);
-            expected |= texture.ok_or(record.index("texture", number))?.effects();
+            let texture = texture.ok_or(record.index("texture", number))?;
+            let is_colour = texture.reading & reading::SHARED_EXPONENT == 0;
+            record.has("a material's kind of texture", is_colour)?;
+            expected |= texture.effects();
         }
     }
     record.has("a material's kind of texture", asked == expected)?;

@@ -1,7 +1,7 @@
 //! What is seen past all objects: a gradient over the elevation.
 
 use crate::numeric::{SQUARABLE, map3, max, normalize};
-use crate::scene::format::Background;
+use crate::scene::format::{Background, NO_TEXTURE};
 use crate::simd::Lanes;
 use glam::Vec3;
 
@@ -47,12 +47,18 @@ pub(crate) struct Colours<F> {
 }
 
 impl<F: Copy> Colours<F> {
-    /// Loads the colours once for any number of directions.
+    /// Loads the colours once for any number of directions; those of an image are never computed
+    /// together.
     #[inline(always)]
     pub(crate) fn new<L: Lanes<8, F = F>>(l: L, background: &Background) -> Self {
         let horizon = Vec3::from_array(background.horizon);
         let up = Vec3::from_array(background.zenith) - horizon;
         let down = Vec3::from_array(background.nadir) - horizon;
+        let usable = if background.image == NO_TEXTURE {
+            [*SQUARABLE.start(), *SQUARABLE.end()]
+        } else {
+            [f32::INFINITY, 0.0]
+        };
         Self {
             horizon: map3(background.horizon, |horizon| l.splat(horizon)),
             slopes: [
@@ -60,11 +66,11 @@ impl<F: Copy> Colours<F> {
                 map3(down.to_array(), |slope| l.splat(slope)),
             ],
             alpha: l.splat(background.alpha),
-            usable: [l.splat(*SQUARABLE.start()), l.splat(*SQUARABLE.end())],
+            usable: usable.map(|bound| l.splat(bound)),
         }
     }
 
-    /// Returns linear RGB; `None` where [`normalize`] would scale a direction.
+    /// Returns linear RGB; `None` where [`normalize`] would scale a direction, and of an image.
     #[inline(always)]
     pub(crate) fn along<L: Lanes<8, F = F>>(&self, l: L, [x, y, z]: [F; 3]) -> Option<[F; 3]> {
         let largest = l.max(l.abs(x), l.max(l.abs(y), l.abs(z)));

@@ -12,6 +12,7 @@ use super::background;
 use super::budget::Budget;
 use super::cone::Width;
 use super::dispersion::Balance;
+use super::environment;
 use super::hit::Hit;
 use super::ledger::Record;
 use super::media::Media;
@@ -22,6 +23,7 @@ use super::surface::Surface;
 use super::texture::TEXTURES;
 use super::workspace::{Pending, Pixel, RayDetail, Workspace};
 use crate::numeric::{map3, max, sqrt};
+use crate::scene::EffectSet;
 use crate::scene::format::{Material, effect};
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
@@ -122,6 +124,8 @@ const OF_SURFACES: u32 = effect::GRATICULE
     | effect::TEXTURE_LEVELS
     | effect::NORMAL_MAP
     | TEXTURES;
+
+const ENVIRONMENT: u32 = EffectSet::ENVIRONMENT.bits();
 
 /// Returns the number of an effect's bit.
 const fn place(bit: u32) -> u8 {
@@ -285,7 +289,7 @@ where
     fn trace(&mut self, mut next: Pending, mut met: Option<(Surface<'a>, f32)>) -> Pixel {
         let (searcher, rung) = (self.shading.searcher, self.shading.detail.rung);
         self.workspace.pending.clear();
-        if Self::has(effect::TEXTURE_LEVELS) {
+        if Self::has(effect::TEXTURE_LEVELS | ENVIRONMENT) {
             let direction = next.ray.direction();
             let length = sqrt(direction.dot(direction));
             self.spread = Width::new(self.shading.detail.spread.get() / length);
@@ -428,7 +432,13 @@ where
         // Seen directly or through glass it counts as far as it covers; seen in a
         // mirror it is part of the mirror.
         let share = if uncovered > 0.0 { alpha } else { 1.0 };
-        self.add(weight * background::colour(background, direction) * share);
+        let colour = if self.shading.is_asked(ENVIRONMENT) {
+            self.record.touch(ENVIRONMENT);
+            environment::colour(&self.shading.searcher.scene, direction, self.spread.get())
+        } else {
+            background::colour(background, direction)
+        };
+        self.add(weight * colour * share);
         self.alpha -= uncovered * (1.0 - alpha);
     }
 

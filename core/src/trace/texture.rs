@@ -118,6 +118,12 @@ fn mean_over(texture: &Texture, texels: &[Texel], place: [f32; 2], [du, dv]: [f3
         0.5 * libm::log2f(max(area, 1.0)),
         texture.levels.saturating_sub(1) as f32,
     );
+    at_level(texture, level, |level| image(level, texels, place))
+}
+
+/// Returns what is read between the two levels of an image that are next to a level.
+#[inline(always)]
+pub(super) fn at_level(texture: &Texture, level: f32, read: impl Fn(&Texture) -> Vec3) -> Vec3 {
     let (first, share) = (level as u32, level - floorf(level));
     let colour = |level: u32| {
         let ([width, height], first) = texture.level(level);
@@ -127,7 +133,7 @@ fn mean_over(texture: &Texture, texels: &[Texel], place: [f32; 2], [du, dv]: [f3
             first_texel: texture.first_texel.wrapping_add(first),
             ..*texture
         };
-        image(&level, texels, place)
+        read(&level)
     };
     let fine = colour(first);
     if share > 0.0 {
@@ -205,7 +211,7 @@ fn image(texture: &Texture, texels: &[Texel], place: [f32; 2]) -> Vec3 {
 
 /// Returns what `read` makes of an image's texels: interpolated, or of the nearest texel.
 #[inline(always)]
-fn interpolated<T>(
+pub(super) fn interpolated<T>(
     texture: &Texture,
     texels: &[Texel],
     [u, v]: [f32; 2],

@@ -4,17 +4,21 @@ use super::background;
 use super::budget::Budget;
 use super::cone::Width;
 use super::dispersion::{Balance, Spectrum, SpectrumError};
+use super::environment;
 use super::hit::Hit;
-use super::ledger::Ledger;
+use super::ledger::{Ledger, Record as _};
 use super::sample::Sample;
 use super::search::Searcher;
 use super::shading::{PrimaryRay, Shade, shade_and_record, shade_tree};
 use super::tile::{TileHits, TileRays};
 use super::workspace::{MAX_DEPTH, Pixel, RayDetail, Workspace};
+use crate::numeric::sqrt;
 use crate::scene::{EffectSet, Scene};
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
 use glam::Vec3;
+
+const ENVIRONMENT: u32 = EffectSet::ENVIRONMENT.bits();
 
 /// Traces the rays of a scene. It holds a pointer to shading that is compiled for a set of
 /// effects: a program that makes tracers with [`for_effects`](Self::for_effects) only has no
@@ -23,7 +27,11 @@ use glam::Vec3;
 pub struct Tracer<'a, const W: usize = 8> {
     pub(crate) searcher: Searcher<'a, W>,
     shade: Shade<W>,
+    /// Returns what a ray of a width, in radians, sees of an image as the background.
+    environment: Option<SeeEnvironment<W>>,
 }
+
+type SeeEnvironment<const W: usize> = fn(&Scene<'_, W>, Vec3, f32) -> Vec3;
 
 impl<'a, const W: usize> Tracer<'a, W>
 where
@@ -67,6 +75,12 @@ where
                 effects: EffectSet::from_bits_truncate(EFFECTS),
             },
             shade: shade_tree::<W, EFFECTS>,
+            // A pointer: sets of effects without it do not link the function.
+            environment: if EFFECTS & ENVIRONMENT == 0 {
+                None
+            } else {
+                Some(environment::colour)
+            },
         }
     }
 
@@ -215,7 +229,7 @@ where
                 };
                 (self.shade)(&self.searcher, &primary, budget, workspace)
             }
-            None => self.missed(ray.direction()),
+            None => self.missed(ray.direction(), || detail.spread),
         }
     }
 
@@ -233,7 +247,9 @@ where
         let hit = searcher.nearest_on(detail.rung, ray, budget, workspace);
         workspace.statistics.primary += 1;
         let Some(hit) = hit else {
-            return self.missed(ray.direction());
+            ledger
+                .touch(self.searcher.effects.bits() & ENVIRONMENT & searcher.scene.header.effects);
+            return self.missed(ray.direction(), || detail.spread);
         };
         let primary = PrimaryRay {
             ray,
@@ -244,10 +260,18 @@ where
         shade_and_record::<W, ALL, Ledger>(searcher, &primary, budget, workspace, ledger)
     }
 
-    /// Returns the background along a direction from the eye.
-    pub(crate) fn missed(&self, direction: Vec3) -> Pixel {
-        let background = self.searcher.scene.background();
-        let light = background::colour(background, direction) * background.alpha;
+    /// Returns the background along a direction from the eye; `spread` is that of the ray.
+    pub(crate) fn missed(&self, direction: Vec3, spread: impl FnOnce() -> Width) -> Pixel {
+        let (scene, effects) = (&self.searcher.scene, self.searcher.effects.bits());
+        let background = scene.background();
+        let light = match self.environment {
+            Some(colour) if effects & scene.header.effects & ENVIRONMENT != 0 => {
+                let length = sqrt(direction.dot(direction));
+                colour(scene, direction, spread().get() / length)
+            }
+            _ => background::colour(background, direction),
+        };
+        let light = light * background.alpha;
         // Rounds alpha as a ray tree does.
         Pixel::new(light, 1.0 - (1.0 - background.alpha))
     }

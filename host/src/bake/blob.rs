@@ -73,8 +73,8 @@ pub(super) struct Tables<const W: usize> {
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) coordinates: Vec<[f32; 2]>,
     pub(super) textures: Vec<Texture>,
-    /// Each image once with its coarser levels, and the number of all their texels.
-    pub(super) images: Vec<(Arc<Image>, Vec<Texel>)>,
+    /// Each image once with its coarser levels, or texels alone, and the number of all.
+    pub(super) images: Vec<(Option<Arc<Image>>, Vec<Texel>)>,
     pub(super) texels: u32,
     pub(super) media: Vec<Medium>,
     pub(super) colours: Vec<[f32; 3]>,
@@ -100,6 +100,7 @@ impl<const W: usize> Tables<W> {
             triangles: &self.triangles,
             materials: &self.materials,
             lights: &self.lights,
+            background: &background,
         });
         // The fields are in the order of the tables.
         let header = Header {
@@ -180,7 +181,8 @@ impl<const W: usize> Tables<W> {
         write(bytes, header.textures, self.textures);
         let mut at = header.texels.offset as usize;
         for (image, levels) in &self.images {
-            put(bytes, &mut at, image.texels().as_bytes());
+            let own = image.as_ref().map_or(&[][..], |image| image.texels());
+            put(bytes, &mut at, own.as_bytes());
             put(bytes, &mut at, levels.as_bytes());
         }
         write(bytes, header.media, self.media);

@@ -89,7 +89,7 @@ impl Levels {
 
 /// Returns for each texel along a side of the next level the texels that it is the mean of, and
 /// their shares.
-fn parts(side: usize) -> Vec<Vec<(usize, f32)>> {
+pub(super) fn parts(side: usize) -> Vec<Vec<(usize, f32)>> {
     let count = (side / 2).max(1);
     let part = |number: usize| {
         // In units of 1 / count of a texel.

@@ -2,7 +2,7 @@
 
 use crate::scene::{Background, Light};
 use glam::DVec3;
-use shisen_core::scene::format::{self, light};
+use shisen_core::scene::format::{self, NO_TEXTURE, light};
 
 pub(super) fn light(source: &Light) -> format::Light {
     let vector = |v: DVec3| v.as_vec3().to_array();
@@ -70,8 +70,8 @@ pub(super) fn background(source: &Background) -> format::Background {
         zenith: source.zenith,
         alpha: source.alpha,
         horizon: source.horizon,
-        reserved: 0,
+        image: NO_TEXTURE,
         nadir: source.nadir,
-        reserved2: 0,
+        turn: 0.0,
     }
 }

@@ -187,7 +187,7 @@ impl Textures {
         // The images of a scene are limited to fewer bytes than a scene.
         let texels = levels.of(image);
         tables.texels += (image.texels().len() + texels.len()) as u32;
-        tables.images.push((Arc::clone(image), texels));
+        tables.images.push((Some(Arc::clone(image)), texels));
         self.images.push((Arc::clone(image), levels, first));
         first
     }

@@ -24,6 +24,9 @@ impl Scene {
             | Light::Rectangle { colour, .. }) = light;
             brighter(colour);
         }
+        if let Some(environment) = &mut self.environment {
+            environment.strength = (f64::from(environment.strength) * factor) as f32;
+        }
         let background = &mut self.background;
         for colour in [
             &mut self.ambient,
@@ -44,7 +47,8 @@ impl Scene {
         let own = self.meshes.iter().flat_map(|mesh| &mesh.materials);
         let mut materials = self.materials.iter().chain(own);
         let background = &self.background;
-        let sky = [background.zenith, background.horizon, background.nadir] != [[0.0; 3]; 3];
+        let sky = self.environment.is_some()
+            || [background.zenith, background.horizon, background.nadir] != [[0.0; 3]; 3];
         let shows = |one: &Material| {
             let passes_on =
                 one.microfacets.is_some() || [one.mirror, one.transmission] != [[0.0; 3]; 2];

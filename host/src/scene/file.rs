@@ -11,7 +11,7 @@
 //! | `diffuse`, `specular`, `mirror`, `transmission`, `alpha` | 0 to 1 |
 //! | `shininess` | 1 to 10,000 |
 //! | `index_of_refraction` | 0.01 to 100 |
-//! | colours of lights and background, `ambient`, `absorption`, `emission` | 0 to 1,000,000 |
+//! | colours of lights and background, `strength`, `ambient`, `absorption`, `emission` | 0 to 1,000,000 |
 //! | `colours` of a checker | 0 to 1 |
 //! | `normal_scale` | −1,000 to 1,000 |
 //! | `range_nm` | 10 to 1,000,000 nm, the shorter first, without a pole, the index from 1 to 100 |
@@ -41,9 +41,14 @@
 //! values change evenly, each angle by itself, or along a smooth curve (`cubic`), or not (`step`);
 //! after the last time it begins anew. A spin turns an object in its own frame, beside what else
 //! moves it. A mesh of a glTF file moves by its own animations, too, below its object: parts that
-//! move become meshes and objects after those of the scene file. A scene has at least one object and may have no light. Meshes and materials are
-//! numbered by name in the [`Scene`], objects and lights by place in the file. A key that is not
-//! described here is an error, not ignored.
+//! move become meshes and objects after those of the scene file. A scene has at least one object and
+//! may have no light. Meshes and materials are numbered by name in the [`Scene`], objects and lights
+//! by place in the file. A key that is not described here is an error, not ignored.
+//!
+//! A background's `image` is a picture of all directions, as cameras for such and most programs write
+//! it (equirectangular): `OpenEXR` or Radiance, up to 100 MiB and 8,192 × 8,192 pixels. It lights
+//! nothing but by `ambient`, which is its mean where the file does not say otherwise. Programs without
+//! the effect `environment` show a gradient of its means at the poles and the horizon.
 
 #![allow(clippy::ref_option, reason = "a table's field is an option")]
 
@@ -60,8 +65,9 @@ use super::placement::{Normalisation, Placement};
 use super::{Background, Object, Scene, Shape};
 use crate::files::UNREAD;
 use crate::files::description::{FileError, Located, read_description};
+use crate::scene::environment::{Environment, Radiance};
 use crate::scene::import::{ImportError, Model};
-use crate::scene::material::{Alpha, Material, NormalMap};
+use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::motion::Motion;
 use animations::{read_animation, read_names};
@@ -73,6 +79,7 @@ use materials::{read_materials, read_textures};
 use miette::Diagnostic;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use toml::Spanned;
 
 const SYNTAX: &str = "a scene file has name, ambient, [background], [materials.NAME], \
@@ -137,7 +144,8 @@ impl Scene {
     ///
     /// # Errors
     /// The first fault and its place: text that is not TOML, unknown or missing keys, values out of
-    /// range, names that nothing has, meshes and images that cannot be loaded or used, no objects, animations whose times go back.
+    /// range, names that nothing has, meshes and images that cannot be loaded or used, no objects,
+    /// animations whose times go back.
     pub fn from_toml<M, E>(
         text: &str,
         name: &str,
@@ -162,6 +170,7 @@ impl Scene {
             None => Background::default(),
             Some(entry) => read_background(&check, entry)?,
         };
+        let (mut ambient, mut background) = (ambient, background);
         let materials = read_materials(&check, &entry)?;
         let lights = entry.light.iter().map(|entry| read_light(&check, entry));
         let lights = lights.collect::<Result<_, _>>()?;
@@ -175,23 +184,18 @@ impl Scene {
         let animations = animations.map(|one| read_animation(&check, one, &names));
         let animations = animations.collect::<Result<Vec<_>, _>>()?;
         let textures = read_textures(&check, &entry.textures, base_dir)?;
-        let materials = materials.into_iter().map(|(material, of)| {
-            let named = |number: usize| textures[number].clone();
-            let texture = of.texture.map(named);
-            Material {
-                normal_map: of.normals.map(|(number, scale)| NormalMap {
-                    texture: named(number),
-                    scale,
-                }),
-                emission_texture: texture.clone(),
-                alpha: material.alpha.map(|alpha| Alpha {
-                    texture: texture.clone(),
-                    ..alpha
-                }),
-                texture,
-                ..material
+        let environment = read_environment(&check, &entry, base_dir)?;
+        if let Some(environment) = &environment {
+            let mean = |heights| environment.mean(heights);
+            background.zenith = mean([0.8, 1.0]);
+            background.horizon = mean([-0.2, 0.2]);
+            background.nadir = mean([-1.0, -0.8]);
+            if entry.ambient.is_none() {
+                ambient = mean([-1.0, 1.0]);
             }
-        });
+        }
+        let materials = materials.into_iter();
+        let materials = materials.map(|(material, of)| of.applied(material, &textures));
         let materials: Vec<Material> = materials.collect();
         let mut meshes = Vec::with_capacity(entry.meshes.len());
         let mut rigs = Vec::with_capacity(entry.meshes.len());
@@ -234,6 +238,7 @@ impl Scene {
             objects: objects.into_iter().map(|placed| placed.object).collect(),
             lights,
             background,
+            environment,
             ambient,
             camera,
             motion,
@@ -259,20 +264,30 @@ fn read_background(check: &Check<'_>, entry: &Spanned<BackgroundEntry>) -> Check
         zenith,
         horizon,
         nadir,
+        image,
+        yaw_degrees,
+        strength,
         alpha,
     } = entry.as_ref();
+    if image.is_none() {
+        let owner = "a background with an `image`";
+        check.only_for(owner, "yaw_degrees", yaw_degrees)?;
+        check.only_for(owner, "strength", strength)?;
+    }
+    let gradient = [zenith, horizon, nadir];
     let mut background = match (colour, zenith, horizon, nadir) {
-        (Some(colour), None, None, None) => {
+        _ if image.is_some() && colour.is_none() && gradient == [&None; 3] => Background::default(),
+        (Some(colour), None, None, None) if image.is_none() => {
             Background::uniform(check.colour("colour", colour, RADIANCE)?)
         }
-        (None, Some(zenith), Some(horizon), Some(nadir)) => Background {
+        (None, Some(zenith), Some(horizon), Some(nadir)) if image.is_none() => Background {
             zenith: check.colour("zenith", zenith, RADIANCE)?,
             horizon: check.colour("horizon", horizon, RADIANCE)?,
             nadir: check.colour("nadir", nadir, RADIANCE)?,
             alpha: 1.0,
         },
         _ => {
-            let choice = "either `colour`, or `zenith`, `horizon` and `nadir`";
+            let choice = "either `image`, `colour`, or `zenith`, `horizon` and `nadir`";
             return check.refuse_keys("the background", choice, entry.span());
         }
     };
@@ -280,6 +295,38 @@ fn read_background(check: &Check<'_>, entry: &Spanned<BackgroundEntry>) -> Check
         background.alpha = check.number("alpha", alpha, SHARE)? as f32;
     }
     Ok(background)
+}
+
+/// Reads the background's image, whose other keys are checked already.
+fn read_environment(
+    check: &Check<'_>,
+    scene: &SceneEntry,
+    base_dir: &Path,
+) -> Checked<Option<Environment>> {
+    let Some((entry, image)) = scene.background.as_ref().and_then(|entry| {
+        let image = entry.as_ref().image.as_ref()?;
+        Some((entry, image))
+    }) else {
+        return Ok(None);
+    };
+    let BackgroundEntry {
+        yaw_degrees,
+        strength,
+        ..
+    } = entry.as_ref();
+    let image = Radiance::load(&base_dir.join(image)).map_err(|source| {
+        let help = advice(Some(&source));
+        let message = "the background's image cannot be loaded".to_owned();
+        let fault = SceneFault::caused(message, Some(&help), source);
+        check.fault(fault, Some(entry.span()))
+    })?;
+    Ok(Some(Environment {
+        image: Arc::new(image),
+        yaw: check
+            .number_or("yaw_degrees", yaw_degrees, DEGREES, 0.0)?
+            .to_radians(),
+        strength: check.number_or("strength", strength, RADIANCE, 1.0)?,
+    }))
 }
 
 fn read_path(check: &Check<'_>, entries: &[Spanned<CameraEntry>]) -> Checked<CameraPath> {

@@ -27,7 +27,7 @@ const CLEAR_SHADOWS: u32 = EffectSet::CLEAR_SHADOWS.bits();
 impl<const W: usize, const EFFECTS: u32> Shading<'_, '_, W, EFFECTS> {
     /// Returns whether an effect is carried out that the scene asks for.
     #[inline(always)]
-    const fn is_asked(&self, effect: u32) -> bool {
+    pub(super) const fn is_asked(&self, effect: u32) -> bool {
         EFFECTS & effect != 0 && self.effects & self.searcher.scene.header.effects & effect != 0
     }
 

@@ -1,13 +1,14 @@
 //! What a surface sends back of light from lights, and its own.
 
 use super::microfacet::Lobe;
-use super::{RayTree, above, place};
+use super::{ENVIRONMENT, RayTree, above, place};
 use crate::numeric::normalize;
 use crate::scene::EffectSet;
 use crate::scene::format::{Light, NO_TEXTURE, Texture, effect, light};
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
 use crate::trace::background;
+use crate::trace::environment;
 use crate::trace::ledger::Record;
 use crate::trace::optics::reflect;
 use crate::trace::soft_light::{Points, Rectangle};
@@ -61,7 +62,7 @@ where
 
     /// Returns what a rough surface mirrors: the background, blurred to the lobe, or ambient light
     /// where that is brighter.
-    fn surroundings(&self, surface: &Surface<'_>, lobe: &Lobe, incidence: Incidence) -> Vec3 {
+    fn surroundings(&mut self, surface: &Surface<'_>, lobe: &Lobe, incidence: Incidence) -> Vec3 {
         let share = 1.0 - lobe.sharpness();
         if share <= 0.0 {
             return Vec3::ZERO;
@@ -69,7 +70,12 @@ where
         let outside = surface.geometric_normal * incidence.facing;
         let mirrored = above(reflect(incidence.direction, incidence.normal), outside);
         let scene = &self.shading.searcher.scene;
-        let blurred = background::blurred(scene.background(), mirrored, lobe.roughness);
+        let blurred = if self.shading.is_asked(ENVIRONMENT) {
+            self.record.touch(ENVIRONMENT);
+            environment::blurred(scene, mirrored, lobe.roughness)
+        } else {
+            background::blurred(scene.background(), mirrored, lobe.roughness)
+        };
         let ambient = Vec3::from_array(scene.header.ambient);
         lobe.albedo * blurred.max(ambient) * share
     }

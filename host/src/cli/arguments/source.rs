@@ -457,6 +457,20 @@ fn load_scene(path: &Path, playing: &Playing, told: &mut Told) -> Result<Loaded,
     };
     let name = path.to_string_lossy();
     let scene = Scene::from_toml(&text, &name, folder, load)?;
+    let replaced = scene
+        .environment
+        .as_ref()
+        .map_or(0, |of| of.image.replaced());
+    if replaced > 0 {
+        let what = "light of the background's image that is negative, infinite or no number";
+        let what = format!("{what}, in {}", counted(replaced, "pixel"));
+        let new = NotUsed {
+            file: shown.to_string(),
+            what: vec![what],
+        };
+        new.tell();
+        told.not_used.push(new);
+    }
     if scene.is_dark() {
         warn(&format!(
             "{shown}: nothing lights the scene: add a [[light]], or give ambient or a material's \

@@ -106,7 +106,7 @@ pub(super) struct Cause {
     effect: String,
     /// Materials that ask for it.
     materials: Vec<String>,
-    /// Lights that ask for it.
+    /// Lights that ask for it, or the background.
     lights: Vec<String>,
 }
 
@@ -167,6 +167,7 @@ fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
         EffectSet::TEXTURE_LEVELS => {
             "no material has a checker, or an image with more than a texel"
         }
+        EffectSet::ENVIRONMENT => "the background is no image",
         EffectSet::NORMAL_MAP => "no material has an image of normals",
         EffectSet::NESTED_MEDIA => "no clear material has a priority",
         EffectSet::GRATICULE => "no material has meridians and parallels",
@@ -235,7 +236,11 @@ impl<'r> Met<'r> {
         Cause {
             effect: asked.to_string(),
             materials: materials.map(|(name, _)| name.clone()).collect(),
-            lights: lights.map(|(name, _)| name.clone()).collect(),
+            lights: if asked == EffectSet::ENVIRONMENT {
+                vec!["the background".to_owned()]
+            } else {
+                lights.map(|(name, _)| name.clone()).collect()
+            },
         }
     }
 }

@@ -57,6 +57,9 @@ tables! {
         zenith: Option<Numbers>,
         horizon: Option<Numbers>,
         nadir: Option<Numbers>,
+        image: Option<String>,
+        yaw_degrees: Option<Number>,
+        strength: Option<Number>,
         alpha: Option<Number>,
     }
 

@@ -6,7 +6,7 @@ use super::fault::{
     NORMAL_SCALE, PRIORITY, RADIANCE, REPEATS, SHARE, SceneFault, WAVELENGTH,
 };
 use super::{advice, numbers};
-use crate::scene::material::{Alpha, Cover, Graticule, Material, Microfacets};
+use crate::scene::material::{Alpha, Cover, Graticule, Material, Microfacets, NormalMap};
 use crate::scene::texture::{Image, Pattern, Texture};
 use shisen_core::spectrum::{Medium, MediumError, line};
 use std::collections::BTreeMap;
@@ -19,6 +19,27 @@ pub(super) struct TexturesOf {
     pub(super) texture: Option<usize>,
     /// With the scale.
     pub(super) normals: Option<(usize, f32)>,
+}
+
+impl TexturesOf {
+    /// Returns a material with its textures.
+    pub(super) fn applied(&self, material: Material, textures: &[Texture]) -> Material {
+        let named = |number: usize| textures[number].clone();
+        let texture = self.texture.map(named);
+        Material {
+            normal_map: self.normals.map(|(number, scale)| NormalMap {
+                texture: named(number),
+                scale,
+            }),
+            emission_texture: texture.clone(),
+            alpha: material.alpha.map(|alpha| Alpha {
+                texture: texture.clone(),
+                ..alpha
+            }),
+            texture,
+            ..material
+        }
+    }
 }
 
 /// Returns the materials in the order of their names, with the numbers of their textures.

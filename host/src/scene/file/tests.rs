@@ -2,12 +2,14 @@
 
 use super::*;
 use crate::files::description::tests::{check_faults, line_of};
+use crate::picture::Picture;
 use crate::scene::Light;
 use crate::scene::material::Cover;
 use crate::scene::texture::tests::{grey_png, texels};
 use miette::Diagnostic;
 use shisen_core::spectrum::Medium;
 use std::convert::Infallible;
+use std::f32::consts::PI;
 
 const EXAMPLE: &str = include_str!("../example.toml");
 
@@ -212,6 +214,9 @@ texture = "tiles" | index_of_refraction = 1.5 | `index_of_refraction` is for mat
 texture = "tiles" | medium = "water" | `medium` is for materials
 texture = "tiles" | absorption = [0, 0, 0] | `absorption` is for materials
 texture = "tiles" | normal_texture = "tiles" | is a checker, not an image
+alpha = 1.0 | image = "sky.exr" | the background has either | *
+alpha = 1.0 | yaw_degrees = 90 | `yaw_degrees` is for a background with an `image` only
+alpha = 1.0 | strength = 2 | `strength` is for a background with an `image` only
 texture = "tiles" | normal_scale = 1 | `normal_scale` is for materials
 object = "animal" | object = "anmal" | no object "anmal"
 times = [0, 1.5, 3] | times = [0, 3, 1.5] | key 2 is at 1.5 s, after 3 s
@@ -248,6 +253,44 @@ fn images_that_cannot_be_had_are_named_at_their_line() {
     for name in ["none.png", "."] {
         let error = read(name).unwrap_err();
         assert!(error.to_string().contains("the texture \"one\""), "{error}");
+        assert_eq!(error.line(), Some(1), "{name}");
+    }
+}
+
+#[test]
+fn a_background_can_be_a_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut picture = Picture::new(4, 2).unwrap();
+    for x in 0..4 {
+        picture.set_pixel(x, 0, [2.0, f32::NAN, 0.5, 1.0]);
+    }
+    picture
+        .write_exr(&folder.path().join("a.exr"), &[])
+        .unwrap();
+    std::fs::write(folder.path().join("b.exr"), b"\x76\x2f\x31\x01").unwrap();
+    let read = |name: &str| {
+        let text = format!(
+            "[background]\nimage = \"{name}\"\nyaw_degrees = 180\nstrength = 3\n\
+             [[object]]\nsphere = {{ radius = 1 }}\n"
+        );
+        let mesh = |_: &MeshSource| Ok::<_, Infallible>(tetrahedron());
+        Scene::from_toml(&text, "a.toml", folder.path(), mesh)
+    };
+    let scene = read("a.exr").unwrap();
+    let environment = scene.environment.as_ref().unwrap();
+    assert_eq!(environment.image.sides(), [4, 2]);
+    assert_eq!(environment.image.pixels()[3], [2.0, 0.0, 0.5]);
+    assert_eq!(environment.image.replaced(), 4);
+    assert_eq!((environment.yaw, environment.strength), (PI, 3.0));
+    assert_eq!(
+        (scene.ambient, scene.background.zenith),
+        ([3.0, 0.0, 0.75], [6.0, 0.0, 1.5])
+    );
+    for (name, says) in [("none.exr", "No such file"), ("b.exr", "cannot be read")] {
+        let error = read(name).unwrap_err();
+        let causes = std::iter::successors(Some(&error as &dyn std::error::Error), |e| e.source());
+        let said: Vec<String> = causes.map(ToString::to_string).collect();
+        assert!(said.concat().contains(says), "{said:?}");
         assert_eq!(error.line(), Some(1), "{name}");
     }
 }
