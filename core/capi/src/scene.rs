@@ -8,10 +8,10 @@ use shisen_core::scene::EffectSet;
 
 /// Bytes of memory for a scene's handle.
 #[cfg(target_pointer_width = "32")]
-pub const SHISEN_SCENE_SIZE: usize = 136;
+pub const SHISEN_SCENE_SIZE: usize = 160;
 /// Bytes of memory for a scene's handle.
 #[cfg(target_pointer_width = "64")]
-pub const SHISEN_SCENE_SIZE: usize = 264;
+pub const SHISEN_SCENE_SIZE: usize = 304;
 /// Alignment of a baked scene, bytes.
 pub const SHISEN_BLOB_ALIGNMENT: usize = 32;
 
@@ -96,7 +96,7 @@ pub const SHISEN_EFFECT_SPOT_LIGHT: u32 = 0x40000;
 /// Effect: shadows that light comes through.
 pub const SHISEN_EFFECT_CLEAR_SHADOWS: u32 = 0x80000;
 /// Effect: an image as the background.
-pub const SHISEN_EFFECT_ENVIRONMENT: u32 = 0x100000;
+pub const SHISEN_EFFECT_ENVIRONMENT: u32 = 0x0010_0000;
 /// Effect: images on surfaces.
 pub const SHISEN_EFFECT_IMAGE_TEXTURE: u32 = 0x40;
 /// Effect: checkers on surfaces.
