@@ -81,9 +81,7 @@ fn words_out_of_range_have_their_error() {
     let emission_texture = offset_of!(format::Material, emission_texture);
     let colour = mesh(offset_of!(Mesh, first_colour));
     let tangent = mesh(offset_of!(Mesh, first_tangent));
-    let background = offset_of!(Header, background);
-    let image = background + offset_of!(Background, image);
-    let turn = background + offset_of!(Background, turn);
+    let image = offset_of!(Header, background) + offset_of!(Background, image);
     let Table { offset, count } = header.texels;
     let last_texel = offset as usize + (count as usize - 1) * size_of::<Texel>();
     let tangents = header.tangents.offset as usize;
@@ -104,6 +102,8 @@ fn words_out_of_range_have_their_error() {
     let (light_size, number) = ("a light's size", "a light's number of samples");
     let (shine, mapped) = ("a material's emission", "a texture's map");
     let coloured = "a texture's colours";
+    let facets = "a material's microfacets or alpha";
+    let bumps = "a material's normal map";
     let first_coordinate = mesh(offset_of!(Mesh, first_coordinate));
     let light_kind = offset_of!(format::Light, kind);
     let medium = offset_of!(format::Material, medium);
@@ -118,7 +118,6 @@ fn words_out_of_range_have_their_error() {
         (image, 5, index("texture", 0, 5)),
         (image, 0, value("the background's image", 0)),
         (last_texel, u32::MAX, value("the background's image", 0)),
-        (turn, nan, value("the background's turn", 0)),
         (material(2, kind_of_texture), 1, value(kind, 2)),
         (material(0, kind_of_texture), 0, value(kind, 0)),
         (material(2, emission), nan, value(shine, 2)),
@@ -134,20 +133,12 @@ fn words_out_of_range_have_their_error() {
         (texture(0, map + 4), nan, value(mapped, 0)),
         (texture(0, wrap), 3, value("a texture's wrapping", 0)),
         (material(2, emission_texture), 5, index("texture", 2, 5)),
-        (
-            material(0, metal),
-            thin,
-            value("a material's microfacets or alpha", 0),
-        ),
+        (material(0, metal), thin, value(facets, 0)),
         (colour, 1, index("colour", 0, 1)),
         (tangent, 1, index("tangent", 0, 1)),
         (tangents, nan, value("a tangent", 0)),
         (tangents + 12, thin, value("a tangent", 0)),
-        (
-            material(0, normals),
-            thin,
-            value("a material's normal map", 0),
-        ),
+        (material(0, normals), thin, value(bumps, 0)),
         (texture(0, colours), over, value(coloured, 0)),
         (coordinates + 4, far, value("a texture coordinate", 0)),
         (first_coordinate, 1, index("coordinate", 0, 1)),

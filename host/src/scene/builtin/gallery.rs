@@ -3,6 +3,7 @@
 mod shapes;
 mod surfaces;
 
+use crate::scene::environment::Environment;
 use crate::scene::material::{Alpha, Cover, Graticule, Material, Microfacets, NormalMap};
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::motion::{Channel, Clip, Course, Local};
@@ -144,6 +145,11 @@ pub fn gallery() -> Scene {
                 inverse_square: true,
             },
         ],
+        environment: Some(Environment {
+            image: surfaces::sky(),
+            yaw: 0.0,
+            strength: 1.0,
+        }),
         background: Background {
             zenith: [0.32, 0.52, 0.86],
             horizon: [0.86, 0.89, 0.92],

@@ -1,5 +1,6 @@
 //! Patterns of wood, brick, metal and leaves, by formulas.
 
+use crate::scene::environment::Radiance;
 use crate::scene::texture::Image;
 use std::sync::Arc;
 
@@ -129,6 +130,40 @@ pub(super) fn leaf() -> Arc<Image> {
         let [red, green, blue, _] = tinted([0.24, 0.46, 0.17], tone * lit);
         [red, green, blue, f64::from(u8::from(inside))]
     })
+}
+
+/// Returns a sky with clouds above hills, all around.
+pub(super) fn sky() -> Arc<Radiance> {
+    const SIDES: [usize; 2] = [512, 256];
+    let mix = |a: [f64; 3], b: [f64; 3], t: f64| [0, 1, 2].map(|c: usize| a[c] + (b[c] - a[c]) * t);
+    let pixel = |place: usize| {
+        let [u, v] = [place % SIDES[0], place / SIDES[0]];
+        let turn = (u as f64 + 0.5) / SIDES[0] as f64;
+        let height = 90.0 - 180.0 * (v as f64 + 0.5) / SIDES[1] as f64;
+        // Octaves of the same noise, which goes round.
+        let wave = |count: f64, y: f64| smooth(turn * count, y, [count as i64, 512]);
+        let hills = 7.0 * wave(9.0, 3.0) + 2.5 * wave(31.0, 5.0) - 3.0;
+        if height < hills {
+            let near = (1.0 - (height + 25.0) / 32.0).clamp(0.0, 1.0);
+            return mix([0.23, 0.32, 0.33], [0.12, 0.17, 0.05], near);
+        }
+        let sky = mix(
+            [0.84, 0.88, 0.92],
+            [0.24, 0.44, 0.82],
+            (height / 55.0).clamp(0.0, 1.0).sqrt(),
+        );
+        let y = 60.0 / (height + 12.0);
+        let cloud =
+            0.5 * wave(12.0, 4.0 * y) + 0.3 * wave(36.0, 12.0 * y) + 0.2 * wave(96.0, 30.0 * y);
+        mix(
+            sky,
+            [1.0, 0.98, 0.95],
+            ((cloud - 0.48) * 4.0).clamp(0.0, 1.0),
+        )
+    };
+    let pixels = (0..SIDES[0] * SIDES[1]).map(|place| pixel(place).map(|c| c as f32));
+    let image = Radiance::new(SIDES, pixels.collect());
+    Arc::new(image.expect("as many pixels as it has"))
 }
 
 /// Returns the colour of a glaze, linear RGB, at a height from 0 to 1.

@@ -79,11 +79,6 @@ fn textures_are_those_of_the_first_coordinates() {
         ),
         (
             r#"{"index":0}"#,
-            "a.bin",
-            "the texture a.bin (neither a PNG nor a JPEG file)",
-        ),
-        (
-            r#"{"index":0}"#,
             "b.png",
             "the texture b.png (which is not there)",
         ),
