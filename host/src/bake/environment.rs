@@ -116,7 +116,7 @@ fn texel(pixel: Pixel) -> Texel {
     // The power of two at or below; a mantissa that would round up to 256 takes the next.
     let (_, power) = libm::frexpf(most * (1.0 + 1.0 / 512.0));
     let exponent = (power + 128).clamp(0, i32::from(reading::MOST_EXPONENT));
-    if exponent <= 9 {
+    if exponent <= 9 || most == 0.0 {
         return [0; 4];
     }
     let unit = libm::exp2f((exponent - 136) as f32);
