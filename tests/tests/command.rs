@@ -219,7 +219,7 @@ fn a_model_is_a_scene_and_what_no_picture_shows_of_it_is_told_once() {
     assert_eq!(baked["frame_hash"], dark["frame_hash"]);
     assert_eq!(baked["exposure"], Value::Null);
     let refusals = "cave --scene A --scale 1 => --scale is for a model
-        cave --scene dark.shisen --exposure 1 => give it to `shisen bake`
+        cave --scene dark.shisen --exposure 1 => give them to `shisen bake`
         bake a.obj a.obj -o b.shisen --exposure 1 => are for one scene";
     refused(folder, 2, refusals);
 }

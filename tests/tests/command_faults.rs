@@ -73,7 +73,7 @@ fn usage_is_that_of_the_command_asked_for() {
 const USAGE: &str = r#"
     run --fill previous --lod off => with --lod off no ray is skipped
     cave --fill previous --lod foveated => with --lod foveated no ray is skipped
-    run --fill previous => with --view none nothing is shown
+    run --scene A --fill previous => with --view none nothing is shown
     run --look floor => where the tracker says
     bench latency --as hid => does not go over a serial line
     cave --size 0 => --size
@@ -282,7 +282,7 @@ fn broken_scenes_are_named() {
         "
         cave --scene far.toml => far.toml cannot be baked & object 0 & too far
         cave --scene no.toml => no.toml
-        cave --scene E => E & give A, B, C, D, grid, prism or spheres
+        cave --scene E => E & give A, B, C, D, gallery, grid, prism or spheres
         cave --scene bytes => bytes & neither a TOML description nor a baked scene
         cave --scene folder => cannot read the scene in folder
         cave --scene cow.obj => cow.obj & no such file",

@@ -27,6 +27,7 @@ impl Program for Evidence {
     const EXAMPLES: Examples = include_str!("cli/examples.txt");
     const SCHEMAS: Schemas = &[
         ("bench rays", schema::<bench::rays::Report>),
+        ("bench motion", schema::<bench::motion::Report>),
         ("bench table2", schema::<WithFrames<bench::table2::Report>>),
         ("bench sweep", schema::<WithFrames<bench::sweep::Report>>),
         ("bench fill", schema::<WithFrames<bench::fill::Report>>),
