@@ -64,12 +64,12 @@
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a scene's handle.
-#define SHISEN_SCENE_SIZE 128
+#define SHISEN_SCENE_SIZE 160
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for a scene's handle.
-#define SHISEN_SCENE_SIZE 248
+#define SHISEN_SCENE_SIZE 304
 #endif
 
 // Alignment of a baked scene, bytes.
@@ -102,11 +102,17 @@
 // Effect: shadows that light comes through.
 #define SHISEN_EFFECT_CLEAR_SHADOWS 524288
 
+// Effect: an image as the background.
+#define SHISEN_EFFECT_ENVIRONMENT 1048576
+
 // Effect: images on surfaces.
 #define SHISEN_EFFECT_IMAGE_TEXTURE 64
 
 // Effect: checkers on surfaces.
 #define SHISEN_EFFECT_CHECKER_TEXTURE 32
+
+// Effect: normals that images bend.
+#define SHISEN_EFFECT_NORMAL_MAP 16384
 
 // Effect: textures as coarse as what a pixel sees of them.
 #define SHISEN_EFFECT_TEXTURE_LEVELS 4096
@@ -167,12 +173,12 @@
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a frame's handle, without its pictures and tiles.
-#define SHISEN_FRAME_SIZE 2712
+#define SHISEN_FRAME_SIZE 2736
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for a frame's handle, without its pictures and tiles.
-#define SHISEN_FRAME_SIZE 2896
+#define SHISEN_FRAME_SIZE 2944
 #endif
 
 #if defined(SHISEN_POINTERS_32)
