@@ -119,7 +119,7 @@ pub fn gallery() -> Scene {
     let plaster = std::mem::take(&mut room.plaster);
     room.mesh(
         plaster,
-        matt("plaster", [0.78, 0.76, 0.72]),
+        matt("plaster", [0.68, 0.66, 0.62]),
         DAffine3::IDENTITY,
     );
     Scene {
@@ -129,13 +129,13 @@ pub fn gallery() -> Scene {
                 centre: DVec3::new(4.12, 2.26, -1.9),
                 right: DVec3::new(0.0, 0.0, -4.3),
                 up: DVec3::new(0.0, 0.06, 0.0),
-                colour: [9.0, 8.2, 6.8],
+                colour: [2.6, 2.3, 1.8],
                 samples: 4,
                 two_sided: false,
             },
             Light::Directional {
                 direction: DVec3::new(0.82, -0.5, -0.34),
-                colour: [1.5, 1.26, 0.95],
+                colour: [1.2, 1.02, 0.78],
             },
             Light::Spot {
                 position: DVec3::new(1.9, 2.3, -1.2),
@@ -227,7 +227,8 @@ fn walls(room: &mut Room) {
         DVec3::new(0.0, 0.0, 8.6),
         DVec3::new(0.0, 0.12, 0.0),
     );
-    room.mesh(shine, lamp("tube", [1.0, 0.93, 0.8]), still);
+    let tube = lamp("tube", [1.0, 0.93, 0.8]);
+    room.mesh(shine, tube, still).casts_shadow = false;
 }
 
 /// A golden animal on a turntable.
