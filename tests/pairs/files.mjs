@@ -15,7 +15,7 @@ const require = createRequire(import.meta.url);
 const { BoxGeometry, CylinderGeometry, PlaneGeometry, SphereGeometry, TorusGeometry } =
   require(`${process.env.THREE ?? '../../target/pairs/node_modules/three'}/build/three.cjs`);
 
-const sphere = (columns, radius, ...part) => surface(new SphereGeometry(radius, columns, columns >> 1, ...part));
+export const sphere = (columns, radius, ...part) => surface(new SphereGeometry(radius, columns, columns >> 1, ...part));
 /** A ring round the Z axis. */
 const torus = (columns, radius, tube) => surface(new TorusGeometry(radius, tube, columns >> 1, columns));
 const cube = (cells) => new BoxGeometry(1, 1, 1, cells, cells, cells);

@@ -79,12 +79,12 @@ export class Glb {
     return number;
   }
 
-  /** A node with a light of KHR_lights_punctual at a place. */
-  light(light, translation) {
+  /** A node with a light of KHR_lights_punctual at a place; `more` is the node's, as its rotation. */
+  light(light, translation, more = {}) {
     this.use('KHR_lights_punctual');
     const lights = ((this.json.extensions ??= {}).KHR_lights_punctual ??= { lights: [] }).lights;
     const number = lights.push(light) - 1;
-    this.node({ translation, extensions: { KHR_lights_punctual: { light: number } } });
+    this.node({ name: `light ${number}`, translation, extensions: { KHR_lights_punctual: { light: number } }, ...more });
   }
 
   bytes() {
