@@ -135,36 +135,32 @@ def set_up(scene, side, samples):
     cycles.use_denoising = False
     cycles.pixel_filter_type = "BOX"
     cycles.max_bounces = cycles.glossy_bounces = cycles.transmission_bounces = cycles.transparent_max_bounces = 32
-    cycles.diffuse_bounces = 0
-    cycles.blur_glossy = cycles.sample_clamp_indirect = cycles.light_sampling_threshold = 0
+    cycles.diffuse_bounces = cycles.blur_glossy = cycles.sample_clamp_indirect = cycles.light_sampling_threshold = 0
 
 
 def render(scene, path):
-    scene.render.filepath = str(path)
+    scene.render.filepath = path
     bpy.ops.render.render(write_still=True)
 
 
-def main(out, side, samples, *files):
-    for file in map(Path, files):
-        bpy.ops.wm.read_factory_settings(use_empty=True)
-        bpy.ops.import_scene.gltf(filepath=str(file), convert_lighting_mode="COMPAT")
-        scene = bpy.context.scene
-        set_up(scene, int(side), int(samples))
-        add_sky(scene)
-        has_metal = any(inputs_of(material)["Metallic"].default_value > 0 for material in bpy.data.materials)
-        for thing in scene.objects:
-            if thing.type == "MESH":
-                thing.visible_glossy = not has_metal
-            elif thing.type == "LIGHT":
-                shine(thing.data)
-            else:
-                scene.camera = thing
-        for material in bpy.data.materials:
-            paint(material)
-        render(scene, Path(out) / f"{file.stem}.png")
+out, side, samples, *files = sys.argv[sys.argv.index("--") + 1:]
+for file in files:
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.import_scene.gltf(filepath=file, convert_lighting_mode="COMPAT")
+    scene = bpy.context.scene
+    set_up(scene, int(side), int(samples))
+    add_sky(scene)
+    has_metal = any(inputs_of(material)["Metallic"].default_value > 0 for material in bpy.data.materials)
     for thing in scene.objects:
-        thing.hide_render = True
-    render(scene, Path(out) / "sky.png")
-
-
-main(*sys.argv[sys.argv.index("--") + 1:])
+        if thing.type == "MESH":
+            thing.visible_glossy = not has_metal
+        elif thing.type == "LIGHT":
+            shine(thing.data)
+        else:
+            scene.camera = thing
+    for material in bpy.data.materials:
+        paint(material)
+    render(scene, f"{out}/{Path(file).stem}.png")
+for thing in scene.objects:
+    thing.hide_render = True
+render(scene, f"{out}/sky.png")

@@ -33,7 +33,6 @@ const add = (file, shape, material, translation, degrees = 0) =>
 /** A material that scatters and does not shine. */
 const matt = (file, pbr, more = {}) =>
   file.material(pbr, { ...more, extensions: { KHR_materials_specular: { specularFactor: 0 } } });
-
 /** A clear body: the colour is that of white light after 10 cm. */
 const clear = (file, ior, attenuationColor = [1, 1, 1]) => file.material({ roughnessFactor: 0 }, { extensions: {
   KHR_materials_transmission: { transmissionFactor: 1 },
@@ -96,25 +95,16 @@ export function nested() {
     for (const profile of profiles) add(file, lathe(profile), file.material({}));
     return file;
   };
-  const object = (mesh, more) =>
-    `[meshes.${mesh}]\nfile = "${mesh}.glb"\n[[object]]\nmesh = "${mesh}"\nposition = [${eye.position.map((at) => -at)}]\n${more}`;
-  const glassy = (name, index, priority) => object(name, `material = "${name}"
-[materials.${name}]
-diffuse = [0, 0, 0]
-transmission = [1, 1, 1]
-index_of_refraction = ${index}
-priority = ${priority}
-`);
+  const position = `position = [${eye.position.map((at) => -at)}]`;
+  const clearness = 'diffuse = [0, 0, 0], transmission = [1, 1, 1]';
   const toml = `ambient = [0.05, 0.05, 0.05]
-[background]
-zenith = [0.30, 0.50, 0.85]
-horizon = [0.90, 0.90, 0.87]
-nadir = [0.17, 0.14, 0.11]
-[[light]]
-type = "directional"
-direction = [${noon}]
-colour = [${warm.map((channel) => (3.4 / Math.PI) * channel)}]
-${object('room', '')}${glassy('glass', 1.5, 2)}${glassy('water', 1.33, 1)}`;
+background = { zenith = [0.30, 0.50, 0.85], horizon = [0.90, 0.90, 0.87], nadir = [0.17, 0.14, 0.11] }
+materials.glass = { ${clearness}, index_of_refraction = 1.5, priority = 2 }
+materials.water = { ${clearness}, index_of_refraction = 1.33, priority = 1 }
+light = [{ type = "directional", direction = [${noon}], colour = [${warm.map((channel) => (3.4 / Math.PI) * channel)}] }]
+object = [${['room', 'glass', 'water'].map((mesh) => `{ mesh = "${mesh}", ${position}${mesh === 'room' ? '' : `, material = "${mesh}"`} }`)}]
+${['room', 'glass', 'water'].map((mesh) => `meshes.${mesh}.file = "${mesh}.glb"`).join('\n')}
+`;
   return { toml, files: { room: room(), glass: body(dry, wet), water: body(hidden, top) } };
 }
 
@@ -143,9 +133,8 @@ export const scenes = {
       const [x, y] = [2 * u - 1, 2 * v - 1];
       const width = 0.75 * (1 - y * y) * (0.8 + 0.2 * Math.abs(Math.sin(9 * y)));
       const inside = Math.min(width - Math.abs(x), Math.hypot(Math.abs(x) - 0.3, y - 0.2) - 0.14);
-      const isVein = Math.abs(x) < 0.04 || Math.abs((y + Math.abs(x)) % 0.3) < 0.03;
-      const alpha = Math.min(Math.max(0.5 + 8 * inside, 0), 1);
-      return [...(isVein ? [170, 190, 80] : [60, 130, 40]), Math.round(255 * alpha)];
+      const isVein = Math.abs((y + Math.abs(x)) % 0.3) < 0.03;
+      return [...(isVein ? [170, 190, 80] : [60, 130, 40]), 255 * Math.min(Math.max(0.5 + 8 * inside, 0), 1)];
     });
     const material = matt(file, { baseColorTexture: { index } }, { alphaMode: 'MASK', doubleSided: true });
     for (const [x, z, degrees] of [[-0.75, 0.1, 30], [0, -0.3, -10], [0.75, 0.2, -50]]) {
