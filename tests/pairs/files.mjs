@@ -44,7 +44,10 @@ export const files = {
     const ball = sphere(96, 0.95);
     const own = ball.attributes.TEXCOORD_0;
     ball.attributes.TEXCOORD_1 = [own[0].map((x, at) => (at % 2 ? x : 1 - x)), 2];
-    file.node({ mesh: file.mesh(file.primitive(ball, file.material({ baseColorTexture }))) });
+    // The page's sky is mirrored by metals alone.
+    file.use('KHR_materials_specular');
+    const matt = { extensions: { KHR_materials_specular: { specularFactor: 0 } } };
+    file.node({ mesh: file.mesh(file.primitive(ball, file.material({ baseColorTexture }, matt))) });
     return file;
   } },
   emission: { feature: 'emission', make: (has) => {
