@@ -64,12 +64,12 @@
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a scene's handle.
-#define SHISEN_SCENE_SIZE 160
+#define SHISEN_SCENE_SIZE 144
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for a scene's handle.
-#define SHISEN_SCENE_SIZE 304
+#define SHISEN_SCENE_SIZE 288
 #endif
 
 // Alignment of a baked scene, bytes.
@@ -173,12 +173,12 @@
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a frame's handle, without its pictures and tiles.
-#define SHISEN_FRAME_SIZE 2736
+#define SHISEN_FRAME_SIZE 2712
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for a frame's handle, without its pictures and tiles.
-#define SHISEN_FRAME_SIZE 2944
+#define SHISEN_FRAME_SIZE 2896
 #endif
 
 #if defined(SHISEN_POINTERS_32)

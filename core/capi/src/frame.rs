@@ -19,10 +19,10 @@ use shisen_core::gaze::{LineOfSight, VisualField};
 
 /// Bytes of memory for a frame's handle, without its pictures and tiles.
 #[cfg(target_pointer_width = "32")]
-pub const SHISEN_FRAME_SIZE: usize = 2736;
+pub const SHISEN_FRAME_SIZE: usize = 2712;
 /// Bytes of memory for a frame's handle, without its pictures and tiles.
 #[cfg(target_pointer_width = "64")]
-pub const SHISEN_FRAME_SIZE: usize = 2944;
+pub const SHISEN_FRAME_SIZE: usize = 2896;
 /// Bytes of memory for each picture of a frame's handle.
 #[cfg(target_pointer_width = "32")]
 pub const SHISEN_PICTURE_SIZE: usize = 128;

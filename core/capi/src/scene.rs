@@ -8,10 +8,10 @@ use shisen_core::scene::EffectSet;
 
 /// Bytes of memory for a scene's handle.
 #[cfg(target_pointer_width = "32")]
-pub const SHISEN_SCENE_SIZE: usize = 160;
+pub const SHISEN_SCENE_SIZE: usize = 144;
 /// Bytes of memory for a scene's handle.
 #[cfg(target_pointer_width = "64")]
-pub const SHISEN_SCENE_SIZE: usize = 304;
+pub const SHISEN_SCENE_SIZE: usize = 288;
 /// Alignment of a baked scene, bytes.
 pub const SHISEN_BLOB_ALIGNMENT: usize = 32;
 
