@@ -285,7 +285,13 @@ pub fn bake(
         let name = name.to_owned();
         Unusable::Scene { name, source }
     })?;
-    let warnings = levels.map_or(Vec::new(), |asked| Level::warnings(scene, asked, &baked));
+    let mut warnings = levels.map_or(Vec::new(), |asked| Level::warnings(scene, asked, &baked));
+    if levels.is_some() && scene.motion.deforming().next().is_some() {
+        warnings.push(format!(
+            "{name}: meshes that deform have all their faces at every level of detail: give \
+             --animation none to simplify them"
+        ));
+    }
     for warning in &warnings {
         warn(warning);
     }
