@@ -45,7 +45,9 @@ pub fn reference(
         mode: Mode::Single,
         ..Settings::default()
     };
-    let mut renderer = Renderer::new(scene, Simd::detect(), settings);
+    let renderer = Renderer::new(scene, Simd::detect(), settings);
+    // The firmware has no code for the others.
+    let mut renderer = renderer.without(EffectSet::ALL.difference(EffectSet::WHITTED));
     if without_dispersion {
         renderer = renderer.without(EffectSet::DISPERSION);
     }
