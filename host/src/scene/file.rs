@@ -386,7 +386,7 @@ fn read_mesh_source(
 struct Placed {
     object: Object,
     placement: Placement,
-    /// Of the mesh, before the placement.
+    /// Map of the mesh that comes before the placement.
     fit: DAffine3,
 }
 

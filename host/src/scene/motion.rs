@@ -31,7 +31,7 @@ pub enum Local {
     Free {
         /// From the parent: metres, or units of the model.
         position: DVec3,
-        /// Of unit length.
+        /// Unit quaternion.
         rotation: DQuat,
         /// Factors along its own axes.
         scale: DVec3,

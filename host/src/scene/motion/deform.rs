@@ -10,7 +10,7 @@ use std::ops::Range;
 pub struct Deformed {
     /// One a vertex, as [`TriangleMesh::positions`](crate::scene::mesh::TriangleMesh::positions).
     pub positions: Vec<[f32; 3]>,
-    /// Of unit length, one a vertex.
+    /// Unit normals, one a vertex.
     pub normals: Vec<[f32; 3]>,
 }
 

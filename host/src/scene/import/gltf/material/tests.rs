@@ -67,7 +67,7 @@ fn textures_are_those_of_the_first_coordinates() {
     );
     let map = bumpy.mesh.materials[0].normal_map.as_ref().unwrap();
     assert_eq!((map.scale, map.texture.map), (0.5, texture.map));
-    // Of unit length; what is none is left to baking.
+    // Tangents get unit length; baking makes the one that has no direction.
     let expected = [[0.0, 0.0, -1.0, -1.0], [1.0, 0.0, 0.0, 1.0], [0.0; 4]];
     assert_eq!(bumpy.mesh.tangents, expected);
     assert!(bumpy.unused.is_empty() && moved.mesh.tangents.is_empty());
