@@ -13,11 +13,10 @@ use crate::trace::{Budget, Hit, Ledger, Pixel, Tracer, Workspace};
 
 /// Sets of effects that shading is compiled for in this crate, besides the set of all effects; the
 /// smallest first. The unit tests of this crate compile the set of all effects alone.
-pub const COMPILED: [EffectSet; 3] = if cfg!(test) {
-    [EffectSet::ALL; 3]
+pub const COMPILED: [EffectSet; 2] = if cfg!(test) {
+    [EffectSet::ALL; 2]
 } else {
     [
-        EffectSet::SHADOWS,
         EffectSet::SHADOWS.union(EffectSet::REFLECTION),
         EffectSet::WHITTED,
     ]
@@ -71,11 +70,9 @@ compiled! {
     ) -> Renderer<'_, W> {
         const FIRST: u32 = COMPILED[0].bits();
         const SECOND: u32 = COMPILED[1].bits();
-        const THIRD: u32 = COMPILED[2].bits();
         match COMPILED.iter().position(|set| set.contains(wanted)) {
             Some(0) => Renderer::for_effects::<FIRST>(scene, simd, settings),
-            Some(1) => Renderer::for_effects::<SECOND>(scene, simd, settings),
-            Some(_) => Renderer::for_effects::<THIRD>(scene, simd, settings),
+            Some(_) => Renderer::for_effects::<SECOND>(scene, simd, settings),
             None => <Simd as Runs<W>>::renderer(scene, simd, settings),
         }
     }

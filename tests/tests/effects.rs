@@ -100,7 +100,6 @@ fn small_view() -> View {
 /// Shading that is compiled for one of the sets that are asked for below.
 fn fixed(baked: &Baked<4>, set: EffectSet, mode: Mode) -> Renderer<'_, 4> {
     const OPAQUE: u32 = SHADOWS.bits();
-    const MIRRORS: u32 = SHADOWS.union(REFLECTION).bits();
     const GLASS: u32 = REFRACTION
         .union(ABSORPTION)
         .union(SHADOWS)
@@ -111,7 +110,6 @@ fn fixed(baked: &Baked<4>, set: EffectSet, mode: Mode) -> Renderer<'_, 4> {
     match set.bits() {
         0 => Renderer::for_effects::<0>(scene, simd, settings),
         OPAQUE => Renderer::for_effects::<OPAQUE>(scene, simd, settings),
-        MIRRORS => Renderer::for_effects::<MIRRORS>(scene, simd, settings),
         GLASS => Renderer::for_effects::<GLASS>(scene, simd, settings),
         _ => panic!("no shading is compiled for {set}"),
     }
@@ -149,7 +147,6 @@ fn shading_fixed_to_a_set_gives_the_same_pixels() {
     let clear = scene(vec![glass(), Material::default()], balls.to_vec());
     for (scene, set) in [
         (paper(PaperScene::B), SHADOWS),
-        (paper(PaperScene::A), SHADOWS | REFLECTION),
         (
             clear,
             SHADOWS | REFRACTION | ABSORPTION | EffectSet::CLEAR_SHADOWS,

@@ -8,11 +8,9 @@ use shisen_core::frame::{
     Budget, FlatScreen, FrameError, FrameJob, Mode, Part, Pixel, Place, Progress, Renderer, Tile,
     Workspace,
 };
-use shisen_core::scene::EffectSet;
 use shisen_tests::meshes::icosphere;
 use shisen_tests::{scenes, ways};
 
-const ALL: u32 = EffectSet::ALL.bits();
 /// Pixels a side of tiles, which cuts walls of [`SIZE`] off at their borders.
 const SIDE: u32 = 16;
 const SIZE: [u32; 2] = [40, 56];
@@ -42,7 +40,7 @@ fn screens() -> [FlatScreen; 3] {
 /// Returns one eye's, along a line of sight or in full.
 fn renderer(baked: &Baked<4>, forward: Option<Vec3>, mode: Mode) -> Renderer<'_, 4> {
     let settings = ways::settings(mode, 1);
-    let mut renderer = Renderer::for_effects::<ALL>(baked.scene(), Simd::detect(), settings);
+    let mut renderer = Renderer::new(baked.scene(), Simd::detect(), settings);
     if let Some(forward) = forward {
         renderer = renderer.with_level_of_detail(scenes::lod(EYE, forward, Vec3::Y));
     }

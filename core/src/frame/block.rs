@@ -123,23 +123,20 @@ where
         while work.begun.samples < samples {
             let sample = work.begun.samples;
             let (x, y) = self.block.at(column, row, offset(sample, samples));
-            let seen = match (detail, self.view.ray(x, y), self.view.kind()) {
-                (Some(detail), Some(ray), _) => {
-                    // Checked here, since samples that are not traced take no steps.
-                    if work.begun.is_interrupted(work.budget) {
-                        return None;
-                    }
-                    let own = self.block.sample((column, row), sample, samples);
-                    let seen = tracer.radiance_with(&ray, detail, own, work.budget, work.workspace);
-                    if work.budget.is_exhausted() {
-                        return None;
-                    }
-                    seen
+            let traced = detail.and_then(|detail| Some((detail, self.view.ray(x, y)?)));
+            let seen = if let Some((detail, ray)) = traced {
+                // Checked here, since samples that are not traced take no steps.
+                if work.begun.is_interrupted(work.budget) {
+                    return None;
                 }
-                (_, _, Kind::Screen(screen)) => self.missed(screen.direction(x, y)),
-                (None, Some(ray), Kind::Dome(_)) => self.missed(ray.direction()),
-                // Outside the rim.
-                (_, None, Kind::Dome(_)) => Pixel::default(),
+                let own = self.block.sample((column, row), sample, samples);
+                let seen = tracer.radiance_with(&ray, detail, own, work.budget, work.workspace);
+                if work.budget.is_exhausted() {
+                    return None;
+                }
+                seen
+            } else {
+                self.renderer.past(self.view, x, y)
             };
             work.begun.add(seen, work.workspace);
         }

@@ -81,15 +81,13 @@ where
     fn shade_apart(&self) -> ShadeApart<W> {
         const FIRST: u32 = COMPILED[0].bits();
         const SECOND: u32 = COMPILED[1].bits();
-        const THIRD: u32 = COMPILED[2].bits();
         let wanted = self
             .tracer
             .effects()
             .intersection(self.tracer.scene().effects());
         match COMPILED.iter().position(|set| set.contains(wanted)) {
             Some(0) => ShadeApart::for_effects::<FIRST>(),
-            Some(1) => ShadeApart::for_effects::<SECOND>(),
-            Some(_) => ShadeApart::for_effects::<THIRD>(),
+            Some(_) => ShadeApart::for_effects::<SECOND>(),
             None => ShadeApart::for_effects::<{ EffectSet::ALL.bits() }>(),
         }
     }

@@ -2,8 +2,7 @@
 
 use super::leaves::Leaves;
 use super::map::map_vector;
-use super::surface::mapped_normal;
-use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, max, min, normalize, sqrt};
+use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, max, min};
 use crate::scene::Scene;
 use crate::scene::format::{self, Instance, Mesh, flag};
 use crate::shape::Triangle;
@@ -35,15 +34,15 @@ pub(super) struct TrianglePlace<'a> {
 }
 
 impl<'a> Place<'a> {
-    /// Returns how far from a point of the surface, in the room, rays start that go towards a
-    /// direction: metres. It grows with a triangle's coordinates along its normal, not with those
-    /// along the triangle.
+    /// Returns how far from a point of the surface, in the room, where it has a unit normal, rays
+    /// start that go towards a direction: metres. It grows with a triangle's coordinates along its
+    /// normal, not with those along the triangle.
     // Not inlined: several kinds of rays need it.
     #[inline(never)]
     pub(super) fn clearance<const W: usize>(
         &self,
         scene: &Scene<'a, W>,
-        point: Vec3,
+        (point, normal): (Vec3, Vec3),
         direction: Vec3,
     ) -> f32 {
         let instance = self.instance;
@@ -52,33 +51,30 @@ impl<'a> Place<'a> {
             let size = largest_magnitude(point) + largest_magnitude(translation);
             return OF_SPHEROID * UNIT_ROUNDOFF * instance.condition * size;
         };
-        let [a, b, c] = triangle.0;
-        let normal = normalize((b - a).cross(c - a)).unwrap_or(Vec3::ONE);
-        let in_room = mapped_normal(instance, normal);
-        // A metre across the triangle, in the mesh's units.
-        let scale = max(sqrt(in_room.dot(in_room)), 1.0e-30);
-        let normal = normal.abs();
-        let corners = a.abs() + b.abs() + c.abs();
+        // What a step along each of the mesh's axes is along the normal: metres.
+        let [x, y, z, _] = instance.world_from_object.map(Vec3::from_array);
+        let along = Vec3::new(x.dot(normal), y.dot(normal), z.dot(normal)).abs();
+        let corners = triangle.0.iter().fold(Vec3::ZERO, |sum, c| sum + c.abs());
         let there = sizes(&instance.world_from_object, corners);
         let back = sizes(&instance.object_from_world, point.abs());
-        let of_maps = in_room.abs().dot(there) + normal.dot(back);
+        let of_maps = normal.abs().dot(there) + along.dot(back);
         // The test shears the triangle along the direction's main axis: its error there counts as
         // far as the direction leans the triangle.
         let d = map_vector(&instance.object_from_world, direction).abs();
         let (main, own, corner) = if d.x >= d.y && d.x >= d.z {
-            (d.x, normal.x, corners.x)
+            (d.x, along.x, corners.x)
         } else if d.y >= d.z {
-            (d.y, normal.y, corners.y)
+            (d.y, along.y, corners.y)
         } else {
-            (d.z, normal.z, corners.z)
+            (d.z, along.z, corners.z)
         };
         let leaning = if main > 0.0 {
-            max(normal.dot(d) / main - own, 0.0)
+            max(along.dot(d) / main - own, 0.0)
         } else {
             0.0
         };
-        let of_triangle = normal.dot(corners) + leaning * corner;
-        (OF_MAPS * of_maps + OF_TRIANGLE * of_triangle) * (UNIT_ROUNDOFF / scale) + LEAST
+        let of_triangle = along.dot(corners) + leaning * corner;
+        (OF_MAPS * of_maps + OF_TRIANGLE * of_triangle) * UNIT_ROUNDOFF + LEAST
     }
 
     /// Returns the vector from a point of a triangle, in the room, to the bent surface that the

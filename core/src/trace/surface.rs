@@ -178,7 +178,8 @@ impl<'a> Surface<'a> {
     #[inline(always)]
     fn clearance<const W: usize>(&self, scene: &Scene<'a, W>, direction: Vec3) -> f32 {
         let place = self.place.as_ref();
-        place.map_or(0.0, |place| place.clearance(scene, self.point, direction))
+        let at = (self.point, self.geometric_normal);
+        place.map_or(0.0, |place| place.clearance(scene, at, direction))
     }
 }
 

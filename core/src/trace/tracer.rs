@@ -262,17 +262,27 @@ where
 
     /// Returns the background along a direction from the eye; `spread` is that of the ray.
     pub(crate) fn missed(&self, direction: Vec3, spread: impl FnOnce() -> Width) -> Pixel {
-        let (scene, effects) = (&self.searcher.scene, self.searcher.effects.bits());
+        let scene = &self.searcher.scene;
         let background = scene.background();
+        let asked = self.searcher.effects.bits() & scene.header.effects;
         let light = match self.environment {
-            Some(colour) if effects & scene.header.effects & ENVIRONMENT != 0 => {
-                let length = sqrt(direction.dot(direction));
-                colour(scene, direction, spread().get() / length)
-            }
+            Some(colour) if asked & ENVIRONMENT != 0 => self.in_image(colour, direction, spread),
             _ => background::colour(background, direction),
         };
         let light = light * background.alpha;
         // Rounds alpha as a ray tree does.
         Pixel::new(light, 1.0 - (1.0 - background.alpha))
+    }
+
+    // Not inlined: keeps its registers out of scenes whose background is no image.
+    #[inline(never)]
+    fn in_image(
+        &self,
+        colour: SeeEnvironment<W>,
+        direction: Vec3,
+        spread: impl FnOnce() -> Width,
+    ) -> Vec3 {
+        let length = sqrt(direction.dot(direction));
+        colour(&self.searcher.scene, direction, spread().get() / length)
     }
 }

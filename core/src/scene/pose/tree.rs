@@ -81,7 +81,7 @@ impl<const W: usize> Node<W> {
     /// farthest along the octant's diagonal first, and lanes without a child before them.
     pub fn set_order(&mut self) {
         let bits = W.trailing_zeros();
-        let mut centres = [[f64::INFINITY; 3]; W];
+        let mut centres = [[f64::NAN; 3]; W];
         for (lane, centre) in centres.iter_mut().enumerate() {
             if !self.is_empty_lane(lane) {
                 *centre = [0, 1, 2].map(|axis: usize| {
@@ -91,41 +91,37 @@ impl<const W: usize> Node<W> {
             }
         }
         self.order = [0; W];
-        for octant in 0..8 {
-            let keys = centres.map(|centre| {
-                if centre[0] == f64::INFINITY {
-                    return sortable(f64::INFINITY);
-                }
-                let signed = [0, 1, 2].map(|axis: usize| {
-                    let coordinate = centre[axis % 3];
-                    if octant >> axis & 1 == 0 {
-                        coordinate
-                    } else {
-                        -coordinate
-                    }
-                });
-                sortable(signed[0] + signed[1] + signed[2])
+        // An octant, and the opposite one.
+        for octant in 0..4 {
+            let keys = centres.map(|[x, y, z]| {
+                let x = if octant & 1 == 0 { x } else { -x };
+                let y = if octant & 2 == 0 { y } else { -y };
+                x + y + z
             });
-            let mut word = 0;
-            for (lane, key) in keys.iter().enumerate() {
-                let farther = keys.iter().enumerate();
-                let farther =
-                    farther.filter(|(other, than)| *than > key || (*than == key && *other < lane));
-                word |= (lane as u32) << (farther.count() as u32 * bits);
+            let mut ranks = [[0_u32; W]; 2];
+            for (lane, own) in keys.iter().enumerate() {
+                for (before, other) in keys.iter().enumerate().take(lane) {
+                    // Neither is true of an empty lane that comes after one with a child.
+                    let is_empty = other.is_nan();
+                    let farther = [is_empty || other >= own, is_empty || other <= own];
+                    for (ranks, farther) in ranks.iter_mut().zip(farther) {
+                        ranks[if farther { lane } else { before } % W] += 1;
+                    }
+                }
             }
-            if W == 8 {
-                self.order[octant % W] = word;
-            } else {
-                self.order[octant / 2 % W] |= word << (octant % 2 * 16);
+            for (octant, ranks) in [octant, 7 - octant].into_iter().zip(ranks) {
+                let mut word = 0;
+                for (lane, rank) in (0..).zip(ranks) {
+                    word |= lane << (rank * bits);
+                }
+                if W == 8 {
+                    self.order[octant % W] = word;
+                } else {
+                    self.order[octant / 2 % W] |= word << (octant % 2 * 16);
+                }
             }
         }
     }
-}
-
-/// Returns an integer for each number, in the order of [`f64::total_cmp`].
-const fn sortable(number: f64) -> i64 {
-    let bits = number.to_bits() as i64;
-    bits ^ ((bits >> 63) as u64 >> 1) as i64
 }
 
 /// Fits a tree to the boxes of its leaves, from the last node to the first. Its nodes are numbered
