@@ -184,3 +184,40 @@ fn the_shadow_of_a_slab_of_glass_is_that_of_fresnel_and_beer() {
         assert!((lit - cos as f32).abs().max_element() < 1e-5);
     }
 }
+
+#[test]
+fn shadows_of_a_body_in_another_are_those_of_its_own_borders() {
+    let of = |index_of_refraction: f32, priority: u32, absorption: f32| Material {
+        diffuse: [0.0; 3],
+        transmission: [1.0; 3],
+        absorption: [absorption; 3],
+        index_of_refraction,
+        priority,
+        ..Material::default()
+    };
+    // 0.1 m of water in 0.3 m of glass; with a lower priority the glass fills it.
+    for (priority, glass, reflected) in [(2, 0.2, (0.17_f64 / 2.83).powi(2)), (0, 0.3, 0.0)] {
+        let mut scene = over_floor(of(1.5, 1, 2.0));
+        scene.materials.push(of(1.33, priority, 0.0));
+        scene.meshes.push(shisen_tests::meshes::faceted(
+            &shisen_tests::meshes::gridded_cube(1),
+        ));
+        let slab = |material, thickness: f64| {
+            let size = DVec3::new(20.0, thickness, 20.0);
+            let place = DAffine3::from_translation(2.0 * DVec3::Y);
+            object(
+                Shape::Mesh(1),
+                material,
+                place * DAffine3::from_scale(size / 2.0),
+            )
+        };
+        scene.objects[0] = slab(0, 0.3);
+        scene.objects.push(slab(2, 0.1));
+        let found = seen(&Paths::new(&scene), 0.5 * DVec3::Y, DVec3::NEG_Y);
+        let expected = (0.96 * (1.0 - reflected)).powi(2) * (-2.0 * glass).exp();
+        assert!(
+            (f64::from(found.x) - expected).abs() < 1e-5,
+            "{found} {expected}"
+        );
+    }
+}

@@ -15,7 +15,7 @@ use super::dispersion::Balance;
 use super::environment;
 use super::hit::Hit;
 use super::ledger::Record;
-use super::media::Media;
+use super::media::{Border, Media};
 use super::optics::{Refraction, reflect, refract};
 use super::sample::Sample;
 use super::search::Searcher;
@@ -165,17 +165,24 @@ impl<const W: usize, const EFFECTS: u32> Shading<'_, '_, W, EFFECTS> {
         let (before, beyond) = if EFFECTS & effect::NESTED_MEDIA != 0
             && let Some(border) = self.border(at.media, at.surface.material, at.inside)
         {
-            let index = |number: Option<u8>| {
-                let materials = self.searcher.scene.materials;
-                let material = number.and_then(|number| materials.get(usize::from(number)));
-                material.map_or(1.0, |material| self.index(material, nm))
-            };
-            (index(border.before), index(border.beyond))
+            self.indices(border, nm)
         } else {
             let own = self.index(at.surface.material, nm);
             if at.inside { (own, 1.0) } else { (1.0, own) }
         };
         refract(at.direction, at.normal, before, beyond)
+    }
+
+    /// Returns the indices of refraction on both sides of a border at one wavelength, `nm`, or at
+    /// all (0).
+    #[inline(always)]
+    fn indices(&self, border: Border, nm: f32) -> (f32, f32) {
+        let index = |number: Option<u8>| {
+            let materials = self.searcher.scene.materials;
+            let material = number.and_then(|number| materials.get(usize::from(number)));
+            material.map_or(1.0, |material| self.index(material, nm))
+        };
+        (index(border.before), index(border.beyond))
     }
 
     /// Returns the clear bodies that a ray is in beyond a border.
@@ -349,7 +356,7 @@ where
             // As large as the ellipse that is seen aslant.
             self.footprint = width / sqrt(max(cosine.abs(), LEAST_COSINE));
         }
-        let filling = self.filling(inside.then_some(material));
+        let filling = self.filling(self.media, inside.then_some(material));
         let weight = if Self::has(effect::ABSORPTION)
             && let Some(filling) = filling
             && filling.effects & self.shading.effects & effect::ABSORPTION != 0

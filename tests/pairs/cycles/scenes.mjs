@@ -150,7 +150,7 @@ export const scenes = {
     file.light({ type: 'point', intensity: 18, color: [1, 0.95, 0.85] }, [0, 2.4, 1.6]);
     return file;
   } },
-  nested: { difference: "each border is one to air for Shisen's shadows", make: () => {
+  nested: { difference: 'none', make: () => {
     const file = room();
     // Cycles has no priorities either: the border between glass and water has the ratio of their indices.
     add(file, lathe(dry), clear(file, 1.5));

@@ -2,7 +2,7 @@
 //! its lights.
 
 use super::{RayTree, Shading, place};
-use crate::numeric::{map3, sqrt};
+use crate::numeric::{map3, max, min, sqrt};
 use crate::scene::EffectSet;
 use crate::scene::format::{Instance, MOST_NESTED, Material, effect, flag};
 use crate::shape::Ray;
@@ -54,14 +54,14 @@ impl<'a, const W: usize, const EFFECTS: u32, R: Record> RayTree<'_, 'a, W, EFFEC
 where
     Simd: Runs<W>,
 {
-    /// Returns what fills the way of the ray that is being shaded: `own` without nested media.
+    /// Returns what fills the way of a ray in some bodies: `own` without nested media.
     #[inline(always)]
-    pub(super) fn filling(&self, own: Option<&'a Material>) -> Option<&'a Material> {
+    pub(super) fn filling(&self, media: Media, own: Option<&'a Material>) -> Option<&'a Material> {
         if !self.shading.is_asked(effect::NESTED_MEDIA) {
             return own;
         }
         let materials = self.shading.searcher.scene.materials;
-        match self.media.top(materials) {
+        match media.top(materials) {
             Some(top) => materials.get(usize::from(top)),
             None => own,
         }
@@ -155,6 +155,7 @@ where
     #[inline(never)]
     pub(super) fn let_by(&mut self, ray: &Ray, limit: f32, mut cause: u32) -> Vec3 {
         let (mut share, mut ray, mut left) = (Vec3::ONE, *ray, limit);
+        let mut media = self.media;
         for _ in 0..MOST_LAYERS {
             self.workspace.statistics.shadow += 1;
             let Some((instance, (surface, t))) = self.next_along(&ray, left, cause) else {
@@ -164,7 +165,7 @@ where
             cause = CLEAR_SHADOWS;
             self.record.touch(cause);
             if instance.flags & (flag::OCCLUDES | flag::VEILS) != 0 {
-                share *= self.clarity(&ray, &surface, t);
+                share *= self.clarity(&ray, &surface, t, &mut media);
             }
             if share.max_element() < LEAST {
                 return Vec3::ZERO;
@@ -179,8 +180,9 @@ where
         Vec3::ZERO
     }
 
-    /// Returns the share of light that comes through a surface, and through what is before it.
-    fn clarity(&self, ray: &Ray, surface: &Surface<'a>, t: f32) -> Vec3 {
+    /// Returns the share of light that comes through a surface, and through what is before it, and
+    /// sets the bodies that the light is in.
+    fn clarity(&self, ray: &Ray, surface: &Surface<'a>, t: f32, media: &mut Media) -> Vec3 {
         let material = surface.material;
         let effects = material.effects & self.shading.effects;
         let opacity = self.opacity(surface);
@@ -193,16 +195,30 @@ where
         let length = sqrt(ray.direction().dot(ray.direction()));
         let direction = ray.direction() / length;
         let cosine = direction.dot(surface.geometric_normal);
-        let mut share = Vec3::from_array(material.transmission);
-        share *= self.stain(surface, self.tint(surface, false), opacity);
-        if cosine > 0.0 && effects & effect::ABSORPTION != 0 {
-            let [r, g, b] = map3(material.absorption, |a| libm::expf(-a * t * length));
-            share *= Vec3::new(r, g, b);
+        let leaves = cosine > 0.0;
+        let mut share = Vec3::ONE;
+        if let Some(filling) = self.filling(*media, leaves.then_some(material))
+            && filling.effects & self.shading.effects & effect::ABSORPTION != 0
+        {
+            let [r, g, b] = map3(filling.absorption, |a| libm::expf(-a * t * length));
+            share = Vec3::new(r, g, b);
         }
-        // Unbent light leaves as it has come: by the same angle to the outside.
-        let facing = if cosine > 0.0 { -1.0 } else { 1.0 };
-        let normal = surface.shading_normal * facing;
-        let border = refract(direction, normal, 1.0, material.index_of_refraction);
-        share * border.transmittance
+        let border = self.shading.border(*media, material, leaves);
+        let (thin, dense) = match border {
+            Some(border) => {
+                *media = border.after;
+                if border.before == border.beyond {
+                    return share;
+                }
+                let (before, beyond) = self.shading.indices(border, 0.0);
+                (min(before, beyond), max(before, beyond))
+            }
+            None => (1.0, material.index_of_refraction),
+        };
+        share *= Vec3::from_array(material.transmission);
+        share *= self.stain(surface, self.tint(surface, false), opacity);
+        // Unbent light meets each border at the angle it has outside.
+        let normal = surface.shading_normal * if leaves { -1.0 } else { 1.0 };
+        share * refract(direction, normal, thin, dense).transmittance
     }
 }
