@@ -214,7 +214,7 @@ fn shadows_of_a_body_in_another_are_those_of_its_own_borders() {
         scene.objects[0] = slab(0, 0.3);
         scene.objects.push(slab(2, 0.1));
         let found = seen(&Paths::new(&scene), 0.5 * DVec3::Y, DVec3::NEG_Y);
-        let expected = (0.96 * (1.0 - reflected)).powi(2) * (-2.0 * glass).exp();
+        let expected = (0.96 * (1.0 - reflected)).powi(2) * (-2.0_f64 * glass).exp();
         assert!(
             (f64::from(found.x) - expected).abs() < 1e-5,
             "{found} {expected}"
