@@ -10,7 +10,6 @@ use super::square::{Picture, Sizes, Square};
 use super::tile::{BLOCK, Piece, Target};
 use super::view::{Kind, View};
 use super::{Outcome, Pixels, Renderer, Tile, TileJob};
-use crate::COMPILED;
 use crate::gaze::{Acuity, LineOfSight, Region};
 use crate::scene::EffectSet;
 use crate::simd::{Runs, Simd};
@@ -67,28 +66,13 @@ where
             pixels: Pixels::Foveated(Foveation {
                 sight,
                 acuity,
-                shade: self.shade_apart(),
+                shade: ShadeApart::for_effects::<{ EffectSet::ALL.bits() }>(),
                 render: |renderer, job, view, pixels, budget, workspace| {
                     renderer.render_squares(job, view, pixels, budget, workspace)
                 },
                 give_up: |renderer, job, view, pixels| renderer.give_up_squares(job, view, pixels),
             }),
             ..self
-        }
-    }
-
-    /// Returns shading for the effects that the scene asks for.
-    fn shade_apart(&self) -> ShadeApart<W> {
-        const FIRST: u32 = COMPILED[0].bits();
-        const SECOND: u32 = COMPILED[1].bits();
-        let wanted = self
-            .tracer
-            .effects()
-            .intersection(self.tracer.scene().effects());
-        match COMPILED.iter().position(|set| set.contains(wanted)) {
-            Some(0) => ShadeApart::for_effects::<FIRST>(),
-            Some(_) => ShadeApart::for_effects::<SECOND>(),
-            None => ShadeApart::for_effects::<{ EffectSet::ALL.bits() }>(),
         }
     }
 

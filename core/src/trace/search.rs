@@ -41,8 +41,21 @@ where
 
     /// Does what [`nearest_on`](Self::nearest_on) does, for hits up to `limit` directions from the
     /// start.
+    // Not inlined: compiled once for all sets of effects.
+    #[inline(never)]
+    pub(super) fn next_within(
+        &self,
+        rung: u8,
+        ray: &Ray,
+        limit: f32,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Option<Hit> {
+        self.nearest_within(rung, ray, limit, budget, workspace)
+    }
+
     #[inline(always)]
-    pub(super) fn nearest_within(
+    fn nearest_within(
         &self,
         rung: u8,
         ray: &Ray,
@@ -200,13 +213,9 @@ where
         if budget.most() <= W as u64 {
             return None;
         }
-        let scene = &self.scene;
-        let mut found = <Simd as Runs<8>>::run(self.simd, RowSearch::<W> { scene, rays })?;
-        if EFFECTS & effect::GRATICULE != 0
-            && self.effects.contains(EffectSet::GRATICULE)
-            && let Some(on_lines) = found.on_lines(scene, rays)
-        {
-            found.between = <Simd as Runs<8>>::run(self.simd, on_lines);
+        let mut found = self.search_row(rays)?;
+        if EFFECTS & effect::GRATICULE != 0 && self.effects.contains(EffectSet::GRATICULE) {
+            self.see_lines(rays, &mut found);
         }
         let steps = found.steps;
         workspace.account(Work { steps, deepest: 0 }, budget);
@@ -222,6 +231,22 @@ where
             }
         }
         Some(found)
+    }
+
+    // Not inlined: compiled once for all sets of effects.
+    #[inline(never)]
+    fn search_row(&self, rays: &RowRays<'_>) -> Option<RowHits> {
+        let scene = &self.scene;
+        <Simd as Runs<8>>::run(self.simd, RowSearch::<W> { scene, rays })
+    }
+
+    /// Sets which rays go between the lines of a graticule.
+    // Not inlined: compiled once for all sets of effects.
+    #[inline(never)]
+    fn see_lines(&self, rays: &RowRays<'_>, found: &mut RowHits) {
+        if let Some(on_lines) = found.on_lines(&self.scene, rays) {
+            found.between = <Simd as Runs<8>>::run(self.simd, on_lines);
+        }
     }
 
     /// Returns whether anything on a rung blocks light up to `limit` directions from the start.

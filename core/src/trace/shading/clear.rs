@@ -142,7 +142,7 @@ where
         let (searcher, rung) = (self.shading.searcher, self.shading.detail.rung);
         let (budget, workspace) = (&mut *self.budget, &mut *self.workspace);
         let before = workspace.statistics.steps;
-        let hit = searcher.nearest_within(rung, ray, limit, budget, workspace);
+        let hit = searcher.next_within(rung, ray, limit, budget, workspace);
         let steps = workspace.statistics.steps - before;
         self.record.ray(place(cause), steps);
         let hit: Hit = hit.filter(|_| !self.budget.is_exhausted())?;
