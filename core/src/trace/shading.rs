@@ -28,6 +28,7 @@ use crate::scene::format::{Material, effect};
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
 use arrival::{Arrival, Sides, above};
+use clear::MOST_LAYERS;
 use fan::Fan;
 use glam::Vec3;
 use light::Incidence;
@@ -238,6 +239,8 @@ struct RayTree<'t, 'a, const W: usize, const EFFECTS: u32, R> {
     footprint: f32,
     /// The clear bodies that the ray is in that is being shaded.
     media: Media,
+    /// Number of veils that were seen through.
+    veils: usize,
 }
 
 impl<'t, 'a, const W: usize, const EFFECTS: u32, R: Record> RayTree<'t, 'a, W, EFFECTS, R>
@@ -275,6 +278,7 @@ where
             spread: Width::ZERO,
             footprint: 0.0,
             media: Media::NONE,
+            veils: 0,
         }
     }
 
@@ -301,8 +305,8 @@ where
             let length = sqrt(direction.dot(direction));
             self.spread = Width::new(self.shading.detail.spread.get() / length);
         }
-        // The loop ends: every ray has more bounces than its parent, and a fan has a fixed
-        // number of wavelengths.
+        // The loop ends: every ray but those through a fixed number of veils has more bounces than
+        // its parent, and a fan has a fixed number of wavelengths.
         loop {
             self.shade(&next, met);
             if Self::has(effect::DISPERSION) {
@@ -380,7 +384,15 @@ where
         self.add(weight * own);
         let is_clear = Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0;
         let is_mirror = Self::has(effect::REFLECTION) && effects & effect::REFLECTION != 0;
-        if from.bounces >= self.shading.detail.depth {
+        let is_veil = Self::has(effect::ALPHA)
+            && effects & effect::ALPHA != 0
+            && is_clear
+            && material.index_of_refraction == 1.0;
+        // What is seen straight through a veil is no bounce further.
+        let goes_on = is_veil && self.veils < MOST_LAYERS;
+        self.veils += usize::from(goes_on);
+        let is_last = from.bounces >= self.shading.detail.depth;
+        if is_last {
             if Self::has(effect::MICROFACETS) && is_mirror && effects & effect::MICROFACETS != 0 {
                 // At the last bounce the background stands for what microfacets mirror.
                 let reflected = above(
@@ -389,14 +401,16 @@ where
                 );
                 self.see_background(reflected, weight * look.mirror, 0.0);
             }
-            if is_clear {
+            if is_clear && !goes_on {
                 // At the last bounce the background stands for what is behind the glass.
                 let let_through = Vec3::from_array(material.transmission) * look.stain;
                 let share = if inside { Vec3::ONE } else { let_through };
                 let uncovered = from.uncovered * share.max_element();
                 self.see_background(direction, weight * share, uncovered);
             }
-            return;
+            if !goes_on {
+                return;
+            }
         }
         if self.shading.border(self.media, material, inside).is_some() {
             self.record.touch(effect::NESTED_MEDIA);
@@ -409,25 +423,38 @@ where
             inside,
             weight,
             uncovered: from.uncovered,
-            bounces: from.bounces + 1,
+            bounces: from.bounces + u8::from(!goes_on),
             is_tinted: from.is_tinted,
             width: Width::new(width),
             media: self.media,
         };
         if is_clear {
-            self.enter(at);
-        } else if is_mirror {
-            let weight = at.weight * look.mirror;
-            let scene = &self.shading.searcher.scene;
-            let cause = self.cause(effect::REFLECTION);
-            if weight.max_element() >= LEAST_WEIGHT
-                && self
-                    .workspace
-                    .push(at.reflected(scene, (weight, 0.0), cause))
-            {
-                self.record.touch(effect::REFLECTION);
-                self.workspace.statistics.reflected += 1;
-            }
+            self.enter(&at);
+        }
+        if is_mirror && !is_last && (is_veil || !is_clear) {
+            let at = Arrival {
+                bounces: from.bounces + 1,
+                ..at
+            };
+            self.mirror(&at, look.mirror);
+        }
+    }
+
+    /// Pushes the ray that a mirror reflects, with a share of the light.
+    #[inline(always)]
+    fn mirror(&mut self, at: &Arrival<'a>, share: Vec3) {
+        let weight = at.weight * share;
+        if weight.max_element() < LEAST_WEIGHT {
+            return;
+        }
+        let cause = self.cause(effect::REFLECTION);
+        let scene = &self.shading.searcher.scene;
+        if self
+            .workspace
+            .push(at.reflected(scene, (weight, 0.0), cause))
+        {
+            self.record.touch(effect::REFLECTION);
+            self.workspace.statistics.reflected += 1;
         }
     }
 
@@ -450,7 +477,7 @@ where
     }
 
     /// Pushes the reflected and the refracted ray at the border of a clear body.
-    fn enter(&mut self, at: Arrival<'a>) {
+    fn enter(&mut self, at: &Arrival<'a>) {
         let shading = self.shading;
         if Self::has(effect::DISPERSION)
             && at.surface.material.effects & shading.effects & effect::DISPERSION != 0
@@ -458,27 +485,27 @@ where
             && let spectrum = shading.searcher.spectrum
             && let Some(part) = spectrum.part(shading.sample, shading.detail.wavelengths)
         {
-            self.begin_fan(at, part);
+            self.begin_fan(*at, part);
             return;
         }
         let scene = &shading.searcher.scene;
-        let refraction = shading.refraction(&at, self.nm);
+        let refraction = shading.refraction(at, self.nm);
         let reflectance = Vec3::splat(refraction.reflectance);
-        let sides = shading.sides(&at, at.let_through(&refraction), reflectance);
+        let sides = shading.sides(at, at.let_through(&refraction), reflectance);
         if let Some(share) = sides.through {
             let cause = self.cause(effect::REFRACTION);
             if self.workspace.push(at.refracted(
                 scene,
                 &refraction,
                 share,
-                (cause, shading.beyond(&at)),
+                (cause, shading.beyond(at)),
             )) {
                 self.record.touch(effect::REFRACTION);
                 self.workspace.statistics.refracted += 1;
             }
         }
         if let Some(share) = sides.back {
-            self.reflect_in_part(&at, share);
+            self.reflect_in_part(at, share);
         }
     }
 

@@ -11,6 +11,7 @@ use crate::trace::workspace::Pending;
 use glam::Vec3;
 
 /// A ray's arrival at the border of a clear body, or at a mirror.
+#[derive(Clone, Copy)]
 pub(super) struct Arrival<'a> {
     pub(super) surface: Surface<'a>,
     /// Colour that the surface's texture and its vertices give to what it lets through.

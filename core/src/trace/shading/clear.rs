@@ -15,8 +15,9 @@ use crate::trace::surface::Surface;
 use crate::trace::texture;
 use glam::Vec3;
 
-/// Most surfaces that a ray goes through; the next one is opaque.
-const MOST_LAYERS: usize = 32;
+/// Most surfaces that a ray goes through; the next one is opaque. A ray tree sees through as many
+/// veils without spending bounces.
+pub(super) const MOST_LAYERS: usize = 128;
 
 /// Least alpha of what is seen, half a step of an eight-bit texture, and least share of light that
 /// casts no full shadow.

@@ -203,10 +203,7 @@ fn walls(room: &mut Room) {
         let middle = DVec3::new(0.0, 2.75, z);
         add_block(&mut room.plaster, middle, DVec3::new(9.0, 0.3, 0.3));
     }
-    let silver = Material {
-        mirror: [0.92, 0.93, 0.93],
-        ..matt("mirror", [0.0; 3])
-    };
+    let silver = metal("mirror", [0.92, 0.93, 0.93], 0.0, None);
     let glass = plate(
         DVec3::new(4.42, -1.1, -5.2),
         DVec3::new(0.0, 0.0, 2.2),

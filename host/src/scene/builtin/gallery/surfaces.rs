@@ -152,9 +152,14 @@ pub(super) fn sky() -> Arc<Radiance> {
             [0.24, 0.44, 0.82],
             (height / 55.0).clamp(0.0, 1.0).sqrt(),
         );
-        let y = 60.0 / (height + 12.0);
-        let cloud =
-            0.5 * wave(12.0, 4.0 * y) + 0.3 * wave(36.0, 12.0 * y) + 0.2 * wave(96.0, 30.0 * y);
+        // Clouds lie in a plane over the room.
+        let (sin, cos) = height.to_radians().sin_cos();
+        let (east, south) = (turn * std::f64::consts::TAU).sin_cos();
+        let cover = |count: f64| {
+            let [x, y] = [east, south].map(|axis| 512.0 + axis * count * cos / (sin + 0.12));
+            smooth(x, y, [1024, 1024])
+        };
+        let cloud = 0.5 * cover(2.2) + 0.3 * cover(6.0) + 0.2 * cover(15.0);
         mix(
             sky,
             [1.0, 0.98, 0.95],

@@ -342,9 +342,9 @@ fn whitted(material: &gltf::Material<'_>, has_alpha: bool) -> Material {
     };
     let transmission = material.transmission();
     let transmission = transmission.map_or(0.0, |one| share(one.transmission_factor()));
-    let by_texture = has_alpha && transmission == 0.0;
+    let is_veil = transmission == 0.0 && (has_alpha || share(alpha) < 1.0);
     let (opacity, cover) = match material.alpha_mode() {
-        AlphaMode::Blend if by_texture => (1.0, Some(Cover::Blend)),
+        AlphaMode::Blend if is_veil => (1.0, Some(Cover::Blend)),
         AlphaMode::Blend => (share(alpha), None),
         AlphaMode::Mask => {
             let cutoff = share(material.alpha_cutoff().unwrap_or(0.5));
@@ -381,11 +381,11 @@ fn whitted(material: &gltf::Material<'_>, has_alpha: bool) -> Material {
         }),
         ..named
     };
-    if (opacity < 1.0 || is_blended) && transmission == 0.0 {
+    if is_blended {
         // A veil: what is behind it is seen straight through.
         return Material {
-            diffuse: base.map(|channel| channel * opacity),
-            transmission: [if is_blended { 1.0 } else { 1.0 - opacity }; 3],
+            diffuse: base,
+            transmission: [1.0; 3],
             index_of_refraction: 1.0,
             ..lit
         };
