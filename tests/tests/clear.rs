@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
-use shisen::scene::material::{Alpha, Cover, Material};
+use shisen::scene::material::{Alpha, Cover, Material, Microfacets};
 use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::texture::{Image, Pattern, Texture};
 use shisen::scene::{Background, Light, Object, Scene, Shape};
@@ -220,4 +220,47 @@ fn shadows_of_a_body_in_another_are_those_of_its_own_borders() {
             "{found} {expected}"
         );
     }
+}
+
+#[test]
+fn veils_take_no_bounce_and_mirror() {
+    let veil = Material {
+        diffuse: [0.0; 3],
+        transmission: [1.0; 3],
+        index_of_refraction: 1.0,
+        alpha: Some(Alpha {
+            opacity: 0.1,
+            texture: None,
+            cover: Cover::Blend,
+        }),
+        ..Material::default()
+    };
+    // More than there are bounces; the sun comes through all of them, too.
+    let mut scene = over_floor(veil.clone());
+    for layer in 1..10 {
+        let lift = DAffine3::from_translation((1.0 + 0.01 * f64::from(layer)) * DVec3::Y);
+        scene.objects.push(object(Shape::Mesh(0), 0, lift));
+    }
+    let found = seen(&Paths::new(&scene), 2.0 * DVec3::Y, DVec3::NEG_Y);
+    assert!((found.x - 0.9_f32.powi(20)).abs() < 1e-5, "{found}");
+    let mut scene = over_floor(Material {
+        diffuse: [0.8, 0.4, 0.2],
+        alpha: Some(Alpha {
+            opacity: 0.5,
+            texture: None,
+            cover: Cover::Blend,
+        }),
+        microfacets: Some(Microfacets {
+            metalness: 1.0,
+            roughness: 0.0,
+            texture: None,
+        }),
+        ..veil
+    });
+    scene.background = Background::uniform([1.0; 3]);
+    scene.materials[1].diffuse = [0.0; 3];
+    scene.lights.clear();
+    let found = seen(&Paths::new(&scene), 2.0 * DVec3::Y, DVec3::NEG_Y);
+    let expected = Vec3::new(0.4, 0.2, 0.1);
+    assert!((found - expected).abs().max_element() < 0.01, "{found}");
 }
