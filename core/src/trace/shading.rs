@@ -384,10 +384,7 @@ where
         self.add(weight * own);
         let is_clear = Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0;
         let is_mirror = Self::has(effect::REFLECTION) && effects & effect::REFLECTION != 0;
-        let is_veil = Self::has(effect::ALPHA)
-            && effects & effect::ALPHA != 0
-            && is_clear
-            && material.index_of_refraction == 1.0;
+        let is_veil = is_clear && self.is_veil(material);
         // What is seen straight through a veil is no bounce further.
         let goes_on = is_veil && self.veils < MOST_LAYERS;
         self.veils += usize::from(goes_on);

@@ -198,6 +198,7 @@ fn material(m: &Material) -> format::Material {
     let any = |colour: [f32; 3]| colour.iter().any(|&c| c > 0.0);
     let is_clear = any(m.transmission);
     let alpha = m.alpha.as_ref();
+    let is_veil = alpha.is_some() && m.index_of_refraction == 1.0;
     let facets = m.microfacets.as_ref();
     let mirrors = facets.map_or(any(m.mirror), |facets| {
         // A texture can make it smooth somewhere.
@@ -209,7 +210,7 @@ fn material(m: &Material) -> format::Material {
         (any(m.diffuse) || any(m.specular), effect::LIT),
         (is_clear, effect::REFRACTION),
         (is_clear && any(m.absorption), effect::ABSORPTION),
-        (!is_clear && mirrors, effect::REFLECTION),
+        ((!is_clear || is_veil) && mirrors, effect::REFLECTION),
         (m.graticule.is_some(), effect::GRATICULE),
         (facets.is_some(), effect::MICROFACETS),
         (m.vertex_colours, effect::VERTEX_COLOURS),

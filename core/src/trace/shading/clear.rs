@@ -68,6 +68,16 @@ where
         }
     }
 
+    /// Returns whether what is behind a surface is seen straight through it, as far as it is not
+    /// opaque.
+    #[inline(always)]
+    pub(super) fn is_veil(&self, material: &Material) -> bool {
+        let effects = material.effects & self.shading.effects;
+        Self::has(effect::ALPHA)
+            && effects & effect::ALPHA != 0
+            && material.index_of_refraction == 1.0
+    }
+
     /// Returns whether light comes through shadows.
     #[inline(always)]
     pub(super) fn has_clear_shadows(&self) -> bool {

@@ -48,7 +48,7 @@ where
             });
         }
         if Self::has(effect::MICROFACETS)
-            && effects & effect::REFRACTION == 0
+            && (effects & effect::REFRACTION == 0 || self.is_veil(material))
             && let Some(lobe) = &look.lobe
         {
             light += self.surroundings(surface, lobe, incidence);

@@ -424,7 +424,8 @@ fn vertices_veils_metals_and_masks_are_as_their_materials_say() {
     assert!(!material(black).vertex_colours);
     let veil = r#"{"alphaMode":"BLEND","extensions":{"KHR_materials_unlit":{}},"pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.25]}}"#;
     let veil = material(veil);
-    assert_eq!((veil.emission, veil.transmission), ([0.25; 3], [0.75; 3]));
+    let opacity = veil.alpha.as_ref().map(|alpha| alpha.opacity);
+    assert_eq!((veil.emission, opacity), ([1.0; 3], Some(0.25)));
     let gold = r#"{"extensions":{"KHR_materials_pbrSpecularGlossiness":{"diffuseFactor":[0,0,0,1],"specularFactor":[1,0.75,0.25],"glossinessFactor":1}}}"#;
     let gold = material(gold);
     assert_eq!(gold.microfacets.map(|facets| facets.metalness), Some(1.0));

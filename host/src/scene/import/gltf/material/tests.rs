@@ -177,8 +177,8 @@ fn materials_are_metal_glass_veils_lamps_or_dull() {
         );
     let veil = &mesh(&veil).unwrap().materials[0];
     assert_eq!(
-        (veil.diffuse, veil.transmission),
-        ([0.5, 0.25, 0.125], [0.5; 3])
+        (veil.diffuse, veil.alpha.as_ref().map(|alpha| alpha.opacity)),
+        ([1.0, 0.5, 0.25], Some(0.5))
     );
     assert_eq!(veil.index_of_refraction, 1.0);
 }
