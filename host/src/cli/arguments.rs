@@ -131,9 +131,9 @@ pub struct ModelArguments {
     /// [default: auto for a model that is the scene, else 0]
     #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true)]
     pub exposure: Option<Exposure>,
-    /// Animations of glTF files that play: those of this name, all of them at once, or none.
-    /// With none the objects of a scene file stand still, too. Models without the name stand still [default: the first of
-    /// each model]
+    /// Animations of glTF files that play: those of this name, all of them at once, or none. With
+    /// none the objects of a scene file stand still, too. Models without the name stand still
+    /// [default: the first of each model]
     #[arg(long, value_name = "NAME|all|none")]
     pub animation: Option<Playing>,
     /// Seconds from the start at which the scene stands still [default: commands that play a scene

@@ -46,8 +46,9 @@ impl Radiance {
     const BRIGHTEST: f32 = 1.0e12;
 
     /// Returns a picture of pixels, row by row from the top; `None` if a side is not 1 to
-    /// [`LARGEST_SIDE`], or their number above 2²⁵ or not width × height. A channel that is negative or no
-    /// number becomes 0, and one that is infinite or above 10¹² the highest of the others.
+    /// [`LARGEST_SIDE`], or their number above 2²⁵ or not width × height. A channel that
+    /// is negative or no number becomes 0, and one that is infinite or above 10¹² the highest of the
+    /// others.
     pub fn new(sides: [usize; 2], mut pixels: Vec<[f32; 3]>) -> Option<Self> {
         if !Self::fits(sides) || pixels.len() != sides[0] * sides[1] {
             return None;
@@ -190,7 +191,8 @@ fn radiance(bytes: &[u8]) -> Result<Pixels, String> {
         let end = rest.iter().position(|&byte| byte == b'\n');
         let (line, after) = rest.split_at(end.ok_or_else(cut_off)?);
         rest = &after[1..];
-        Ok::<_, String>(String::from_utf8_lossy(line))
+        // Errors quote lines.
+        Ok::<_, String>(String::from_utf8_lossy(&line[..line.len().min(100)]))
     };
     let mut exposure = 1.0;
     loop {
