@@ -131,13 +131,13 @@ pub struct ModelArguments {
     /// [default: auto for a model that is the scene, else 0]
     #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true)]
     pub exposure: Option<Exposure>,
-    /// Animations of glTF files that play: those of this name, all at once, or none, which also
-    /// stills those of a scene file. Models without the name stand still [default: the first of
-    /// each model]
+    /// Animations of glTF files that play: those of this name, all of them at once, or none. With
+    /// none the objects of a scene file stand still, too. Models without the name stand still
+    /// [default: the first of each model]
     #[arg(long, value_name = "NAME|all|none")]
     pub animation: Option<Playing>,
-    /// Seconds from the start at which the scene stands still [default: it moves where a command
-    /// plays it, and else is as at 0]
+    /// Seconds from the start at which the scene stands still [default: commands that play a scene
+    /// move it, and others show it as at 0 s]
     #[arg(long, value_name = "SECONDS",
           value_parser = within(0.0..=1.0e6, "seconds from 0 to 1,000,000"))]
     pub time: Option<f64>,

@@ -15,7 +15,8 @@ use crate::render::effects::{Effects, compiled_for};
 use crate::render::spectrum::Dispersion;
 use crate::render::{self, Options};
 use crate::scene::builtin::PaperScene;
-use report::{Animation, Asked, Met, NOT_BUILT, Primary, Report, Seconds, not_simulated};
+pub(super) use report::Animation;
+use report::{Asked, Met, NOT_BUILT, Primary, Report, Seconds, not_simulated};
 use shisen_core::scene::EffectSet;
 
 /// Shows which effects a scene asks for, and what each costs
@@ -70,7 +71,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let source = Source::load(name, &arguments.model)?;
     let (names, animations) = match &source.scene {
-        Loaded::Described(scene) => (scene.material_names(), Animation::of(scene)),
+        Loaded::Described(scene) => (scene.material_names(), Animation::of(scene.motion.clips())),
         Loaded::Baked(_) => Default::default(),
     };
     let ticker = Ticker::start(format!("baking {name}"), false);

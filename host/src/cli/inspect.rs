@@ -3,6 +3,7 @@
 use crate::cli::arguments::levels::Level;
 use crate::cli::arguments::source::{self, Loaded, NotUsed, Source, Told};
 use crate::cli::arguments::{ModelArguments, SceneName};
+use crate::cli::explain::Animation;
 use crate::cli::prelude::*;
 use crate::files::begins_with;
 use crate::scene::material;
@@ -16,10 +17,11 @@ use shisen_core::scene::format::{
 use shisen_core::spectrum::Medium;
 use zerocopy::FromBytes;
 
-/// Shows what is in a baked scene, a model or a TOML description, and checks it
+/// Shows what is in a scene, and checks it
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// File that `shisen bake` wrote; or a model or a TOML description, which is not baked
+    /// File that `shisen bake` wrote; or a model, a TOML description or a built-in scene, which is
+    /// not baked
     scene: PathBuf,
     /// Print one JSON object
     #[arg(long)]
@@ -65,10 +67,10 @@ struct TableReport {
     bytes: u64,
 }
 
-/// The contents of a model, or of a scene that a TOML file describes.
+/// The contents of a model, or of a scene that a TOML file describes or that is built in.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Contents {
-    /// File of the model or scene.
+    /// File of the model or scene, or name of a built-in scene.
     path: String,
     /// Placed shapes; 1 for a model.
     objects: usize,
@@ -76,6 +78,8 @@ pub(super) struct Contents {
     lights: usize,
     /// Names of a model's cameras, for --camera.
     cameras: Vec<String>,
+    /// Animations of scene files and glTF files.
+    animations: Vec<Animation>,
     /// Meshes; one for a model.
     meshes: Vec<MeshContents>,
     /// Materials that the scene itself describes.
@@ -137,6 +141,7 @@ impl Contents {
             objects: 1,
             lights: 0,
             cameras: Vec::new(),
+            animations: Vec::new(),
             meshes: Vec::new(),
             materials: Vec::new(),
             scalar: None,
@@ -148,6 +153,7 @@ impl Contents {
             contents.not_used = told.not_used;
             contents.cameras = model.cameras.into_iter().map(|one| one.name).collect();
             contents.lights = model.lights.len();
+            contents.animations = Animation::of(&model.rig.clips);
             contents.meshes.push(MeshContents::of(&model.mesh));
             contents.scalar = model.scalar.map(|scalar| ScalarContents {
                 name: scalar.name,
@@ -156,11 +162,12 @@ impl Contents {
             });
             return Ok(contents);
         }
-        let name = SceneName::File(file.to_owned());
+        let name = SceneName::from(file.as_os_str().to_owned());
         let source = Source::load(&name, &ModelArguments::default())?;
         if let Loaded::Described(scene) = source.scene {
             contents.objects = scene.objects.len();
             contents.lights = scene.lights.len();
+            contents.animations = Animation::of(scene.motion.clips());
             contents.meshes = scene.meshes.iter().map(MeshContents::of).collect();
             contents.materials = scene.materials.iter().map(MaterialContents::of).collect();
         }
@@ -204,6 +211,9 @@ impl fmt::Display for Contents {
         write!(f, "{}: {objects}, {lights}", self.path)?;
         for camera in &self.cameras {
             write!(f, "\ncamera {camera}")?;
+        }
+        for animation in &self.animations {
+            write!(f, "\nanimation {animation}")?;
         }
         for mesh in &self.meshes {
             let ([a, b, c], [d, e, g]) = (mesh.least, mesh.greatest);

@@ -40,15 +40,17 @@ pub struct Radiance {
 impl Radiance {
     /// Largest file: MiB.
     const MOST_MIB: u64 = 100;
+    /// Most pixels: 8192 × 4096.
+    const MOST_PIXELS: usize = 1 << 25;
     /// The brightest light, as that of other lights.
     const BRIGHTEST: f32 = 1.0e12;
 
     /// Returns a picture of pixels, row by row from the top; `None` if a side is not 1 to
-    /// [`LARGEST_SIDE`] or their number is not width × height. A channel that is negative or no
-    /// number becomes 0, and one that is infinite or above 10¹² the highest of the others.
+    /// [`LARGEST_SIDE`], or their number above 2²⁵ or not width × height. A channel that
+    /// is negative or no number becomes 0, and one that is infinite or above 10¹² the highest of the
+    /// others.
     pub fn new(sides: [usize; 2], mut pixels: Vec<[f32; 3]>) -> Option<Self> {
-        let fits = |side: &usize| (1..=LARGEST_SIDE as usize).contains(side);
-        if !sides.iter().all(fits) || pixels.len() != sides[0] * sides[1] {
+        if !Self::fits(sides) || pixels.len() != sides[0] * sides[1] {
             return None;
         }
         let is_light = |channel: &f32| (0.0..=Self::BRIGHTEST).contains(channel);
@@ -73,6 +75,11 @@ impl Radiance {
         })
     }
 
+    fn fits(sides: [usize; 2]) -> bool {
+        let fits = |side: &usize| (1..=LARGEST_SIDE as usize).contains(side);
+        sides.iter().all(fits) && sides[0] * sides[1] <= Self::MOST_PIXELS
+    }
+
     /// Reads an `OpenEXR` or Radiance file.
     ///
     /// # Errors
@@ -86,20 +93,27 @@ impl Radiance {
             ErrorKind::FileTooLarge => told(&fault.to_string(), help),
             _ => told(&fault.to_string(), UNREAD),
         })?;
-        let decoded = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-            open_exr(&bytes)
+        let (decoded, help) = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+            let help =
+                "save it again with the channels R, G and B; if it may be cut off, copy it anew";
+            (open_exr(&bytes), help)
         } else if bytes.starts_with(b"#?") {
-            radiance(&bytes).ok_or_else(|| "not a whole Radiance file".to_owned())
+            let help = "save it as .exr, or as .hdr with FORMAT=32-bit_rle_rgbe, rows of -Y N +X N \
+                        and runs in the new form";
+            (radiance(&bytes), help)
         } else {
-            Err("neither an OpenEXR nor a Radiance file".to_owned())
+            let fault = "neither an OpenEXR nor a Radiance file".to_owned();
+            (Err(fault), help)
         };
         let (sides, pixels) = decoded.map_err(|fault| told(&fault, help))?;
         let [width, height] = sides;
         Self::new(sides, pixels).ok_or_else(|| {
             let fault = format!(
-                "it has {width} × {height} pixels, but either side may have 1 to {LARGEST_SIDE}"
+                "it has {width} × {height} pixels, but either side may have 1 to {LARGEST_SIDE}, \
+                 and the picture {}",
+                Self::MOST_PIXELS
             );
-            told(&fault, help)
+            told(&fault, "save it again with 8192 × 4096 pixels or fewer")
         })
     }
 
@@ -141,12 +155,14 @@ impl Radiance {
 type Pixels = ([usize; 2], Vec<[f32; 3]>);
 
 fn open_exr(bytes: &[u8]) -> Result<Pixels, String> {
-    let fault = |fault: exr::error::Error| format!("it cannot be read: {fault}");
+    let fault = |fault: exr::error::Error| {
+        format!("no picture of the channels R, G and B can be read from it ({fault})")
+    };
     let read = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false);
     for header in &read.map_err(fault)?.headers {
         // Before anything is allocated for it.
         let Vec2(width, height) = header.layer_size;
-        if width.max(height) > LARGEST_SIDE as usize {
+        if !Radiance::fits([width, height]) {
             return Ok(([width, height], Vec::new()));
         }
     }
@@ -168,53 +184,86 @@ fn open_exr(bytes: &[u8]) -> Result<Pixels, String> {
 }
 
 /// Reads a Radiance file, whose rows go down and to the right: with runs, or without.
-fn radiance(bytes: &[u8]) -> Option<Pixels> {
-    let end = bytes.windows(2).position(|two| two == b"\n\n")? + 2;
-    let line = bytes[end..].iter().position(|&byte| byte == b'\n')?;
-    let sides = std::str::from_utf8(&bytes[end..end + line]).ok()?;
-    let words: Vec<&str> = sides.split_whitespace().collect();
-    let ["-Y", height, "+X", width] = words[..] else {
-        return None;
+fn radiance(bytes: &[u8]) -> Result<Pixels, String> {
+    let cut_off = || "the Radiance file is cut off or damaged".to_owned();
+    let mut rest = bytes;
+    let mut line = || {
+        let end = rest.iter().position(|&byte| byte == b'\n');
+        let (line, after) = rest.split_at(end.ok_or_else(cut_off)?);
+        rest = &after[1..];
+        // Errors quote lines.
+        Ok::<_, String>(String::from_utf8_lossy(&line[..line.len().min(100)]))
     };
-    let sides = [width.parse().ok()?, height.parse().ok()?];
-    let [width, height]: [usize; 2] = sides;
-    if width.max(height) > LARGEST_SIDE as usize {
-        return Some((sides, Vec::new()));
+    let mut exposure = 1.0;
+    loop {
+        let line = line()?;
+        match line.split_once('=') {
+            _ if line.is_empty() => break,
+            _ if line.ends_with('\r') => {
+                return Err("the lines of its header end with CR and LF, not LF alone".to_owned());
+            }
+            Some(("FORMAT", format)) if format.trim() != "32-bit_rle_rgbe" => {
+                return Err(format!(
+                    "its pixels are {}, which is not read",
+                    format.trim()
+                ));
+            }
+            Some(("EXPOSURE", factor)) => match factor.trim().parse::<f64>() {
+                Ok(factor) if factor > 0.0 && factor.is_finite() => exposure *= factor,
+                _ => return Err(format!("its EXPOSURE={factor} is no number above 0")),
+            },
+            _ => {}
+        }
     }
-    let mut rest = bytes[end + line + 1..].iter().copied();
+    let line = line()?;
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let sides = match words[..] {
+        ["-Y", height, "+X", width] => width.parse().ok().zip(height.parse().ok()),
+        _ => None,
+    };
+    let sides = sides.ok_or_else(|| format!("its rows are {line:?}, not -Y N +X N"))?;
+    let (width, height): (usize, usize) = sides;
+    if !Radiance::fits([width, height]) {
+        return Ok(([width, height], Vec::new()));
+    }
+    let mut rest = rest.iter().copied();
+    let mut byte = || rest.next().ok_or_else(cut_off);
     let mut pixels = Vec::with_capacity(width * height);
     for _ in 0..height {
-        let head: [u8; 4] = [rest.next()?, rest.next()?, rest.next()?, rest.next()?];
+        let head: [u8; 4] = [byte()?, byte()?, byte()?, byte()?];
         let mut row = vec![[0; 4]; width];
         if head[..2] == [2, 2] && usize::from(head[2]) << 8 | usize::from(head[3]) == width {
             for channel in 0..4 {
                 let mut column = 0;
                 while column < width {
-                    let count = rest.next()?;
-                    let run = (count > 128).then(|| rest.next());
+                    let count = byte()?;
+                    let run = (count > 128).then(&mut byte).transpose()?;
                     for _ in 0..if count > 128 { count - 128 } else { count } {
-                        let value = run.unwrap_or_else(|| rest.next())?;
-                        row.get_mut(column)?[channel] = value;
+                        let value = run.map_or_else(&mut byte, Ok)?;
+                        row.get_mut(column).ok_or_else(cut_off)?[channel] = value;
                         column += 1;
                     }
                     if count == 0 {
-                        return None;
+                        return Err(cut_off());
                     }
                 }
             }
         } else {
             row[0] = head;
             for pixel in &mut row[1..] {
-                *pixel = [rest.next()?, rest.next()?, rest.next()?, rest.next()?];
+                *pixel = [byte()?, byte()?, byte()?, byte()?];
+                if pixel[..3] == [1; 3] {
+                    return Err("its rows have runs in the old form".to_owned());
+                }
             }
         }
         pixels.extend(row.into_iter().map(|[r, g, b, exponent]| {
             let unit = libm::exp2(f64::from(exponent) - 136.0);
-            let unit = if exponent == 0 { 0.0 } else { unit };
+            let unit = if exponent == 0 { 0.0 } else { unit / exposure };
             [r, g, b].map(|channel| (f64::from(channel) * unit) as f32)
         }));
     }
-    Some((sides, pixels))
+    Ok(([width, height], pixels))
 }
 
 #[cfg(test)]
@@ -233,17 +282,17 @@ mod tests {
 
     #[test]
     fn radiance_files_are_read_with_runs_and_without_and_cut_off_ones_refused() {
-        let head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 8\n";
-        let flat = [&head[..], &[128, 64, 0, 129].repeat(8)].concat();
+        let head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=.5\nEXPOSURE= 4\n\n-Y 1 +X 8\n";
+        let flat = [&head[..], &[128, 64, 0, 130].repeat(8)].concat();
         let runs = [
-            2, 2, 0, 8, 136, 128, 136, 64, 4, 0, 0, 0, 0, 132, 0, 136, 129,
+            2, 2, 0, 8, 136, 128, 136, 64, 4, 0, 0, 0, 0, 132, 0, 136, 130,
         ];
         let coded = [&head[..], &runs].concat();
         let expected = ([8, 1], vec![[1.0, 0.5, 0.0]; 8]);
         for bytes in [flat, coded] {
-            assert_eq!(radiance(&bytes), Some(expected.clone()));
+            assert_eq!(radiance(&bytes), Ok(expected.clone()));
             for length in 0..bytes.len() {
-                assert_eq!(radiance(&bytes[..length]), None, "{length}");
+                assert!(radiance(&bytes[..length]).is_err(), "{length}");
             }
         }
     }

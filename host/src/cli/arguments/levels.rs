@@ -53,13 +53,17 @@ impl Level {
         levels
     }
 
-    /// Returns warnings of meshes whose levels are not as coarse as asked, or may not fit each other.
+    /// Returns warnings of meshes that do not deform, whose levels are not as coarse as asked or may
+    /// not fit each other.
     /// Vertices at which parts touch do no harm: every level stays closed.
     pub fn warnings(scene: &Described, asked: &PolygonLevels, baked: &BakedScene) -> Vec<String> {
         let mut warnings = Vec::new();
         let made = Self::of(baked);
         let meshes = scene.meshes.iter().zip(Self::by_mesh(&made)).enumerate();
         for (number, (mesh, made)) in meshes.filter(|(_, (mesh, _))| asked.apply_to(mesh)) {
+            if scene.motion.deforming().any(|one| one == number) {
+                continue;
+            }
             let mesh_number = format!("mesh {number} (counted from 0)");
             let faces_asked = asked.asked_of(mesh.triangles.len());
             let which = [("finest", made.first()), ("coarsest", made.last())];

@@ -468,7 +468,7 @@ fn load_scene(path: &Path, playing: &Playing, told: &mut Told) -> Result<Loaded,
         .as_ref()
         .map_or(0, |of| of.image.replaced());
     if replaced > 0 {
-        let what = "light of the background's image that is negative, infinite or no number";
+        let what = "light of the background's image that is negative, too bright or no number";
         let what = format!("{what}, in {}", counted(replaced, "pixel"));
         let new = NotUsed {
             file: shown.to_string(),

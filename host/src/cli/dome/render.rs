@@ -14,6 +14,7 @@ use crate::dome::{Mapping, Named};
 use crate::scene::camera::{CameraPath, DomeCamera};
 use crate::with_scene;
 use shisen_core::frame::{Statistics, View};
+use shisen_core::scene::PoseError;
 
 /// Renders dome masters of a scene, through a mirrored spheroid or without
 #[derive(Debug, Args)]
@@ -55,7 +56,7 @@ pub(in crate::cli) struct Arguments {
     frames: Option<u32>,
     /// Frames per second of a scene that moves: the first is at 0 s
     #[arg(long, value_name = "FPS", default_value_t = 60.0,
-          value_parser = within(0.001..=1e6, "frames per second above 0, such as 24"))]
+          value_parser = within(0.001..=1e6, "frames per second from 0.001 to 1,000,000"))]
     fps: f64,
     #[command(flatten)]
     tracing: TracingArguments,
@@ -173,6 +174,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     options.tile = 8;
     let Output { quiet, json, .. } = arguments.output;
     let frames = arguments.frames.unwrap_or(path.frames());
+    if let (Some(time), true) = (arguments.model.time, frames > 1 && path.frames() <= 1) {
+        return Err(misuse!(
+            "--time {time} lets the scene stand still, so that all {frames} pictures would be \
+             equal: leave out --time or --frames"
+        ));
+    }
     let (mut images, mut exr) = (Vec::new(), Vec::new());
     let (mut statistics, mut seconds) = (Statistics::default(), 0.0);
     let mut take = |frame: u32, scene: AnyScene<'_>| -> Result<(), Failure> {
@@ -202,10 +209,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => (1..=frames).try_for_each(|frame| take(frame, scene.into()))?,
         Some(moving) => {
             let mut memory = StageMemory::of(&scene, moving);
-            let mut stage = Stage::new(scene, moving, &mut memory).or_fail()?;
+            let mut stage = Stage::new(scene, moving, &mut memory).map_err(too_far(1, 0.0))?;
             for frame in 1..=frames {
                 let time = f64::from(frame - 1) / arguments.fps;
-                stage.set_time(time).or_fail()?;
+                stage.set_time(time).map_err(too_far(frame, time))?;
                 take(frame, stage.scene().into())?;
             }
         }
@@ -229,6 +236,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         traced,
     };
     print(&report, json)
+}
+
+/// Tells of a frame, at a time in seconds, whose pose the core refuses.
+fn too_far(frame: u32, time: f64) -> impl Fn(PoseError) -> Fault {
+    move |error| {
+        let help = "change the animation so that every object stays within 1e12 m, or give fewer \
+                    --frames";
+        Fault::new(format!("frame {frame}, at {time} s: {error}"), help)
+    }
 }
 
 /// Returns the scene, and the way of its cameras.

@@ -3,7 +3,6 @@
 use crate::cli::arguments::dispersion::DispersionReport;
 use crate::cli::arguments::source::Shown;
 use crate::cli::prelude::*;
-use crate::scene::Scene;
 use crate::scene::motion::Clip;
 use shisen_core::scene::format::{Light, Material, effect, flag, light};
 use shisen_core::scene::{EffectSet, Records};
@@ -247,7 +246,7 @@ impl<'r> Met<'r> {
 
 /// An animation, and what it moves.
 #[derive(Debug, Serialize, JsonSchema)]
-pub(super) struct Animation {
+pub(in crate::cli) struct Animation {
     /// Its name, or that of the object that it moves.
     name: String,
     /// After how many seconds it begins anew.
@@ -263,7 +262,7 @@ pub(super) struct Animation {
 }
 
 impl Animation {
-    pub(super) fn of(scene: &Scene) -> Vec<Self> {
+    pub(in crate::cli) fn of(clips: &[Clip]) -> Vec<Self> {
         let of = |clip: &Clip| {
             let [nodes, morphs] = clip.counts();
             Self {
@@ -275,7 +274,22 @@ impl Animation {
                 plays: clip.plays,
             }
         };
-        scene.motion.clips().iter().map(of).collect()
+        clips.iter().map(of).collect()
+    }
+}
+
+impl fmt::Display for Animation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let things = [
+            (self.nodes, "node"),
+            (self.skins, "skin"),
+            (self.morphs, "morph"),
+        ];
+        let things = things.into_iter().filter(|(count, _)| *count > 0);
+        let things: Vec<String> = things.map(|(n, what)| counted(n as u64, what)).collect();
+        let plays = if self.plays { "" } else { ", does not play" };
+        let Self { name, seconds, .. } = self;
+        write!(f, "{name}: {seconds:.2} s, {}{plays}", things.join(", "))
     }
 }
 
@@ -311,19 +325,12 @@ impl fmt::Display for Report {
         if !self.animations.is_empty() {
             writeln!(f, "animations:")?;
             for one in &self.animations {
-                let things = [
-                    (one.nodes, "node"),
-                    (one.skins, "skin"),
-                    (one.morphs, "morph"),
-                ];
-                let things = things.into_iter().filter(|(count, _)| *count > 0);
-                let things: Vec<String> = things.map(|(n, what)| counted(n as u64, what)).collect();
-                let plays = if one.plays { "" } else { ", does not play" };
-                let Animation { name, seconds, .. } = one;
-                writeln!(f, "  {name}: {seconds:.2} s, {}{plays}", things.join(", "))?;
+                writeln!(f, "  {one}")?;
             }
         }
-        writeln!(f, "not simulated, because nothing asks for it:")?;
+        if !self.not_simulated.is_empty() {
+            writeln!(f, "not simulated, because nothing asks for it:")?;
+        }
         for one in &self.not_simulated {
             writeln!(f, "  {}: {}", one.effect, one.reason)?;
         }

@@ -22,7 +22,7 @@ use std::collections::BTreeSet;
 use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use std::path::Path;
-use surface::{Bound, Pose, Surface};
+use surface::{Bound, Pose, Surface, is_cut_away};
 
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
     let (json, blob) = split(path, bytes)?;
@@ -38,6 +38,9 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Model, ImportError> {
         unused,
     };
     importer.scene(&document)?;
+    if importer.mesh.triangles.is_empty() && document.materials().any(|of| is_cut_away(&of)) {
+        return Err(importer.fault("the alphaCutoff of its materials hides all of it"));
+    }
     importer.complete();
     importer.paint(&document);
     importer.count_unused(&document);
@@ -170,6 +173,8 @@ impl Importer<'_> {
             if let Some(skin) = &skin {
                 let kind = "joint{s} of vertices beyond those of their skin";
                 self.unused.add(kind, surface.lost(skin.len()) as u64);
+                let kind = "surface{s} on a skeleton without joints and weights";
+                self.unused.add(kind, surface.joints.is_empty().into());
             }
             for (pose, own) in &poses {
                 self.add(&surface, pose)?;
@@ -336,6 +341,10 @@ impl Importer<'_> {
             .map(|channel| bounded(channel * light.intensity() * FRAC_1_PI, 0.0, 1.0e12));
         let reaches = light.range().is_some_and(f32::is_finite);
         self.unused.add("range{s} of lights", u64::from(reaches));
+        let is_negative = |channel: f32| channel * light.intensity() < 0.0;
+        let negative = light.color().into_iter().any(is_negative);
+        let kind = "light{s} of negative intensity";
+        self.unused.add(kind, negative.into());
         if colour == [0.0; 3] {
             return;
         }

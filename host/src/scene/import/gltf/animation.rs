@@ -66,7 +66,7 @@ impl Movement {
                 });
             }
             if clip.channels.is_empty() {
-                importer.unused.add("animation{s} that move nothing", 1);
+                importer.unused.add("animation{s} that can move nothing", 1);
                 continue;
             }
             let bent = moving(&rig.nodes, &clip.channels);

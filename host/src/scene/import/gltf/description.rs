@@ -92,7 +92,7 @@ fn strip(value: &mut Value, unused: &mut Unused) {
             is_known && target["node"].as_u64().is_some_and(|node| node < nodes)
         });
         let left_out = all - channels.len();
-        let kind = "animation channel{s} of what is no node of the file";
+        let kind = "animation channel{s} of unknown nodes or properties";
         unused.add(kind, left_out as u64);
     }
     let scenes = value.get_mut("scenes").and_then(Value::as_array_mut);

@@ -23,7 +23,7 @@ pub(super) struct Surface {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) material: Option<usize>,
     /// Sets of four joints and their weights for each vertex.
-    joints: Vec<Vec<([u32; 4], [f32; 4])>>,
+    pub(super) joints: Vec<Vec<([u32; 4], [f32; 4])>>,
     /// Its morph targets, where animations need them.
     pub(super) targets: Vec<Vec<Delta>>,
     /// Positions and normals without morph targets, if it has any.
@@ -54,9 +54,7 @@ impl Surface {
             return Ok(None);
         };
         let material = primitive.material();
-        let [.., alpha] = material.pbr_metallic_roughness().base_color_factor();
-        let cutoff = material.alpha_cutoff().unwrap_or(0.5);
-        if material.alpha_mode() == AlphaMode::Mask && alpha < cutoff {
+        if is_cut_away(&material) {
             return Ok(None);
         }
         let buffers = &importer.buffers;
@@ -128,7 +126,7 @@ impl Surface {
         let odd = odd.count() as u64;
         importer
             .unused
-            .add("sum{s} of joint weights that are not 1", odd);
+            .add("set{s} of joint weights that do not add up to 1", odd);
         surface.read_targets(importer, primitive, weights, is_weighed)?;
         surface.read_triangles(importer, primitive)?;
         if surface.normals.is_empty() {
@@ -193,6 +191,11 @@ impl Surface {
                 let kind = format!("morph target{{s}} beyond the first {}", Self::MOST_TARGETS);
                 importer.unused.add(kind, 1);
             } else if is_used {
+                let all = [target.positions(), target.normals()];
+                let others = all.iter().flatten().filter(|of| of.count() != count);
+                let others = others.count() as u64;
+                let kind = "morph target attribute{s} of another number of vertices";
+                importer.unused.add(kind, others);
                 let read = |accessor: Option<Accessor<'_>>| {
                     let accessor = accessor.filter(|accessor| accessor.count() == count);
                     let read = accessor.map(|accessor| importer.buffers.floats::<3>(&accessor));
@@ -287,6 +290,13 @@ impl Surface {
     }
 }
 
+/// Returns whether a material's mask hides all surfaces in it.
+pub(super) fn is_cut_away(material: &gltf::Material<'_>) -> bool {
+    let [.., alpha] = material.pbr_metallic_roughness().base_color_factor();
+    let cutoff = material.alpha_cutoff().unwrap_or(0.5);
+    material.alpha_mode() == AlphaMode::Mask && alpha < cutoff
+}
+
 /// A joint of a skin.
 pub(super) struct Bound {
     /// The document's number of its node.
@@ -296,12 +306,17 @@ pub(super) struct Bound {
 
 impl Bound {
     pub(super) fn of_skin(
-        importer: &Importer<'_>,
+        importer: &mut Importer<'_>,
         skin: &gltf::Skin<'_>,
     ) -> Result<Vec<Self>, ImportError> {
         let inverse = skin.inverse_bind_matrices();
         let inverse = inverse.map(|accessor| importer.buffers.floats::<16>(&accessor));
-        let inverse = inverse.transpose()?.unwrap_or_default();
+        let inverse = inverse.transpose()?;
+        let read = inverse.as_ref().map_or(usize::MAX, Vec::len);
+        let without = skin.joints().count().saturating_sub(read) as u64;
+        let kind = "joint{s} without an inverse bind matrix";
+        importer.unused.add(kind, without);
+        let inverse = inverse.unwrap_or_default();
         let joints = skin.joints().enumerate();
         let bound = joints.map(|(number, joint): (_, Node<'_>)| {
             let inverse = inverse.get(number).map(Mat4::from_cols_array);

@@ -179,7 +179,7 @@ fn a_skin_takes_its_pose_and_not_its_nodes_place() {
     assert_eq!(model.mesh.positions[1], [1.0, 5.0, 0.0]);
     assert_eq!(
         model.unused.names(),
-        ["3 sums of joint weights that are not 1"]
+        ["3 sets of joint weights that do not add up to 1"]
     );
 }
 
