@@ -201,8 +201,8 @@ const WRONG: &str = r#"7,"componentType":5126,"count":2 => 7,"componentType":512
 "input":7,"output":9 => "input":7,"output":7 => -
 "STEP" => "CUBICSPLINE" => channel 1 has 2 numbers for its keys, which need 6
 [3,4],"inv => [3],"inv => joints of vertices beyond those of their skin
-"node":4 => "node":9 => 1 animation channel of what is no node
-"node":4,"path":"rotation" => "path":"pointer" => 1 animation channel of what is no node
+"node":4 => "node":9 => 1 animation channel of unknown nodes or properties
+"node":4,"path":"rotation" => "path":"pointer" => 1 animation channel of unknown nodes or properties
 "node":4,"path":"rotation" => "node":0,"path":"weights" => no morph targets
 "sampler":1 => "sampler":5 => animations[0]
 {"children":[4]} => {"children":[4,3]} => 1 animation channel of nodes outside the scene
