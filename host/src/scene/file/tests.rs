@@ -286,7 +286,10 @@ fn a_background_can_be_a_picture() {
         (scene.ambient, scene.background.zenith),
         ([3.0, 0.0, 0.75], [6.0, 0.0, 1.5])
     );
-    for (name, says) in [("none.exr", "no such file"), ("b.exr", "no picture of the channels R, G and B")] {
+    for (name, says) in [
+        ("none.exr", "no such file"),
+        ("b.exr", "no picture of the channels R, G and B"),
+    ] {
         let error = read(name).unwrap_err();
         let causes = std::iter::successors(Some(&error as &dyn std::error::Error), |e| e.source());
         let said: Vec<String> = causes.map(ToString::to_string).collect();
