@@ -242,6 +242,7 @@ where
 
     /// Gives the pixels of a square what is seen past everything.
     fn show_background(&self, view: &View, square: Tile, target: &mut Target<'_>) {
+        let spread = self.most_of(view).spread;
         for part in square.blocks() {
             let (x, y) = (
                 target.x + (part.x - square.x) as usize,
@@ -266,7 +267,10 @@ where
             }
             for (column, row) in rendering.block.places_from(0) {
                 let (x, y) = rendering.block.at(column, row, (0.0, 0.0));
-                target.write(column, row, self.past(view, x, y));
+                let past = view
+                    .direction(x, y)
+                    .map(|direction| self.tracer.missed(direction, || spread));
+                target.write(column, row, past.unwrap_or_default());
             }
         }
     }

@@ -46,7 +46,9 @@ pub enum PoseError {
         found: usize,
         needed: usize,
     },
-    #[error("vertex {vertex} of mesh {mesh} (both counted from 0) lies farther than 1e12 m from the origin or is not a number")]
+    #[error(
+        "vertex {vertex} of mesh {mesh} (both counted from 0) lies farther than 1e12 m from the origin or is not a number"
+    )]
     Vertex { mesh: usize, vertex: usize },
     #[error("the new tree of mesh {mesh} (counted from 0) is no tree over its triangles")]
     NotATree { mesh: usize },

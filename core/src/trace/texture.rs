@@ -1,8 +1,8 @@
 //! Colours over a surface: checkers and images.
 
 use crate::numeric::{map3, max, min, sqrt};
-use crate::scene::Scene;
 use crate::scene::format::{Texel, Texture, effect, reading, texture as kind, wrap};
+use crate::scene::{EffectSet, Scene};
 use core::f32::consts::FRAC_1_PI;
 use core::ops::{Add, Mul, Sub};
 use glam::Vec3;
@@ -77,10 +77,11 @@ pub(super) fn place<const W: usize>(
 /// Most texels along each side of the box that a mean is taken of.
 const MOST_OF_MEAN: u32 = 8;
 
-/// Returns the mean colour of a texture over a box around a place: exact of a checker, of up to
-/// [`MOST_OF_MEAN`]² points of an image.
+/// Returns the mean colour of a texture over a box around a place: exact of a checker, of an image
+/// by its levels where `effects` has them, else of up to [`MOST_OF_MEAN`]² points.
 pub(crate) fn mean<const W: usize>(
     scene: &Scene<'_, W>,
+    effects: EffectSet,
     number: u32,
     [u, v]: [f32; 2],
     [du, dv]: [f32; 2],
@@ -88,6 +89,9 @@ pub(crate) fn mean<const W: usize>(
     let Some(texture) = scene.textures.get(number as usize) else {
         return Vec3::ONE;
     };
+    if texture.levels != 1 && effects.contains(EffectSet::TEXTURE_LEVELS) {
+        return mean_over(texture, scene.texels, [u, v], [du, dv]);
+    }
     if texture.kind == kind::IMAGE {
         let count =
             |extent: f32, side: u32| (min(extent * side as f32, 64.0) as u32 + 1).min(MOST_OF_MEAN);

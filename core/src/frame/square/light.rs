@@ -311,8 +311,9 @@ where
         };
         let (mut lit, coat) = self.light_of_surface(&met, lights, work);
         if let Some((texture, at)) = coat.filter(|_| !is_coated) {
-            let scene = self.renderer.tracer.scene();
-            lit.pixel = lit.coloured(texture::mean(scene, texture, at, [0.0; 2]));
+            let tracer = &self.renderer.tracer;
+            let colour = texture::mean(tracer.scene(), tracer.effects(), texture, at, [0.0; 2]);
+            lit.pixel = lit.coloured(colour);
             lit.diffuse = Vec3::ZERO;
         }
         lit
@@ -409,11 +410,12 @@ where
     /// Returns the mean colour of a surface's texture over a pixel around a place.
     pub(super) fn colour(&mut self, surface: usize, at: (f32, f32)) -> Option<Vec3> {
         let id = *self.surfaces.list().get(surface)?;
-        let scene = self.renderer.tracer.scene();
+        let tracer = &self.renderer.tracer;
+        let (scene, effects) = (tracer.scene(), tracer.effects());
         let chart = self.chart(surface, &id)?;
         let (texture, places) = chart.facet.texture?;
         let (place, slope) = chart.place_on_texture(&places, at)?;
-        Some(texture::mean(scene, texture, place, slope))
+        Some(texture::mean(scene, effects, texture, place, slope))
     }
 }
 

@@ -272,7 +272,11 @@ impl Report {
             let (field, centre) = (100.0 * quality.field, 100.0 * quality.centre);
             write!(f, "  {frames:6} frames: {depth} bounces")?;
             if self.lod == Choice::Foveated.name() {
-                write!(f, ", {} times as coarse", quality.sampling)?;
+                if quality.sampling > 1.0 {
+                    write!(f, ", {} times as coarse as the eye sees", quality.sampling)?;
+                } else {
+                    f.write_str(", as fine as the eye sees")?;
+                }
             } else {
                 let faces = 100.0 * faces;
                 write!(
@@ -302,8 +306,11 @@ impl Report {
         }
         let frames = session.frames_without_gaze;
         if frames > 0 {
-            write!(f, "; {} had no tracker sample, ", counted(frames, "frame"))?;
-            f.write_str("so they have no latency")?;
+            write!(f, "; {} followed none of them: ", counted(frames, "frame"))?;
+            f.write_str("none was recent enough for the time at which the frame was shown. ")?;
+            f.write_str(
+                "Such frames have no latency; with --hz or --budget frames take less time",
+            )?;
         }
         writeln!(f)
     }
