@@ -381,10 +381,20 @@ where
 
     /// Returns the detail of the pixels of the block that contains (x, y), given its patch's
     /// region.
+    #[inline]
+    fn block_detail(&self, patch: Region, view: &View, x: u32, y: u32) -> BlockDetail {
+        self.detail_up_to(self.most_of(view), patch, view, (x, y))
+    }
+
     // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
-    fn block_detail(&self, patch: Region, view: &View, x: u32, y: u32) -> BlockDetail {
-        let most = self.most_of(view);
+    fn detail_up_to(
+        &self,
+        most: RayDetail,
+        patch: Region,
+        view: &View,
+        (x, y): (u32, u32),
+    ) -> BlockDetail {
         if let Pixels::Below(gaze, level) = &self.pixels {
             let levels = BlockLevels::new(gaze, self.tracer.simd(), view, (x, y));
             return levels.below(*level, most);
