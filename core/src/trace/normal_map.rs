@@ -7,7 +7,7 @@ use crate::numeric::normalize;
 use crate::scene::Scene;
 use crate::scene::format::{NO_TANGENTS, flag};
 use crate::shape::Spheroid;
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 /// Normal, tangent and bitangent of a shape in its own frame, as they are interpolated: of about unit
 /// length.
@@ -46,10 +46,12 @@ impl<'a> Place<'a> {
         }
         let corners = of.corners(scene)?.0;
         let weights = weights(&corners, point)?;
-        let (mut tangent, mut smooth) = (Vec4::ZERO, Vec3::ZERO);
+        let (mut tangent, mut side, mut smooth) = (Vec3::ZERO, 0.0, Vec3::ZERO);
         for (corner, weight) in of.record.corners.into_iter().zip(weights) {
             let at = |first: u32| Some(first.checked_add(corner)? as usize);
-            tangent += Vec4::from_array(*scene.tangents.get(at(first)?)?) * weight;
+            let [x, y, z, own] = *scene.tangents.get(at(first)?)?;
+            tangent += Vec3::new(x, y, z) * weight;
+            side += own * weight;
             smooth += Vec3::from_array(*scene.normals.get(at(of.mesh.first_normal)?)?) * weight;
         }
         let normal = if self.instance.flags & flag::SMOOTH != 0 {
@@ -58,7 +60,6 @@ impl<'a> Place<'a> {
             let [a, b, c] = corners;
             normalize((b - a).cross(c - a))?
         };
-        let (tangent, side) = (tangent.truncate(), tangent.w);
         Some(Frame {
             normal,
             tangent,
