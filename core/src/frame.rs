@@ -33,7 +33,7 @@ pub use crate::trace::workspace::{MAX_DEPTH, Pixel, RayDetail, Workspace};
 use begun::{Begun, Work};
 use block::Rendering;
 pub use detail::{BLEND, FACE_TOLERANCE, LevelOfDetail};
-use detail::{BlockDetail, BlockLevels, Ladder, PATCH, region_of};
+use detail::{BlockDetail, BlockLevels, Ladder, PATCH, nearest_detail, region_of};
 use dome::{goes_in_blocks, hits_together};
 pub use fill::{Fill, Surroundings, SurroundingsError};
 use foveation::Foveation;
@@ -45,7 +45,7 @@ pub use view::{
     DomeError, DomePose, DomeProjection, DomeScreen, FlatScreen, MirrorCamera, View, ViewError,
 };
 
-use crate::gaze::{Detail, Gaze, LineOfSight, Region};
+use crate::gaze::{Gaze, LineOfSight, Region};
 use crate::scene::{EffectSet, Scene};
 use crate::simd::{Runs, Simd};
 use crate::trace::{RowHits, Sample, Tracer};
@@ -424,16 +424,6 @@ where
             },
         }
     }
-}
-
-/// Returns the detail of the valid level nearest to `level`.
-fn nearest_detail(level: f32) -> Detail {
-    let nearest = if level > 1.0 {
-        Detail::FULL
-    } else {
-        Detail::NONE
-    };
-    Detail::of_level(level).unwrap_or(nearest)
 }
 
 /// A tile on its way to being finished.

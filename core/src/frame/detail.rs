@@ -378,3 +378,13 @@ impl Ladder {
         ((1.0 - level) * self.steps + 0.5) as u8
     }
 }
+
+/// Returns the detail of the valid level nearest to `level`.
+pub(super) fn nearest_detail(level: f32) -> Detail {
+    let nearest = if level > 1.0 {
+        Detail::FULL
+    } else {
+        Detail::NONE
+    };
+    Detail::of_level(level).unwrap_or(nearest)
+}

@@ -101,7 +101,7 @@ impl<const W: usize> Node<W> {
             let mut ranks = [[0_u32; W]; 2];
             for (lane, own) in keys.iter().enumerate() {
                 for (before, other) in keys.iter().enumerate().take(lane) {
-                    // Neither is true of an empty lane that comes after one with a child.
+                    // An empty lane's key is NaN, which compares as false.
                     let is_empty = other.is_nan();
                     let farther = [is_empty || other >= own, is_empty || other <= own];
                     for (ranks, farther) in ranks.iter_mut().zip(farther) {
