@@ -169,7 +169,7 @@ const TRACKER: &str = "mock:rate=1000";
 fn frames_longer_than_a_refresh_skip_some_and_take_the_gaze_late() {
     // Delays of the system are short beside such refreshes.
     let settings = settings(25, 12);
-    let delays: Delays = |_| [96_000, 0];
+    let delays: Delays = |_| [84_000, 0];
     let (report, late) = play(settings, delays, TRACKER);
     assert_eq!((report.late_frames, gap(&late)), (12, 3));
     let latch = Latch::Early;
