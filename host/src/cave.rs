@@ -9,11 +9,15 @@
 //! on a dome, [`look`] reads directions.
 
 pub(crate) mod angle;
+pub mod import;
 pub mod look;
+pub mod measure;
 pub mod warp;
 
 mod dome;
 mod file;
+pub mod plan;
+mod remarks;
 mod view;
 mod viewer;
 mod wall_plane;

@@ -101,8 +101,16 @@ impl From<OsString> for WallsName {
 }
 
 impl WallsName {
-    /// Loads the room. Screens that do not say their size have `size`, columns and rows.
+    /// Loads the room, and warns of skewed walls. Screens that do not say their size have `size`,
+    /// columns and rows.
     pub fn cave(&self, size: [u32; 2]) -> Result<Cave, Failure> {
+        let cave = self.cave_without_remarks(size)?;
+        cave.skewed().for_each(|remark| warn(&remark));
+        Ok(cave)
+    }
+
+    /// As [`Self::cave`], without a warning.
+    pub fn cave_without_remarks(&self, size: [u32; 2]) -> Result<Cave, Failure> {
         Ok(match self {
             Self::BuiltIn(which) => Cave::built_in(*which, size)?,
             Self::File(path) => Cave::load(path, size)?,

@@ -1,0 +1,171 @@
+//! What is unusual about a room, in sentences: skewed walls, gaps at seams; and the fields of view.
+
+use super::{Cave, DomeScreen, Screen, Wall};
+use glam::{DVec2, DVec3};
+
+impl Wall {
+    /// Largest difference of a rectangle's angle from 90°, degrees.
+    const SQUARE: f64 = 0.1;
+
+    /// Returns the angle between the lower and the left edge, degrees: 90 for a rectangle.
+    pub fn angle_degrees(&self) -> f64 {
+        self.across().angle_between(self.upward()).to_degrees()
+    }
+
+    /// Returns a sentence about a wall that is not a rectangle.
+    pub fn skew(&self) -> Option<String> {
+        let angle = self.angle_degrees();
+        ((angle - 90.0).abs() > Self::SQUARE).then(|| {
+            format!(
+                "wall \"{}\" is skewed: its edges meet at {angle:.2}°, so its picture is a \
+                 parallelogram; if the wall is a rectangle, correct upper_left",
+                self.name
+            )
+        })
+    }
+
+    /// Returns lower left, lower right, upper right and upper left: metres, in the room.
+    pub(crate) fn corners(&self) -> [DVec3; 4] {
+        let upper_right = self.lower_right + self.upward();
+        [
+            self.lower_left,
+            self.lower_right,
+            upper_right,
+            self.upper_left,
+        ]
+    }
+
+    pub(crate) fn normal(&self) -> DVec3 {
+        self.across()
+            .normalize()
+            .cross(self.upward().normalize())
+            .normalize()
+    }
+
+    fn middle(&self) -> DVec3 {
+        self.lower_left + 0.5 * (self.across() + self.upward())
+    }
+
+    fn field_from(&self, eye: DVec3) -> Option<[f64; 2]> {
+        let from = self.lower_left - eye;
+        let distance = -from.dot(self.normal());
+        (distance > Self::CLOSEST).then(|| {
+            [self.across(), self.upward()].map(|edge| {
+                let start = from.dot(edge.normalize());
+                let angle = |along: f64| along.atan2(distance);
+                (angle(start + edge.length()) - angle(start)).to_degrees()
+            })
+        })
+    }
+}
+
+impl DomeScreen {
+    fn field_from(&self, eye: DVec3) -> Option<[f64; 2]> {
+        let seen = |u, v| self.point(DVec2::new(u, v)) - eye;
+        let over = |one: DVec3, other: DVec3| {
+            let zenith = seen(0.0, 0.0);
+            (one.angle_between(zenith) + zenith.angle_between(other)).to_degrees()
+        };
+        self.view_from(eye).is_ok().then(|| {
+            [
+                over(seen(-1.0, 0.0), seen(1.0, 0.0)),
+                over(seen(0.0, -1.0), seen(0.0, 1.0)),
+            ]
+        })
+    }
+}
+
+impl Screen<'_> {
+    /// Returns the angles that the screen fills as seen from `eye` (metres, in the room), degrees:
+    /// between the left and right edges, and between the lower and upper ones; over the zenith of a
+    /// dome. `None` where the eye does not see its front.
+    pub fn field_from(self, eye: DVec3) -> Option<[f64; 2]> {
+        match self {
+            Self::Wall(wall) => wall.field_from(eye),
+            Self::Dome(dome) => dome.field_from(eye),
+        }
+    }
+}
+
+impl Cave {
+    /// Shares of the shorter of two edges up to which they count as neighbours: how far apart they
+    /// are, and how much of the shorter one has to lie along the other.
+    const NEIGHBOURS: [f64; 2] = [0.1, 0.5];
+    /// Smallest gap at a seam that is worth a remark, metres.
+    const GAP: f64 = 0.001;
+
+    /// Returns a sentence about each wall that is not a rectangle.
+    pub fn skewed(&self) -> impl Iterator<Item = String> {
+        self.walls.iter().filter_map(Wall::skew)
+    }
+
+    /// Returns a sentence about each seam at which walls leave a gap or overlap.
+    pub fn open_seams(&self) -> Vec<String> {
+        let mut remarks = Vec::new();
+        for (number, one) in self.walls.iter().enumerate() {
+            for other in &self.walls[number + 1..] {
+                let seams = edges(one).into_iter().flat_map(|edge| {
+                    let others = edges(other).into_iter();
+                    others.filter_map(move |other_edge| gap(edge, one, other_edge, other))
+                });
+                let Some(gap) = seams.min_by(|a, b| a.abs().total_cmp(&b.abs())) else {
+                    continue;
+                };
+                if gap.abs() > Self::GAP {
+                    let (what, size) = match gap {
+                        0.0.. => ("leave a gap of", gap),
+                        _ => ("overlap by", -gap),
+                    };
+                    let (one, other) = (&one.name, &other.name);
+                    remarks.push(format!(
+                        "walls \"{one}\" and \"{other}\" {what} up to {:.1} mm at their seam",
+                        1000.0 * size
+                    ));
+                }
+            }
+        }
+        remarks
+    }
+}
+
+/// Returns the edges of a wall, each from corner to corner.
+fn edges(wall: &Wall) -> [[DVec3; 2]; 4] {
+    let corners = wall.corners();
+    [0, 1, 2, 3].map(|i| [corners[i], corners[(i + 1) % 4]])
+}
+
+/// Returns the greatest distance of two edges along the part that they share: negative where the
+/// walls overlap. `None` where the edges are no neighbours.
+fn gap(edge: [DVec3; 2], wall: &Wall, other: [DVec3; 2], other_wall: &Wall) -> Option<f64> {
+    let (short, long) = match edge[0].distance(edge[1]) < other[0].distance(other[1]) {
+        true => (edge, other),
+        false => (other, edge),
+    };
+    let along = (long[1] - long[0]).normalize();
+    let length = long[0].distance(long[1]);
+    let places = short.map(|end| (end - long[0]).dot(along));
+    let parts = places.map(|place| place.clamp(0.0, length));
+    let size = short[0].distance(short[1]);
+    let [apart, shared] = Cave::NEIGHBOURS;
+    if (parts[1] - parts[0]).abs() < shared * size {
+        return None;
+    }
+    // From the long edge to the short one, at both ends of the part that they share.
+    let offsets = parts.map(|part| {
+        let share = (part - places[0]) / (places[1] - places[0]);
+        short[0].lerp(short[1], share) - (long[0] + part * along)
+    });
+    let farthest = offsets.map(DVec3::length).into_iter().fold(0.0, f64::max);
+    if farthest > apart * size {
+        return None;
+    }
+    let middles = [edge, other].map(|[from, to]| from.midpoint(to));
+    let outwards = (middles[0] - wall.middle()).normalize_or_zero()
+        - (middles[1] - other_wall.middle()).normalize_or_zero();
+    let between = if short == edge { -1.0 } else { 1.0 } * (offsets[0] + offsets[1]);
+    Some(if between.dot(outwards) < 0.0 {
+        -farthest
+    } else {
+        farthest
+    })
+}
