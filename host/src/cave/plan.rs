@@ -108,7 +108,7 @@ impl Plan<'_> {
     /// Least width of the table.
     const TABLE: f64 = 104.0;
     /// Denominators of the page's scale, times powers of ten.
-    const SCALES: [f64; 6] = [1.0, 1.5, 2.0, 2.5, 5.0, 7.5];
+    const SCALES: [f64; 9] = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5];
 
     /// Returns the page.
     pub fn svg(&self) -> String {
@@ -163,8 +163,11 @@ impl Plan<'_> {
         sheet.text(name, Anchor::Middle, "side", frame.side.name);
         grid(frame, sheet);
         let colours: Vec<_> = self.cave.screens().zip(sheet::colours()).collect();
-        for (screen, colour) in &colours {
-            shape(*screen, frame, colour, sheet);
+        // What is cut away lies below, edges above.
+        for layer in [Layer::Cut, Layer::Face, Layer::Edge] {
+            for (screen, colour) in &colours {
+                shape(*screen, frame, layer, colour, sheet);
+            }
         }
         for (screen, colour) in &colours {
             self.field(*screen, frame, colour, sheet);
@@ -230,7 +233,7 @@ impl Plan<'_> {
         };
         row(
             y,
-            ["screen", "size", "pixels", "field from here"],
+            ["screen", "size", "pixels", "field from the eyes"],
             "heading",
         );
         let screens = self.cave.screens().count();
@@ -338,22 +341,20 @@ fn grid(frame: &Frame, sheet: &mut Sheet) {
 /// Draws a bar whose length on the page stands for a whole length in the room.
 fn scale_bar(denominator: f64, sheet: &mut Sheet) {
     let scale = 1000.0 / denominator;
-    let step = grid_step(2.0 * scale);
+    let step = grid_step(scale);
     let start = DVec2::new(Plan::MARGIN, Sheet::SIZE.y - Plan::MARGIN);
+    let at = |part: f64| start + part * step * scale * DVec2::X;
+    // Steps are 1, 2 or 5 times a power of ten: without the last bits of products.
+    let length = |part: f64| (part * step * 1.0e9).round() / 1.0e9;
     for part in 0..4 {
-        let from = start + f64::from(part) * step * scale * DVec2::X;
-        sheet.bar(from, step * scale, part % 2 == 0);
-        let text = format!("{}", f64::from(part) * step);
-        sheet.text(from - 2.6 * DVec2::Y, Anchor::Middle, "note", &text);
+        sheet.bar(at(f64::from(part)), step * scale, part % 2 == 0);
     }
-    let end = start + 4.0 * step * scale * DVec2::X;
-    let text = format!("{} m", 4.0 * step);
-    sheet.text(end - 2.6 * DVec2::Y, Anchor::Middle, "note", &text);
-    let text = format!(
-        "1 : {denominator} on A4; the grid is {} m",
-        grid_step(scale)
-    );
-    sheet.text(end + DVec2::new(9.0, 1.2), Anchor::Start, "note", &text);
+    for (part, unit) in [(0.0, ""), (2.0, ""), (4.0, " m")] {
+        let text = format!("{}{unit}", length(part));
+        sheet.text(at(part) - 1.6 * DVec2::Y, Anchor::Middle, "note", &text);
+    }
+    let text = format!("1 : {denominator} on A4, grid {} m", length(1.0));
+    sheet.text(at(4.0) + DVec2::new(7.0, 1.2), Anchor::Start, "note", &text);
 }
 
 /// Returns points all over a screen: metres, in the room.
@@ -372,16 +373,34 @@ fn around(radius: f64) -> impl Iterator<Item = DVec2> {
     (0..=72).map(move |step| radius * DVec2::from_angle(f64::from(step).to_radians() * 5.0))
 }
 
-fn shape(screen: Screen<'_>, frame: &Frame, colour: &str, sheet: &mut Sheet) {
+/// How a wall is seen, in the order of drawing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Layer {
+    /// From behind.
+    Cut,
+    /// From the front.
+    Face,
+    /// From its edge.
+    Edge,
+}
+
+fn shape(screen: Screen<'_>, frame: &Frame, layer: Layer, colour: &str, sheet: &mut Sheet) {
     match screen {
         Screen::Wall(wall) => {
             let corners = wall.corners().map(|corner| frame.at(corner));
-            match frame.side.towards(wall.normal()) {
-                ..-0.05 => sheet.outline(&corners, colour, "cut"),
-                0.05.. => sheet.filled(&corners, colour),
-                _ => sheet.outline(&corners, colour, "edge"),
+            let own = match frame.side.towards(wall.normal()) {
+                ..-0.05 => Layer::Cut,
+                0.05.. => Layer::Face,
+                _ => Layer::Edge,
+            };
+            match layer {
+                _ if layer != own => {}
+                Layer::Cut => sheet.outline(&corners, colour, "cut"),
+                Layer::Face => sheet.filled(&corners, colour),
+                Layer::Edge => sheet.outline(&corners, colour, "edge"),
             }
         }
+        Screen::Dome(_) if layer != Layer::Face => {}
         Screen::Dome(dome) => {
             let places: Vec<DVec2> = surface(screen).iter().map(|&one| frame.at(one)).collect();
             sheet.filled(&hull(places), colour);
@@ -430,7 +449,7 @@ fn name_of(screen: Screen<'_>, frame: &Frame, colour: &str, sheet: &mut Sheet) {
                 let middle = ends[0].midpoint(ends[1]);
                 let outwards = frame.side.place(-wall.normal()) * DVec2::new(1.0, -1.0);
                 let mut along = (ends[1] - ends[0]).normalize_or(DVec2::X);
-                if along.x < -1.0e-6 || along.x < 1.0e-6 && along.y > 0.0 {
+                if along.x < -0.1 || along.x < 0.1 && along.y > 0.0 {
                     along = -along;
                 }
                 // Letters stand on a line, so below one they are farther away.

@@ -4,24 +4,9 @@ use super::{Cave, DomeScreen, Screen, Wall};
 use glam::{DVec2, DVec3};
 
 impl Wall {
-    /// Largest difference of a rectangle's angle from 90°, degrees.
-    const SQUARE: f64 = 0.1;
-
     /// Returns the angle between the lower and the left edge, degrees: 90 for a rectangle.
     pub fn angle_degrees(&self) -> f64 {
         self.across().angle_between(self.upward()).to_degrees()
-    }
-
-    /// Returns a sentence about a wall that is not a rectangle.
-    pub fn skew(&self) -> Option<String> {
-        let angle = self.angle_degrees();
-        ((angle - 90.0).abs() > Self::SQUARE).then(|| {
-            format!(
-                "wall \"{}\" is skewed: its edges meet at {angle:.2}°, so its picture is a \
-                 parallelogram; if the wall is a rectangle, correct upper_left",
-                self.name
-            )
-        })
     }
 
     /// Returns lower left, lower right, upper right and upper left: metres, in the room.
@@ -91,12 +76,28 @@ impl Cave {
     /// Shares of the shorter of two edges up to which they count as neighbours: how far apart they
     /// are, and how much of the shorter one has to lie along the other.
     const NEIGHBOURS: [f64; 2] = [0.1, 0.5];
+    /// Largest difference of a rectangle's angle from 90°, degrees.
+    const SQUARE: f64 = 0.1;
     /// Smallest gap at a seam that is worth a remark, metres.
     const GAP: f64 = 0.001;
 
-    /// Returns a sentence about each wall that is not a rectangle.
-    pub fn skewed(&self) -> impl Iterator<Item = String> {
-        self.walls.iter().filter_map(Wall::skew)
+    /// Returns a sentence about the walls that are not rectangles, if there are any.
+    pub fn skewed(&self) -> Option<String> {
+        let walls = self
+            .walls
+            .iter()
+            .map(|wall| (&wall.name, wall.angle_degrees()));
+        let skewed = walls.filter(|(_, angle)| (angle - 90.0).abs() > Self::SQUARE);
+        let named: Vec<String> = skewed
+            .map(|(name, angle)| format!("\"{name}\" ({angle:.2}°)"))
+            .collect();
+        (!named.is_empty()).then(|| {
+            format!(
+                "not at right angles, and therefore shown as parallelograms: {}; where a wall is \
+                 a rectangle, correct its upper_left",
+                named.join(", ")
+            )
+        })
     }
 
     /// Returns a sentence about each seam at which walls leave a gap or overlap.
@@ -168,4 +169,50 @@ fn gap(edge: [DVec3; 2], wall: &Wall, other: [DVec3; 2], other_wall: &Wall) -> O
     } else {
         farthest
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cave::BuiltInCave;
+
+    #[test]
+    fn skewed_walls_and_open_seams_are_named_with_their_sizes() {
+        let cave = Cave::built_in(BuiltInCave::Cube, [4; 2]).unwrap();
+        assert_eq!((cave.skewed(), cave.open_seams()), (None, Vec::new()));
+        let [mut gap, mut overlap, mut skewed] = [cave.clone(), cave.clone(), cave];
+        // The front wall ends 12 mm before the right one.
+        gap.walls[0].lower_right.x -= 0.012;
+        let remarks = gap.open_seams();
+        assert!(remarks[0].contains("\"front\" and \"right\" leave a gap of up to 12.0 mm"));
+        assert_eq!(remarks.len(), 1, "{remarks:?}");
+        // The floor reaches 5 mm behind the front wall's plane.
+        overlap.walls[4].upper_left.z -= 0.005;
+        let remarks = overlap.open_seams();
+        assert!(remarks[0].contains("\"front\" and \"floor\" overlap by up to 5.0 mm"));
+        assert_eq!(remarks.len(), 1, "{remarks:?}");
+        skewed.walls[1].upper_left.z += 0.0053;
+        assert_eq!(skewed.skewed(), None);
+        skewed.walls[1].upper_left.z += 0.0947;
+        let remark = skewed.skewed().unwrap();
+        assert!(remark.contains("\"left\" (91.91°);"), "{remark}");
+    }
+
+    #[test]
+    fn fields_of_view_are_angles_at_the_eye() {
+        let cave = Cave::built_in(BuiltInCave::ThreeWall, [4; 2]).unwrap();
+        let eye = DVec3::new(1.5 - 1e-3, 0.0, 0.0);
+        let [across, upward] = cave.screens().next().unwrap().field_from(eye).unwrap();
+        assert!((across - 63.4).abs() < 0.1 && (upward - 90.0).abs() < 1e-9);
+        let behind = DVec3::new(0.0, 0.0, -2.0);
+        assert_eq!(cave.screens().next().unwrap().field_from(behind), None);
+        let dome = Cave::built_in(BuiltInCave::Dome, [4; 2]).unwrap();
+        let field = dome
+            .screens()
+            .next()
+            .unwrap()
+            .field_from(dome.domes[0].centre);
+        let [across, upward] = field.unwrap();
+        assert!((across - 180.0).abs() < 1e-9 && (upward - 180.0).abs() < 1e-9);
+    }
 }

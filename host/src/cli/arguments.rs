@@ -105,7 +105,9 @@ impl WallsName {
     /// columns and rows.
     pub fn cave(&self, size: [u32; 2]) -> Result<Cave, Failure> {
         let cave = self.cave_without_remarks(size)?;
-        cave.skewed().for_each(|remark| warn(&remark));
+        if let Some(remark) = cave.skewed() {
+            warn(&remark);
+        }
         Ok(cave)
     }
 

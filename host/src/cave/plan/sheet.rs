@@ -30,10 +30,10 @@ stroke-width: 0.9px; stroke-linejoin: round; }
 .axis { stroke: #ccc; stroke-width: 0.3px; }
 .rule { stroke: #999; stroke-width: 0.2px; }
 .edge { fill: none; stroke-width: 1px; stroke-linejoin: round; stroke-linecap: round; }
-.face { fill-opacity: 0.1; stroke-width: 0.4px; stroke-linejoin: round; }
+.face { fill-opacity: 0.06; stroke-width: 0.4px; stroke-linejoin: round; }
 .cut { fill: none; stroke-width: 0.3px; stroke-dasharray: 1.6 1.2; }
 .thin { fill: none; stroke-width: 0.15px; }
-.field { fill-opacity: 0.06; stroke-width: 0.2px; stroke-dasharray: 0.8 0.8; stroke-opacity: 0.7; }
+.field { fill-opacity: 0.07; stroke-width: 0.2px; stroke-dasharray: 0.8 0.8; stroke-opacity: 0.7; }
 .head { fill: #fff; stroke: #222; stroke-width: 0.4px; }
 .look { stroke: #222; stroke-width: 0.4px; stroke-linecap: round; }
 .eye { fill: #222; }

@@ -29,7 +29,7 @@ pub(in crate::cli) struct Report {
     walls: Vec<String>,
     /// What the file has besides, which is not taken.
     ignored: Vec<String>,
-    /// Sentences about skewed walls and open seams.
+    /// Sentences about walls not at right angles and open seams.
     remarks: Vec<String>,
     /// File of the room.
     path: String,
@@ -50,7 +50,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         program: room.program,
         walls: cave.walls.iter().map(|wall| wall.name.clone()).collect(),
         ignored: room.ignored,
-        remarks: cave.skewed().chain(cave.open_seams()).collect(),
+        remarks: cave.skewed().into_iter().chain(cave.open_seams()).collect(),
         path: path.display().to_string(),
     };
     print(&report, arguments.json)

@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let cave = arguments.walls.cave_without_remarks([arguments.size; 2])?;
     let (head, look) = (arguments.head.0, arguments.look.basis());
     let half = 0.5 * DEFAULT_INTERPUPILLARY_DISTANCE * look.right;
-    let mut remarks: Vec<String> = cave.skewed().chain(cave.open_seams()).collect();
+    let mut remarks: Vec<String> = cave.skewed().into_iter().chain(cave.open_seams()).collect();
     for screen in cave.screens() {
         // Not `check_eye`: that names the first screen alone.
         remarks.extend(screen.view_from(head).err().map(|fault| fault.to_string()));
