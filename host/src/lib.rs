@@ -106,6 +106,7 @@ pub mod dome;
 pub mod files;
 pub mod live;
 pub mod picture;
+pub mod projection;
 pub mod render;
 pub mod scene;
 pub mod show;

@@ -1,6 +1,7 @@
-//! Walls from rooms of other programs: Vrui, VR Juggler, MiddleVR.
+//! Walls from rooms of other programs: nDisplay, Vrui, VR Juggler, MiddleVR.
 
 mod middlevr;
+mod ndisplay;
 mod vr_juggler;
 mod vrui;
 
@@ -14,7 +15,7 @@ use roxmltree::Document;
 pub struct ImportedRoom {
     /// The program.
     pub program: &'static str,
-    /// In the order of the file, with a pixel each: the file's screens have none of their own.
+    /// In the order of the file.
     pub walls: Vec<Wall>,
     /// What the file has and a room's file has not: words for a message.
     pub ignored: Vec<String>,
@@ -24,14 +25,19 @@ impl ImportedRoom {
     /// Farthest that a fourth corner may be from the other three's parallelogram, metres.
     const FOURTH_CORNER: f64 = 0.001;
 
-    /// Reads a file of Vrui (`.cfg`), VR Juggler (`.jconf`) or MiddleVR (`.vrx`). `section` is the
-    /// root section of a Vrui file that has several with screens.
+    /// Reads a file of nDisplay (`.ndisplay`), Vrui (`.cfg`), VR Juggler (`.jconf`) or MiddleVR
+    /// (`.vrx`). `section` is the root section of a Vrui file that has several with screens. Screens
+    /// have `size` pixels, those of nDisplay what the file says.
     ///
     /// # Errors
     /// Text that is none of these or has no screens; screens without a size or a place; four
     /// corners that are no parallelogram; walls as [`Cave::new`].
-    pub fn from_text(text: &str, section: Option<&str>) -> Result<Self, Fault> {
-        let room = if text.trim_start().starts_with('<') {
+    pub fn from_text(text: &str, section: Option<&str>, size: [u32; 2]) -> Result<Self, Fault> {
+        let start = text.trim_start();
+        let mut room = if start.starts_with('{') {
+            let room = ndisplay::read(text, size);
+            return room.map_err(|fault| Fault::of(&fault));
+        } else if start.starts_with('<') {
             let document = Document::parse(text).map_err(|error| {
                 Fault::new(
                     format!("this is not valid XML: {error}"),
@@ -52,6 +58,7 @@ impl ImportedRoom {
                  displays, or a .vrx of MiddleVR",
             ));
         }
+        room.walls.iter_mut().for_each(|wall| wall.pixels = size);
         // Two of one name cannot be in a room.
         Cave::new(room.walls.clone()).map_err(|fault| Fault::of(&fault))?;
         Ok(room)
@@ -61,7 +68,10 @@ impl ImportedRoom {
 impl ImportedRoom {
     /// Returns the text of a room's file.
     pub fn to_toml(&self) -> String {
-        let entries = self.walls.iter().map(|wall| wall.to_toml(None));
+        let entries = self
+            .walls
+            .iter()
+            .map(|wall| wall.to_toml(Some(wall.pixels)));
         entries.collect::<Vec<_>>().join("\n")
     }
 }

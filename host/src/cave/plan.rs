@@ -3,12 +3,19 @@
 //! [`Plan::svg`] draws an A4 page. Angles are the fields of view of the screens from the middle of
 //! the viewer's eyes.
 
+mod beam;
+mod shape;
 mod sheet;
+mod table;
+
+pub use beam::Beam;
 
 use super::look::ViewBasis;
 use super::{Cave, Screen};
 use glam::{DVec2, DVec3};
+use shape::{Layer, surface};
 use sheet::{Anchor, Sheet};
+use table::Table;
 
 /// A room, its viewer, and what is to be said of them.
 #[derive(Debug, Clone)]
@@ -21,6 +28,8 @@ pub struct Plan<'a> {
     pub eyes: [DVec3; 2],
     /// Where the viewer looks.
     pub look: ViewBasis,
+    /// The room's projectors.
+    pub beams: &'a [Beam<'a>],
     /// Sentences below the table.
     pub remarks: &'a [String],
 }
@@ -139,7 +148,8 @@ impl Plan<'_> {
         let title = DVec2::new(Self::MARGIN, 17.0);
         sheet.text(title, Anchor::Start, "title", self.title);
         let table = beside.max(Sheet::SIZE.x - Self::MARGIN - 1.35 * Self::TABLE);
-        self.table(DVec2::new(table, Self::TOP - 8.0), below - 14.0, &mut sheet);
+        let corner = DVec2::new(table, Self::TOP - 8.0);
+        Table::new(corner, below - 14.0, &mut sheet).write(self);
         scale_bar(denominator, &mut sheet);
         sheet.finish()
     }
@@ -150,6 +160,7 @@ impl Plan<'_> {
         for screen in self.cave.screens() {
             points.extend(surface(screen));
         }
+        points.extend(self.beams.iter().filter_map(Beam::lens));
         points
     }
 
@@ -166,44 +177,35 @@ impl Plan<'_> {
         // What is cut away lies below, edges above.
         for layer in [Layer::Cut, Layer::Face, Layer::Edge] {
             for (screen, colour) in &colours {
-                shape(*screen, frame, layer, colour, sheet);
+                shape::draw(*screen, frame, layer, colour, sheet);
             }
         }
         for (screen, colour) in &colours {
             self.field(*screen, frame, colour, sheet);
         }
         for (screen, colour) in &colours {
-            name_of(*screen, frame, colour, sheet);
+            shape::write_name(*screen, frame, colour, sheet);
+        }
+        for beam in self.beams {
+            beam.draw(frame, sheet);
         }
         self.viewer(frame, sheet);
     }
 
-    /// Draws the field of a wall that is seen from its edge.
+    /// Draws the field of a screen that is seen from its edge.
     fn field(&self, screen: Screen<'_>, frame: &Frame, colour: &str, sheet: &mut Sheet) {
-        let (Screen::Wall(wall), Some([across, upward])) =
-            (screen, screen.field_from(self.middle()))
-        else {
+        let field = screen.field_from(self.middle());
+        let (Some([across, upward]), Some(seen)) = (field, shape::edge_on(screen, frame)) else {
             return;
         };
         let eye = frame.at(self.middle());
-        let Some((ends, is_width)) = edge_on(wall, frame) else {
-            return;
-        };
-        let degrees = if is_width { across } else { upward };
-        let directions = ends.map(|end| (end - eye).normalize_or_zero());
-        sheet.wedge(eye, ends, colour);
-        let middle = (directions[0] + directions[1]).normalize_or_zero();
-        let reach = (ends[0].midpoint(ends[1]) - eye).length();
-        let radius = (0.45 * reach).min(13.0);
-        if reach > 8.0 {
-            let place = eye + radius * middle + DVec2::new(0.0, 1.0);
-            sheet.coloured_text(
-                place,
-                Anchor::Middle,
-                colour,
-                0.0,
-                &format!("{degrees:.1}°"),
-            );
+        let degrees = if seen.is_width { across } else { upward };
+        sheet.wedge(eye, seen.ends, colour);
+        let reach = seen.middle - eye;
+        if reach.length() > 8.0 {
+            let place = eye + (0.45 * reach).clamp_length_max(13.0) + DVec2::Y;
+            let text = format!("{degrees:.1}°");
+            sheet.coloured_text(place, Anchor::Middle, colour, 0.0, &text);
         }
     }
 
@@ -215,81 +217,6 @@ impl Plan<'_> {
         sheet.line(middle + radius * nose, middle + 2.2 * radius * nose, "look");
         for eye in self.eyes {
             sheet.circle(frame.at(eye), (0.012 * frame.scale).max(0.35), "eye");
-        }
-    }
-
-    /// Draws the table of the screens with its upper left corner at `corner`, and the remarks, down
-    /// to `bottom`.
-    fn table(&self, corner: DVec2, bottom: f64, sheet: &mut Sheet) {
-        let right = Sheet::SIZE.x - Self::MARGIN;
-        let width = right - corner.x;
-        let columns = [0.0, 0.46, 0.7, 1.0].map(|share| corner.x + share * width);
-        let anchors = [Anchor::Start, Anchor::End, Anchor::End, Anchor::End];
-        let mut y = corner.y;
-        let mut row = |y: f64, cells: [&str; 4], class: &str| {
-            for ((x, anchor), cell) in columns.into_iter().zip(anchors).zip(cells) {
-                sheet.text(DVec2::new(x, y), anchor, class, cell);
-            }
-        };
-        row(
-            y,
-            ["screen", "size", "pixels", "field from the eyes"],
-            "heading",
-        );
-        let screens = self.cave.screens().count();
-        let height = (0.7 * (bottom - y) / (screens as f64 + 1.0)).min(5.5);
-        for screen in self.cave.screens() {
-            y += height;
-            let field = match screen.field_from(self.middle()) {
-                Some([across, upward]) => format!("{across:.1}° × {upward:.1}°"),
-                None => "not from its front".to_owned(),
-            };
-            let (size, pixels) = match screen {
-                Screen::Wall(wall) => {
-                    let [width, height] = [wall.across(), wall.upward()].map(DVec3::length);
-                    let [columns, rows] = wall.pixels;
-                    (
-                        format!("{width:.3} × {height:.3} m"),
-                        format!("{columns} × {rows}"),
-                    )
-                }
-                Screen::Dome(dome) => (
-                    format!("radius {:.3} m", dome.radius),
-                    format!("{0} × {0}", dome.size),
-                ),
-            };
-            row(y, [screen.name(), &size, &pixels, &field], "cell");
-        }
-        let rule = corner.y + 1.8;
-        sheet.line(DVec2::new(corner.x, rule), DVec2::new(right, rule), "rule");
-        let mut y = corner.y;
-        for colour in sheet::colours().take(screens) {
-            y += height;
-            sheet.patch(DVec2::new(corner.x - 4.5, y - 2.2), &colour);
-        }
-        y += 3.0;
-        let [x, up, z] = self
-            .middle()
-            .to_array()
-            .map(|metres| (1e3 * metres).round() / 1e3 + 0.0);
-        let viewer = format!("Viewer's eyes: {x:.3}, {up:.3}, {z:.3} m (right, up, back)");
-        let letters = (width / 1.55) as usize;
-        for remark in [viewer].iter().chain(self.remarks) {
-            y += 1.5;
-            for line in wrapped(remark, letters) {
-                y += 3.9;
-                if y > bottom {
-                    let place = DVec2::new(corner.x, y);
-                    sheet.text(
-                        place,
-                        Anchor::Start,
-                        "note",
-                        "… more in the command's report",
-                    );
-                    return;
-                }
-                sheet.text(DVec2::new(corner.x, y), Anchor::Start, "note", &line);
-            }
         }
     }
 }
@@ -355,161 +282,4 @@ fn scale_bar(denominator: f64, sheet: &mut Sheet) {
     }
     let text = format!("1 : {denominator} on A4, grid {} m", length(1.0));
     sheet.text(at(4.0) + DVec2::new(7.0, 1.2), Anchor::Start, "note", &text);
-}
-
-/// Returns points all over a screen: metres, in the room.
-fn surface(screen: Screen<'_>) -> Vec<DVec3> {
-    match screen {
-        Screen::Wall(wall) => wall.corners().to_vec(),
-        Screen::Dome(dome) => {
-            let rings = (0..=16).flat_map(|ring| around(f64::from(ring) / 16.0));
-            rings.map(|place| dome.point(place)).collect()
-        }
-    }
-}
-
-/// Returns places on a ring of the unit disc, once round.
-fn around(radius: f64) -> impl Iterator<Item = DVec2> {
-    (0..=72).map(move |step| radius * DVec2::from_angle(f64::from(step).to_radians() * 5.0))
-}
-
-/// How a wall is seen, in the order of drawing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Layer {
-    /// From behind.
-    Cut,
-    /// From the front.
-    Face,
-    /// From its edge.
-    Edge,
-}
-
-fn shape(screen: Screen<'_>, frame: &Frame, layer: Layer, colour: &str, sheet: &mut Sheet) {
-    match screen {
-        Screen::Wall(wall) => {
-            let corners = wall.corners().map(|corner| frame.at(corner));
-            let own = match frame.side.towards(wall.normal()) {
-                ..-0.05 => Layer::Cut,
-                0.05.. => Layer::Face,
-                _ => Layer::Edge,
-            };
-            match layer {
-                _ if layer != own => {}
-                Layer::Cut => sheet.outline(&corners, colour, "cut"),
-                Layer::Face => sheet.filled(&corners, colour),
-                Layer::Edge => sheet.outline(&corners, colour, "edge"),
-            }
-        }
-        Screen::Dome(_) if layer != Layer::Face => {}
-        Screen::Dome(dome) => {
-            let places: Vec<DVec2> = surface(screen).iter().map(|&one| frame.at(one)).collect();
-            sheet.filled(&hull(places), colour);
-            for ring in [1.0, 2.0 / 3.0, 1.0 / 3.0] {
-                let line: Vec<DVec2> = around(ring).map(|at| frame.at(dome.point(at))).collect();
-                let class = if ring == 1.0 { "edge" } else { "thin" };
-                sheet.outline(&line, colour, class);
-            }
-            for meridian in 0..4 {
-                let way = DVec2::from_angle(f64::from(meridian) * 45f64.to_radians());
-                let along = (-16..=16).map(|step| f64::from(step) / 16.0 * way);
-                let line: Vec<DVec2> = along.map(|at| frame.at(dome.point(at))).collect();
-                sheet.open_line(&line, colour);
-            }
-        }
-    }
-}
-
-/// Returns the ends of a wall that is seen from its edge, and whether its width is seen.
-fn edge_on(wall: &super::Wall, frame: &Frame) -> Option<([DVec2; 2], bool)> {
-    if frame.side.towards(wall.normal()).abs() > 0.5 {
-        return None;
-    }
-    let [lower_left, lower_right, _, upper_left] = wall.corners();
-    let middles = [
-        [lower_left, lower_right].map(|corner| corner + 0.5 * wall.upward()),
-        [lower_left, upper_left].map(|corner| corner + 0.5 * wall.across()),
-    ];
-    let [width, height] = middles.map(|ends| ends.map(|end| frame.at(end)));
-    let is_width = width[0].distance(width[1]) >= height[0].distance(height[1]);
-    Some((if is_width { width } else { height }, is_width))
-}
-
-/// Writes a screen's name and size beside it, or in its lower left corner.
-fn name_of(screen: Screen<'_>, frame: &Frame, colour: &str, sheet: &mut Sheet) {
-    let name = screen.name();
-    match screen {
-        Screen::Wall(wall) => {
-            if let Some((ends, is_width)) = edge_on(wall, frame) {
-                let edge = if is_width {
-                    wall.across()
-                } else {
-                    wall.upward()
-                };
-                let text = format!("{name}  {:.2} m", edge.length());
-                let middle = ends[0].midpoint(ends[1]);
-                let outwards = frame.side.place(-wall.normal()) * DVec2::new(1.0, -1.0);
-                let mut along = (ends[1] - ends[0]).normalize_or(DVec2::X);
-                if along.x < -0.1 || along.x < 0.1 && along.y > 0.0 {
-                    along = -along;
-                }
-                // Letters stand on a line, so below one they are farther away.
-                let up = DVec2::new(along.y, -along.x);
-                let distance = if up.dot(outwards) > 0.0 { 1.6 } else { 4.0 };
-                let place = middle + distance * outwards.normalize_or_zero();
-                let turn = along.to_angle().to_degrees();
-                sheet.coloured_text(place, Anchor::Middle, colour, turn, &text);
-            } else if frame.side.towards(wall.normal()) > 0.0 {
-                let corners = wall.corners().map(|corner| frame.at(corner));
-                let lowest = |at: DVec2| at.y - at.x;
-                let corner = corners
-                    .into_iter()
-                    .max_by(|a, b| lowest(*a).total_cmp(&lowest(*b)));
-                let place = corner.unwrap_or_default() + DVec2::new(2.0, -2.0);
-                sheet.coloured_text(place, Anchor::Start, colour, 0.0, name);
-            }
-        }
-        Screen::Dome(dome) => {
-            let [least, most] = frame.side.extent(&surface(screen));
-            let below = DVec2::new(0.5 * (least.x + most.x), least.y);
-            let text = format!("{name}  radius {:.2} m", dome.radius);
-            let place = frame.on_page(below) + 4.5 * DVec2::Y;
-            sheet.coloured_text(place, Anchor::Middle, colour, 0.0, &text);
-        }
-    }
-}
-
-/// Returns the convex hull of points, once round.
-fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
-    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    let half = |points: &mut dyn Iterator<Item = DVec2>| {
-        let mut chain: Vec<DVec2> = Vec::new();
-        for point in points {
-            while let [.., before, last] = chain.as_slice()
-                && (last - before).perp_dot(point - last) <= 0.0
-            {
-                chain.pop();
-            }
-            chain.push(point);
-        }
-        chain.pop();
-        chain
-    };
-    let mut round = half(&mut points.iter().copied());
-    round.append(&mut half(&mut points.iter().rev().copied()));
-    round
-}
-
-/// Breaks a text into lines of at most so many letters, where words allow.
-fn wrapped(text: &str, letters: usize) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + word.chars().count() < letters => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
 }

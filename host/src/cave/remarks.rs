@@ -1,6 +1,6 @@
 //! What is unusual about a room, in sentences: skewed walls, gaps at seams; and the fields of view.
 
-use super::{Cave, DomeScreen, Screen, Wall};
+use super::{Cave, CylinderScreen, DomeScreen, Screen, Wall};
 use glam::{DVec2, DVec3};
 
 impl Wall {
@@ -60,14 +60,29 @@ impl DomeScreen {
     }
 }
 
+impl CylinderScreen {
+    fn field_from(&self, eye: DVec3) -> Option<[f64; 2]> {
+        let seen = |s, t| self.point(DVec2::new(s, t)) - eye;
+        let [left, middle, right] =
+            [0.0, 0.5, 1.0].map(|s| seen(s, 0.5) * DVec3::new(1.0, 0.0, 1.0));
+        self.view_from(eye).is_ok().then(|| {
+            [
+                (left.angle_between(middle) + middle.angle_between(right)).to_degrees(),
+                seen(0.5, 0.0).angle_between(seen(0.5, 1.0)).to_degrees(),
+            ]
+        })
+    }
+}
+
 impl Screen<'_> {
     /// Returns the angles that the screen fills as seen from `eye` (metres, in the room), degrees:
     /// between the left and right edges, and between the lower and upper ones; over the zenith of a
-    /// dome. `None` where the eye does not see its front.
+    /// dome, in the middle of a cylinder. `None` where the eye does not see its front.
     pub fn field_from(self, eye: DVec3) -> Option<[f64; 2]> {
         match self {
             Self::Wall(wall) => wall.field_from(eye),
             Self::Dome(dome) => dome.field_from(eye),
+            Self::Cylinder(cylinder) => cylinder.field_from(eye),
         }
     }
 }

@@ -90,7 +90,7 @@ fn walls_of_three_programs_are_the_same() {
         (MIDDLEVR.to_owned(), "\"Centre\""),
         (vr_juggler(), "windows"),
     ] {
-        let room = ImportedRoom::from_text(&text, None).unwrap();
+        let room = ImportedRoom::from_text(&text, None, [9; 2]).unwrap();
         let program = room.program;
         assert_eq!(room.walls.len(), 2, "{program}");
         for (wall, (name, corners)) in room.walls.iter().zip(WALLS) {
@@ -126,10 +126,10 @@ fn files_that_are_no_rooms_are_refused_with_what_is_wrong() {
         ("<configuration>".to_owned(), "XML"),
         (String::new(), "no file of Vrui"),
     ] {
-        let error = ImportedRoom::from_text(&text, None)
+        let error = ImportedRoom::from_text(&text, None, [9; 2])
             .unwrap_err()
             .to_string();
         assert!(error.contains(says), "{says}: {error}");
     }
-    assert!(ImportedRoom::from_text(&several, Some("Desk")).is_ok());
+    assert!(ImportedRoom::from_text(&several, Some("Desk"), [9; 2]).is_ok());
 }

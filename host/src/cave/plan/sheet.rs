@@ -34,6 +34,10 @@ stroke-width: 0.9px; stroke-linejoin: round; }
 .cut { fill: none; stroke-width: 0.3px; stroke-dasharray: 1.6 1.2; }
 .thin { fill: none; stroke-width: 0.15px; }
 .field { fill-opacity: 0.07; stroke-width: 0.2px; stroke-dasharray: 0.8 0.8; stroke-opacity: 0.7; }
+.beam { fill: #f0e442; fill-opacity: 0.16; stroke: #7a7000; stroke-width: 0.15px; }
+.lit { fill: none; stroke: #222; stroke-width: 0.3px; stroke-dasharray: 0.4 1; stroke-linecap: round; }
+.lens { fill: #222; stroke: #fff; stroke-width: 0.3px; }
+.device { font-size: 2.8px; fill: #222; paint-order: stroke; stroke: #fff; stroke-width: 0.8px; }
 .head { fill: #fff; stroke: #222; stroke-width: 0.4px; }
 .look { stroke: #222; stroke-width: 0.4px; stroke-linecap: round; }
 .eye { fill: #222; }
@@ -101,6 +105,14 @@ impl Sheet {
         let points = list(points);
         self.push(format_args!(
             "<polygon points=\"{points}\" class=\"face\" fill=\"{colour}\" stroke=\"{colour}\"/>"
+        ));
+    }
+
+    /// Draws a polygon that looks as its class says.
+    pub(super) fn shaded(&mut self, points: &[DVec2], class: &str) {
+        let points = list(points);
+        self.push(format_args!(
+            "<polygon points=\"{points}\" class=\"{class}\"/>"
         ));
     }
 

@@ -1,17 +1,22 @@
 //! `shisen room import`: walls from rooms of other programs.
 
+use crate::cave::Wall;
 use crate::cave::import::ImportedRoom;
 use crate::cli::prelude::*;
-use crate::files::{read_text, write_atomically};
+use crate::files::{UNREAD, read_text, write_atomically};
 
-/// Takes the walls from a room of Vrui, VR Juggler or MiddleVR
+/// Takes the walls from a room of nDisplay, Vrui, VR Juggler or MiddleVR
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
-    /// Vrui.cfg, a .jconf of VR Juggler, or a .vrx of MiddleVR
+    /// A .ndisplay, a Vrui.cfg, a .jconf of VR Juggler or a .vrx of MiddleVR
     file: PathBuf,
     /// File of the room to write, for --walls
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
+    /// Pixels along each side of a screen whose file does not say
+    #[arg(long, value_name = "PIXELS", default_value_t = 1024,
+          value_parser = whole::<u32>(1..=Wall::MOST_PIXELS))]
+    size: u32,
     /// Root section of a Vrui.cfg with several rooms
     #[arg(long, value_name = "NAME")]
     section: Option<String>,
@@ -23,7 +28,7 @@ pub(in crate::cli) struct Arguments {
 /// An imported room.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(in crate::cli) struct Report {
-    /// Program whose room it is: Vrui, VR Juggler or MiddleVR.
+    /// Program whose room it is: nDisplay, Vrui, VR Juggler or MiddleVR.
     program: &'static str,
     /// Names of the walls.
     walls: Vec<String>,
@@ -38,10 +43,9 @@ pub(in crate::cli) struct Report {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = &arguments.file;
     let text = read_text(file).map_err(|reason| {
-        let help = "check the file's name and permissions; it has to be text";
-        Fault::new(format!("{}: cannot read: {reason}", file.display()), help)
+        Fault::new(format!("{}: cannot read: {reason}", file.display()), UNREAD)
     })?;
-    let room = ImportedRoom::from_text(&text, arguments.section.as_deref())?;
+    let room = ImportedRoom::from_text(&text, arguments.section.as_deref(), [arguments.size; 2])?;
     let path = &arguments.out;
     write_atomically(path, |out| out.write_all(room.to_toml().as_bytes()))
         .map_err(Fault::write(path))?;

@@ -1,7 +1,7 @@
 //! `shisen room show`: a room drawn to scale.
 
 use crate::cave::look::{Point, ViewDirection};
-use crate::cave::plan::Plan;
+use crate::cave::plan::{Beam, Plan};
 use crate::cave::{DEFAULT_INTERPUPILLARY_DISTANCE, Screen};
 use crate::cli::arguments::WallsName;
 use crate::cli::prelude::*;
@@ -11,7 +11,7 @@ use glam::DVec3;
 /// Draws a room to scale: plan, elevations, fields of view
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
-    /// three-wall, cube, dome, or a TOML file of walls and domes
+    /// three-wall, cube, dome, or a TOML file of walls, domes, cylinders and projectors
     #[arg(value_name = "NAME|FILE")]
     walls: WallsName,
     /// File of the drawing, SVG, an A4 page
@@ -48,6 +48,8 @@ pub(in crate::cli) struct Arguments {
 pub(in crate::cli) struct Report {
     /// Screens, in the order of their pictures.
     screens: Vec<ScreenReport>,
+    /// Projectors, in the order of the file.
+    projectors: Vec<ProjectorReport>,
     /// What is unusual: skewed walls, open seams, screens that the viewer does not see.
     remarks: Vec<String>,
     /// File of the drawing.
@@ -59,15 +61,28 @@ pub(in crate::cli) struct Report {
 struct ScreenReport {
     /// Name.
     name: String,
-    /// Width of a wall, diameter of a dome: metres.
+    /// Width of a wall, diameter of a dome, way along a cylinder: metres.
     width_m: f64,
-    /// Height of a wall, diameter of a dome: metres.
+    /// Height of a wall or a cylinder, diameter of a dome: metres.
     height_m: f64,
     /// Angle between its left and right edges from the viewer's place, degrees; null where the
     /// viewer does not see its front.
     horizontal_degrees: Option<f64>,
     /// Angle between its lower and upper edges, likewise.
     vertical_degrees: Option<f64>,
+}
+
+/// A projector.
+#[derive(Debug, Serialize, JsonSchema)]
+struct ProjectorReport {
+    /// Name.
+    name: String,
+    /// Name of its screen.
+    screen: String,
+    /// Position of its lens in the room, metres; null where the room does not say.
+    position_m: Option<[f64; 3]>,
+    /// Share of its picture that lies on the screen, 0 to 1.
+    share: f64,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -79,6 +94,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         // Not `check_eye`: that names the first screen alone.
         remarks.extend(screen.view_from(head).err().map(|fault| fault.to_string()));
     }
+    let beams = Beam::all(&cave)?;
     let title = match &arguments.walls {
         WallsName::BuiltIn(which) => which.name().to_owned(),
         WallsName::File(path) => path.display().to_string(),
@@ -88,6 +104,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         cave: &cave,
         eyes: [head - half, head + half],
         look,
+        beams: &beams,
         remarks: &remarks,
     };
     let (path, svg) = (&arguments.out, plan.svg());
@@ -97,6 +114,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             .screens()
             .map(|screen| ScreenReport::new(screen, head))
             .collect(),
+        projectors: beams.iter().map(ProjectorReport::new).collect(),
         remarks,
         path: path.display().to_string(),
     };
@@ -111,6 +129,10 @@ impl ScreenReport {
                 [lower_right, upper_left].map(|corner| corner.distance(lower_left))
             }
             Screen::Dome(dome) => [2.0 * dome.radius; 2],
+            Screen::Cylinder(cylinder) => {
+                let [low, high] = cylinder.height;
+                [cylinder.width(), high - low]
+            }
         };
         let field = screen.field_from(head);
         Self {
@@ -119,6 +141,17 @@ impl ScreenReport {
             height_m,
             horizontal_degrees: field.map(|[across, _]| across),
             vertical_degrees: field.map(|[_, upward]| upward),
+        }
+    }
+}
+
+impl ProjectorReport {
+    fn new(beam: &Beam<'_>) -> Self {
+        Self {
+            name: beam.projector.name.clone(),
+            screen: beam.screen.name().to_owned(),
+            position_m: beam.lens().map(|place| place.to_array()),
+            share: beam.share,
         }
     }
 }
@@ -137,6 +170,14 @@ impl fmt::Display for Report {
                 (Some(across), Some(upward)) => write!(f, "{across:>12.1}°{upward:>10.1}°")?,
                 _ => write!(f, "{:>24}", "not from its front")?,
             }
+        }
+        for projector in &self.projectors {
+            let (name, screen, percent) = (&projector.name, &projector.screen, projector.share);
+            write!(
+                f,
+                "\nprojector {name}: {:.0} % on {screen}",
+                100.0 * percent
+            )?;
         }
         for remark in &self.remarks {
             write!(f, "\n{remark}")?;
