@@ -99,22 +99,22 @@ impl Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let cave = arguments.room.cave()?;
     let pose = arguments.room.head();
-    let eyes = arguments.room.eyes(pose);
+    let mut eyes = arguments.room.eyes(pose);
     let (forward, up) = arguments.room.directions(pose);
     (arguments.room).check_camera(arguments.model.camera.as_deref())?;
     let mut observers = arguments.lod.observers(eyes.clone(), (forward, up), 0.0)?;
     let looked = arguments.fill.looked(&arguments.lod)?;
     arguments.room.check_stereo(arguments.stereo)?;
     // Checked before anything large is loaded or any file is written.
-    for (_, position) in eyes.clone() {
-        cave.check_eye(position)?;
-    }
+    arguments.room.check_eyes(&cave, pose)?;
     let mut cameras = arguments.cameras(&observers, (forward, up))?;
     let quiet = arguments.quiet;
     let model = arguments.model.within(&cave);
     let ready = (arguments.lod).ready(&arguments.scene, &model, &arguments.cache, quiet)?;
     if let Some(look) = ready.look() {
-        let directions = look.directions();
+        let (directions, pose) = (look.directions(), arguments.room.head_towards(Some(look)));
+        arguments.room.check_eyes(&cave, pose)?;
+        eyes = arguments.room.eyes(pose);
         observers = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
         cameras = arguments.cameras(&observers, directions)?;
     }

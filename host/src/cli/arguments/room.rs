@@ -34,8 +34,8 @@ pub struct RoomArguments {
     #[arg(long, value_name = "HEX", allow_hyphen_values = true, value_parser = head_report)]
     head_report: Option<Quat>,
     /// Where the viewer looks: front, floor, right, left, back, ceiling, YAW,PITCH in degrees
-    /// (positive to the right and up), or a direction X,Y,Z [default: as --head-report says, or
-    /// else front]
+    /// (positive to the right and up), or a direction X,Y,Z. The head turns along unless
+    /// --head-report says how it is turned [default: as --head-report says, or else front]
     #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
     pub look: Option<ViewDirection>,
     /// Distance between the pupils, metres
@@ -50,9 +50,16 @@ impl RoomArguments {
     }
 
     pub fn head(&self) -> HeadPose {
+        self.head_towards(self.look)
+    }
+
+    /// Returns the head as `--head-report` has it, or else turned towards a direction about the
+    /// midpoint between the eyes.
+    pub fn head_towards(&self, look: Option<ViewDirection>) -> HeadPose {
+        let turned = look.map(|look| look.orientation().as_quat());
         HeadPose {
             position: self.head.0.as_vec3(),
-            orientation: self.head_report.unwrap_or(Quat::IDENTITY),
+            orientation: self.head_report.or(turned).unwrap_or(Quat::IDENTITY),
         }
     }
 
@@ -68,6 +75,14 @@ impl RoomArguments {
             &Eye::STEREO
         };
         which.iter().map(move |&eye| (eye, viewer.eye(eye)))
+    }
+
+    /// Checks that the eyes of a head see all screens.
+    pub fn check_eyes(&self, cave: &Cave, pose: HeadPose) -> Result<(), Failure> {
+        for (_, place) in self.eyes(pose) {
+            cave.check_eye(place)?;
+        }
+        Ok(())
     }
 
     /// Checks that there are two eyes if both are shown.
