@@ -58,7 +58,7 @@ pub struct RoomError {
 }
 
 impl RoomError {
-    fn new(key: &'static str, message: String, help: impl Into<String>) -> Self {
+    pub(crate) fn new(key: &'static str, message: String, help: impl Into<String>) -> Self {
         let help = help.into();
         Self { key, message, help }
     }

@@ -30,10 +30,12 @@ pub mod play;
 mod prelude;
 pub mod program;
 mod run;
+mod show;
 mod spectrum;
 pub mod tracker;
 
 use crate::live;
+use crate::outputs::OutputsReport;
 use clap::Parser;
 use clap::error::ErrorKind;
 use output::failure::Failure;
@@ -46,6 +48,7 @@ use std::process::ExitCode;
 enum Shisen {
     Cave(Box<cave::Arguments>),
     Run(Box<run::Arguments>),
+    Show(show::Arguments),
     Bake(bake::Arguments),
     Inspect(inspect::Arguments),
     Explain(Box<explain::Arguments>),
@@ -103,6 +106,7 @@ impl Program for Shisen {
             "run",
             schema::<Either<run::report::Report, live::FrameRecord>>,
         ),
+        ("show", schema::<OutputsReport>),
         ("bake", schema::<bake::Report>),
         (
             "inspect",
@@ -131,6 +135,7 @@ impl Program for Shisen {
         match self {
             Self::Cave(arguments) => cave::run(arguments),
             Self::Run(arguments) => run::run(arguments),
+            Self::Show(arguments) => show::run(arguments),
             Self::Bake(arguments) => bake::run(arguments),
             Self::Inspect(arguments) => inspect::run(arguments),
             Self::Explain(arguments) => explain::run(arguments),

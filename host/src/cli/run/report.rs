@@ -9,6 +9,7 @@ use crate::cli::arguments::source::Shown;
 use crate::cli::play::{Interference, Played, Prepared};
 use crate::cli::prelude::*;
 use crate::live::{Allowance, FrameBudget, Leg, Quality, SessionReport, Share, Summary};
+use crate::outputs::OutputsReport;
 use crate::render::frame_hash;
 use hdrhistogram::Histogram;
 use std::collections::BTreeMap;
@@ -81,6 +82,8 @@ pub(super) struct Surroundings {
     pub(super) earlier_frames: u64,
     /// The window, or null.
     pub(super) window: Option<Watched>,
+    /// The monitors of --outputs, or null.
+    pub(super) outputs: Option<OutputsReport>,
     /// Several machines; null without --cluster or with one process.
     pub(super) cluster: Option<Together>,
     #[serde(flatten)]
@@ -363,6 +366,9 @@ impl fmt::Display for Report {
         self.fmt_rungs(f)?;
         if let Some(together) = &self.surroundings.cluster {
             writeln!(f, "{together}")?;
+        }
+        if let Some(outputs) = &self.surroundings.outputs {
+            writeln!(f, "{outputs}")?;
         }
         write!(
             f,
