@@ -22,6 +22,7 @@ use crate::with_scene;
 use capture::LiveCapture;
 use deal::{Dealer, Group, LiveTile};
 use fovea::{SAME_PLACE, is_foveal, reaching_fovea, towards};
+use rayon::prelude::*;
 use shisen_core::frame::{Fill, Pixel, Spectrum, Statistics, Tile, TileJob, Workspace};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
@@ -330,22 +331,23 @@ where
                 over.push(Picture::new(view.columns(), view.rows())?);
             }
         }
-        let (mut pixels, mut before) = (Vec::new(), Vec::new());
-        for tile in &self.shared.tiles {
-            let tile = lock(tile);
-            let Some(picture) = over.get_mut(tile.part) else {
-                continue;
-            };
-            let place = tile.job.tile();
-            pixels.clone_from(&tile.pixels);
-            if filled && !plan.dark[tile.part] {
+        over.par_iter_mut().enumerate().for_each(|(part, picture)| {
+            let (mut pixels, mut before) = (Vec::new(), Vec::new());
+            let tiles = self.shared.tiles.iter().map(lock);
+            for tile in tiles.filter(|tile| tile.part == part) {
+                let place = tile.job.tile();
+                if !filled || plan.dark[part] {
+                    render::put(picture, place, &tile.pixels);
+                    continue;
+                }
+                pixels.clone_from(&tile.pixels);
                 render::pixels_of(picture, place, &mut before);
-                let (view, renderer) = &plan.parts[tile.part];
+                let (view, renderer) = &plan.parts[part];
                 let filled = renderer.fill(view, place, &Fill::Pixels(&before), &mut pixels);
                 debug_assert!(filled.is_ok(), "its own pixels");
+                render::put(picture, place, &pixels);
             }
-            render::put(picture, place, &pixels);
-        }
+        });
         Ok(())
     }
 

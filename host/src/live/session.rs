@@ -209,11 +209,16 @@ pub fn follow(
     while let Some(order) = lock.obey()? {
         observe(&order.look, &mut eyes);
         let (done, _) = render_order(engine, &eyes, &order)?;
-        lock.gather(&done)?;
-        if order.purpose == Purpose::Shown {
+        let is_shown = order.purpose == Purpose::Shown;
+        if is_shown {
             display.prepare(engine, &order.look, &eyes);
+        }
+        lock.gather(&done)?;
+        if is_shown {
             lock.swap(order.frame)?;
-            display.present(engine, &order.look, &eyes, Instant::now());
+            let agreed = Instant::now();
+            let refresh = display.present(engine, &order.look, &eyes, agreed);
+            lock.note_shown(refresh.map(|refresh| refresh.shown.saturating_duration_since(agreed)));
         }
     }
     Ok(())
@@ -352,10 +357,10 @@ impl Session<'_> {
         let order = self.next(look, decision, purpose);
         self.lock.order(&order)?;
         let (done, mut rendered) = render_order(self.engine, &self.eyes, &order)?;
-        let gathered = self.lock.gather(&done)?;
         if purpose == Purpose::Shown {
             self.display.prepare(self.engine, look, &self.eyes);
         }
+        let gathered = self.lock.gather(&done)?;
         if self.lock.share().ranks() > 1 || self.display.waits() {
             rendered.done = Instant::now();
         }
@@ -456,6 +461,8 @@ impl Session<'_> {
                 _ => now,
             };
             let refresh = self.display.present(self.engine, &look, &self.eyes, at);
+            let after = refresh.map(|refresh| refresh.shown.saturating_duration_since(now));
+            self.lock.note_shown(after);
             let (shown, present) = match refresh {
                 Some(refresh) => (self.pacing.follow(refresh).max(shown), refresh.shown),
                 None => (shown, Instant::now()),

@@ -22,7 +22,7 @@ use x11rb::protocol::present::{
 use x11rb::protocol::randr::{ConnectionExt as _, NotifyMask};
 use x11rb::protocol::shm::ConnectionExt as _;
 use x11rb::protocol::xproto::{
-    ChangeWindowAttributesAux, ConnectionExt as _, EventMask, ImageFormat,
+    Blanking, ChangeWindowAttributesAux, ConnectionExt as _, EventMask, Exposures, ImageFormat,
 };
 use x11rb::rust_connection::RustConnection;
 
@@ -254,6 +254,8 @@ impl Shared {
             let id = connection.generate_id()?;
             connection.present_select_input(id, pane.window, mask)?;
         }
+        // Nobody touches the keys of a show.
+        connection.set_screen_saver(0, 0, Blanking::DEFAULT, Exposures::DEFAULT)?;
         connection.flush()?;
         Ok(())
     }
@@ -322,6 +324,7 @@ impl Shared {
                     }
                 }
                 Request::End => {
+                    connection.set_screen_saver(-1, -1, Blanking::DEFAULT, Exposures::DEFAULT)?;
                     for pane in &self.panes {
                         connection.destroy_window(pane.window)?;
                     }
