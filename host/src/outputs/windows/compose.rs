@@ -35,29 +35,41 @@ pub(super) fn compose(
     let width = columns.max(1) as usize;
     let bands = pixels.par_chunks_mut(width).enumerate();
     let [columns, rows] = [columns, rows].map(f64::from);
-    let row = |picture: &Picture, y: f64, to: &mut [u32]| stretch(picture, y, to);
+    let halves = |count: f64| Across::new(count as usize, left.width);
     match (output.eye, stereo) {
-        (Some(_), _) => bands.for_each(|(y, to)| row(left, along(y, rows), to)),
-        (None, Stereo::Mono | Stereo::Sequential) => {
-            bands.for_each(|(y, to)| row(of(eye), along(y, rows), to));
+        (Some(_), _) | (None, Stereo::Mono) => {
+            let across = halves(columns);
+            bands.for_each(|(y, to)| across.line(left, along(y, rows), to));
         }
-        (None, Stereo::SideBySide) => bands.for_each(|(y, to)| {
-            let (first, second) = to.split_at_mut(to.len() / 2);
-            row(left, along(y, rows), first);
-            row(right, along(y, rows), second);
-        }),
-        (None, Stereo::TopBottom) => bands.for_each(|(y, to)| {
-            let at = 2.0 * along(y, rows);
-            let picture = if at < 1.0 { left } else { right };
-            row(picture, at.fract(), to);
-        }),
-        (None, Stereo::Anaglyph) => bands.for_each(|(y, to)| {
-            let at = along(y, rows);
-            for (x, to) in to.iter_mut().enumerate() {
-                let [left, right] = [left, right].map(|one| sample(one, along(x, columns), at));
-                *to = code(anaglyph(left, right));
-            }
-        }),
+        (None, Stereo::Sequential) => {
+            let across = halves(columns);
+            bands.for_each(|(y, to)| across.line(of(eye), along(y, rows), to));
+        }
+        (None, Stereo::SideBySide) => {
+            let [first, second] = [columns / 2.0, columns - (columns / 2.0).floor()].map(halves);
+            bands.for_each(|(y, to)| {
+                let (to_left, to_right) = to.split_at_mut(to.len() / 2);
+                first.line(left, along(y, rows), to_left);
+                second.line(right, along(y, rows), to_right);
+            });
+        }
+        (None, Stereo::TopBottom) => {
+            let across = halves(columns);
+            bands.for_each(|(y, to)| {
+                let at = 2.0 * along(y, rows);
+                let picture = if at < 1.0 { left } else { right };
+                across.line(picture, at.fract(), to);
+            });
+        }
+        (None, Stereo::Anaglyph) => {
+            let across = halves(columns);
+            bands.for_each(|(y, to)| {
+                let [left, right] = [left, right].map(|one| across.lights(one, along(y, rows)));
+                for (to, (left, right)) in to.iter_mut().zip(left.zip(right)) {
+                    *to = code(anaglyph(left, right));
+                }
+            });
+        }
     }
 }
 
@@ -66,26 +78,67 @@ fn along(number: usize, count: f64) -> f64 {
     (number as f64 + 0.5) / count
 }
 
-fn sample(picture: &Picture, x: f64, y: f64) -> [f32; 4] {
-    picture.sample(x * f64::from(picture.width), y * f64::from(picture.height))
+/// Which columns of a picture, and how much of the second, each pixel of a row shows.
+struct Across(Vec<(u32, u32, f32)>);
+
+impl Across {
+    /// Stretches so many columns of a picture over a row.
+    fn new(row: usize, columns: u32) -> Self {
+        let part = |x| {
+            let (first, second, part) = between(along(x, row as f64), columns);
+            (first as u32, second as u32, part)
+        };
+        Self((0..row).map(part).collect())
+    }
+
+    /// Returns the light of a line at a height, 0 to 1 from the top, bilinearly.
+    fn lights<'p>(&'p self, picture: &'p Picture, y: f64) -> impl Iterator<Item = [f32; 4]> + 'p {
+        let (first, second, down) = between(y, picture.height);
+        let width = picture.width as usize;
+        let line = move |row: usize| picture.pixels.get(row * width..).unwrap_or_default();
+        let lines = [line(first), line(second)];
+        self.0.iter().map(move |&(left, right, along)| {
+            let [above, below] = lines.map(|line| {
+                let at = |x: u32| line.get(x as usize).copied().unwrap_or_default();
+                mixed(at(left), at(right), along)
+            });
+            mixed(above, below, down)
+        })
+    }
+
+    fn line(&self, picture: &Picture, y: f64, to: &mut [u32]) {
+        for (to, light) in to.iter_mut().zip(self.lights(picture, y)) {
+            *to = code(light);
+        }
+    }
 }
 
-/// Puts a picture's line at a height, 0 to 1 from the top, into a row of any length.
-fn stretch(picture: &Picture, y: f64, to: &mut [u32]) {
-    let (width, row) = (picture.width as usize, y * f64::from(picture.height) - 0.5);
-    let same = (row - row.round()).abs() < 1.0e-6 && to.len() == width;
-    let line = (row.round().max(0.0) as usize).checked_mul(width);
-    let line = line.and_then(|first| picture.pixels.get(first..first + width));
-    if let Some(line) = line.filter(|_| same) {
-        for (to, &pixel) in to.iter_mut().zip(line) {
-            *to = code(pixel);
-        }
-        return;
+/// Returns the two of `count` centres between which a place is, 0 to 1 along them, and how much of
+/// the second it has.
+fn between(place: f64, count: u32) -> (usize, usize, f32) {
+    let last = f64::from(count.saturating_sub(1));
+    let at = (place * f64::from(count) - 0.5).clamp(0.0, last);
+    // A picture of the same size is shown as it is.
+    let whole = at.round();
+    let at = if (at - whole).abs() < 1.0e-6 {
+        whole
+    } else {
+        at
+    };
+    let first = at.floor();
+    (
+        first as usize,
+        (first + 1.0).min(last) as usize,
+        (at - first) as f32,
+    )
+}
+
+fn mixed(one: [f32; 4], other: [f32; 4], part: f32) -> [f32; 4] {
+    // A neighbour without weight must not turn infinity into NaN.
+    if part == 0.0 {
+        return one;
     }
-    let columns = to.len() as f64;
-    for (x, to) in to.iter_mut().enumerate() {
-        *to = code(sample(picture, along(x, columns), y));
-    }
+    std::array::from_fn(|channel| one[channel] + (other[channel] - one[channel]) * part)
 }
 
 fn code(pixel: [f32; 4]) -> u32 {
