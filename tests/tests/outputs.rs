@@ -15,19 +15,23 @@ use x11rb::protocol::xproto::{ConnectionExt as _, ImageFormat};
 use x11rb::rust_connection::RustConnection;
 use x11rb::wrapper::ConnectionExt as _;
 
-const SIDE: u16 = 256;
-
 /// A connection to a server that has monitors side by side.
 struct Wall {
     connection: RustConnection,
     root: u32,
+    /// Columns and rows of each.
+    side: u16,
 }
 
 impl Wall {
-    fn new(server: &Server, monitors: &[&str]) -> Self {
+    fn new(server: &Server, side: u16, monitors: &[&str]) -> Self {
         let (connection, screen) = x11rb::connect(Some(&server.name)).expect("a server");
         let root = connection.setup().roots[screen].root;
-        let wall = Self { connection, root };
+        let wall = Self {
+            connection,
+            root,
+            side,
+        };
         for (number, name) in monitors.iter().enumerate() {
             wall.add(name, number);
         }
@@ -44,10 +48,10 @@ impl Wall {
             name: self.atom(name),
             primary: false,
             automatic: false,
-            x: number as i16 * SIDE as i16,
+            x: number as i16 * self.side as i16,
             y: 0,
-            width: SIDE,
-            height: SIDE,
+            width: self.side,
+            height: self.side,
             width_in_millimeters: 300,
             height_in_millimeters: 300,
             outputs: Vec::new(),
@@ -66,10 +70,10 @@ impl Wall {
 
     /// Returns what a monitor shows: 0xRRGGBB, row by row.
     fn seen(&self, number: usize) -> Vec<u32> {
-        let x = number as i16 * SIDE as i16;
+        let (side, x) = (self.side, number as i16 * self.side as i16);
         let image =
             self.connection
-                .get_image(ImageFormat::Z_PIXMAP, self.root, x, 0, SIDE, SIDE, !0);
+                .get_image(ImageFormat::Z_PIXMAP, self.root, x, 0, side, side, !0);
         let bytes = image.expect("a request").reply().expect("a picture").data;
         let pixels = bytes.as_chunks().0.iter().copied().map(u32::from_le_bytes);
         pixels.map(|pixel| pixel & 0x00FF_FFFF).collect()
@@ -104,7 +108,7 @@ fn finish(child: Child) -> (Value, String) {
 /// Returns a folder with the pictures of three walls.
 fn pictures() -> tempfile::TempDir {
     let folder = folder();
-    run(folder.path(), &format!("cave --scene A --size {SIDE}"));
+    run(folder.path(), "cave --scene A --size 256");
     folder
 }
 
@@ -114,7 +118,7 @@ const THREE: &str = "--outputs front=wall0,right=wall1,floor=wall2";
 #[ignore = "tests/window/run runs it: it needs Xvfb"]
 fn each_monitor_shows_its_screen_and_all_show_a_frame_at_one_refresh() {
     let (folder, server) = (pictures(), Server::of("768x256"));
-    let wall = Wall::new(&server, &["wall0", "wall1", "wall2"]);
+    let wall = Wall::new(&server, 256, &["wall0", "wall1", "wall2"]);
     let shown = start(
         folder.path(),
         &server,
@@ -141,7 +145,7 @@ fn each_monitor_shows_its_screen_and_all_show_a_frame_at_one_refresh() {
 fn a_monitor_that_goes_and_comes_back_and_a_server_that_dies_are_told_of() {
     let (folder, server) = (pictures(), Server::of("768x256"));
     let other = Server::of("256x256");
-    let wall = Wall::new(&server, &["wall0", "wall1"]);
+    let wall = Wall::new(&server, 256, &["wall0", "wall1"]);
     let outputs = format!(
         "[[output]]\nscreen = \"front\"\nmonitor = \"wall0\"\n\
          [[output]]\nscreen = \"right\"\nmonitor = \"wall1\"\n\
@@ -177,10 +181,10 @@ fn a_monitor_that_goes_and_comes_back_and_a_server_that_dies_are_told_of() {
 #[test]
 #[ignore = "tests/window/run runs it: it needs Xvfb"]
 fn frames_follow_the_refresh_and_eyes_take_turns() {
-    let (folder, server) = (folder(), Server::of("768x256"));
-    let wall = Wall::new(&server, &["wall0", "wall1", "wall2"]);
+    let (folder, server) = (folder(), Server::of("120x40"));
+    let wall = Wall::new(&server, 40, &["wall0", "wall1", "wall2"]);
     let words = format!(
-        "run --scene A --size 64 {THREE} --stereo sequential --view none --seconds 5 --lod off \
+        "run --scene A --size 40 {THREE} --stereo sequential --view none --seconds 5 --lod off \
          --budget 8ms --record log"
     );
     let shown = start(folder.path(), &server, &words);
@@ -216,7 +220,7 @@ fn frames_follow_the_refresh_and_eyes_take_turns() {
 #[ignore = "tests/window/run runs it: it needs Xvfb"]
 fn a_monitor_that_is_not_there_is_named_beside_those_that_are() {
     let (folder, server) = (pictures(), Server::of("768x256"));
-    let _wall = Wall::new(&server, &["wall0", "wall1"]);
+    let _wall = Wall::new(&server, 256, &["wall0", "wall1"]);
     let mut command = line(folder.path(), "show shisen-out --outputs front=HDMI-7");
     let said = refusal(command.env("DISPLAY", &server.name), 1);
     for part in ["no monitor HDMI-7", "wall0 (256 × 256)", "wall1"] {
