@@ -1,29 +1,35 @@
-//! The walls of a CAVE, its domes, and the eyes before them.
+//! The walls of a CAVE, its domes and cylinders, and the eyes before them.
 //!
 //! A wall is three corners and a number of pixels: its viewer stands on the side from which lower
 //! left, lower right and upper left run counter-clockwise. The picture's first row is at the upper
 //! edge, its first column at the left one, and pixel (x, y) has its centre x + ½ columns and y + ½
-//! rows from there. A dome is part of a sphere seen from inside; its picture is a dome master.
+//! rows from there. A dome is part of a sphere seen from inside; its picture is a dome master. A cylinder stands upright.
 //!
-//! [`Cave::load`] reads walls and domes from a file, [`warp`] makes what projectors have to show
-//! on a dome, [`look`] reads directions.
+//! [`Cave::load`] reads screens and their projectors from a file, [`look`] reads directions.
+//! [`crate::projection`] makes what projectors have to show.
 
 pub(crate) mod angle;
+pub mod import;
 pub mod look;
-pub mod warp;
+pub mod measure;
+pub mod plan;
 
+mod cylinder;
 mod dome;
 mod file;
+mod remarks;
 mod view;
 mod viewer;
 mod wall_plane;
 
+pub use cylinder::CylinderScreen;
 pub use dome::DomeScreen;
 pub use viewer::{DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer};
 pub(crate) use wall_plane::WallPlane;
 
 use crate::files::description::UnknownName;
-use glam::DVec3;
+use crate::projection::Projector;
+use glam::{DMat3, DVec2, DVec3};
 use miette::Diagnostic;
 use shisen_core::frame::View;
 use std::fmt;
@@ -45,7 +51,7 @@ pub struct Wall {
     pub pixels: [u32; 2],
 }
 
-/// Why a wall, a dome or a projector cannot be used, or not from where the eye is.
+/// Why a screen or a projector cannot be used, or not from where the eye is.
 #[derive(Debug, Clone, PartialEq, Eq, Error, Diagnostic)]
 #[error("{message}")]
 pub struct RoomError {
@@ -65,7 +71,12 @@ impl RoomError {
 
     /// Refuses names that cannot be part of a file's name on some system. `named` says which files
     /// are named after it.
-    fn check_name(what: &str, name: &str, named: &str, example: &str) -> Result<(), Self> {
+    pub(crate) fn check_name(
+        what: &str,
+        name: &str,
+        named: &str,
+        example: &str,
+    ) -> Result<(), Self> {
         let is_special = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
         let reason = if name.is_empty() {
             "is empty"
@@ -86,7 +97,11 @@ impl RoomError {
     }
 
     /// Refuses places that are not in a room. `whose` starts the message.
-    fn check_place(key: &'static str, whose: fmt::Arguments<'_>, place: DVec3) -> Result<(), Self> {
+    pub(crate) fn check_place(
+        key: &'static str,
+        whose: fmt::Arguments<'_>,
+        place: DVec3,
+    ) -> Result<(), Self> {
         if is_in_a_room(place) {
             return Ok(());
         }
@@ -97,7 +112,20 @@ impl RoomError {
         ))
     }
 
-    fn check_pixels(
+    fn check_radius(whose: fmt::Arguments<'_>, radius: f64) -> Result<(), Self> {
+        let [least, most] = [*DomeScreen::RADII.start(), *DomeScreen::RADII.end()];
+        // Rounded as the tracer rounds it.
+        if (least as f32..=most as f32).contains(&(radius as f32)) {
+            return Ok(());
+        }
+        Err(Self::new(
+            "radius",
+            format!("{whose} has a radius of {radius} m"),
+            format!("give metres from {least} to {most}"),
+        ))
+    }
+
+    pub(crate) fn check_pixels(
         key: &'static str,
         whose: fmt::Arguments<'_>,
         pixels: [u32; 2],
@@ -216,6 +244,10 @@ pub struct Cave {
     pub walls: Vec<Wall>,
     /// In the order of their pictures, which come after the walls'.
     pub domes: Vec<DomeScreen>,
+    /// In the order of their pictures, which come last.
+    pub cylinders: Vec<CylinderScreen>,
+    /// In the order of the file.
+    pub projectors: Vec<Projector>,
 }
 
 /// What a picture is shown on.
@@ -225,6 +257,8 @@ pub enum Screen<'a> {
     Wall(&'a Wall),
     /// A dome's inside.
     Dome(&'a DomeScreen),
+    /// A cylinder's inside.
+    Cylinder(&'a CylinderScreen),
 }
 
 impl<'a> Screen<'a> {
@@ -233,33 +267,113 @@ impl<'a> Screen<'a> {
         match self {
             Self::Wall(wall) => &wall.name,
             Self::Dome(dome) => &dome.name,
+            Self::Cylinder(cylinder) => &cylinder.name,
+        }
+    }
+
+    /// Returns what it is: a word for messages.
+    pub const fn kind(self) -> &'static str {
+        match self {
+            Self::Wall(_) => "wall",
+            Self::Dome(_) => "dome",
+            Self::Cylinder(_) => "cylinder",
+        }
+    }
+
+    /// Returns the columns and rows of its picture.
+    pub const fn size(self) -> [u32; 2] {
+        match self {
+            Self::Wall(wall) => wall.pixels,
+            Self::Dome(dome) => [dome.size; 2],
+            Self::Cylinder(cylinder) => cylinder.pixels,
         }
     }
 
     /// Returns the number of its pixels, for one eye.
     pub fn pixels(self) -> u64 {
-        let [columns, rows] = match self {
-            Self::Wall(wall) => wall.pixels,
-            Self::Dome(dome) => [dome.size; 2],
-        };
+        let [columns, rows] = self.size();
         u64::from(columns) * u64::from(rows)
+    }
+
+    /// Returns whether its picture shows something at a place: (s, t) from its upper left corner, 0
+    /// to 1 to the right and downwards.
+    pub fn has(self, place: DVec2) -> bool {
+        match self {
+            Self::Wall(_) | Self::Cylinder(_) => {
+                place.cmpge(DVec2::ZERO).all() && place.cmple(DVec2::ONE).all()
+            }
+            Self::Dome(_) => in_disc(place).length_squared() <= 1.0,
+        }
+    }
+
+    /// Returns where a place of its picture is in the room: metres.
+    pub fn point(self, place: DVec2) -> DVec3 {
+        match self {
+            Self::Wall(wall) => wall.upper_left + place.x * wall.across() - place.y * wall.upward(),
+            Self::Dome(dome) => dome.point(in_disc(place)),
+            Self::Cylinder(cylinder) => cylinder.point(place),
+        }
+    }
+
+    /// Returns the place of its picture that is nearest to a point of the room, metres; `None` for
+    /// points without one.
+    pub fn place(self, point: DVec3) -> Option<DVec2> {
+        match self {
+            Self::Wall(wall) => {
+                let (across, upward) = (wall.across(), wall.upward());
+                let axes = DMat3::from_cols(across, -upward, across.cross(upward));
+                let place = (axes.inverse() * (point - wall.upper_left)).truncate();
+                place.is_finite().then_some(place)
+            }
+            Self::Dome(dome) => dome.place(point).map(of_disc),
+            Self::Cylinder(cylinder) => cylinder.place(point),
+        }
+    }
+
+    /// Returns the place of its picture where light from `origin` along the unit `direction` meets
+    /// it: a wall from either side, a dome or a cylinder from inside or past its edges.
+    pub fn lit(self, origin: DVec3, direction: DVec3) -> Option<DVec2> {
+        match self {
+            Self::Wall(wall) => {
+                let (_, s, t) = WallPlane::new(wall).ok()?.intersect(origin, direction)?;
+                Some(DVec2::new(s, t))
+            }
+            Self::Dome(dome) => dome.lit(origin, direction).map(of_disc),
+            Self::Cylinder(cylinder) => cylinder.lit(origin, direction),
+        }
     }
 
     /// Returns the rays from an eye at `eye` (metres, in the room) through its pixels.
     ///
     /// # Errors
-    /// As [`Wall::view_from`] and [`DomeScreen::view_from`].
+    /// As [`Wall::view_from`], [`DomeScreen::view_from`] and [`CylinderScreen::view_from`].
     pub fn view_from(self, eye: DVec3) -> Result<View, RoomError> {
         match self {
             Self::Wall(wall) => wall.view_from(eye),
             Self::Dome(dome) => dome.view_from(eye),
+            Self::Cylinder(cylinder) => cylinder.view_from(eye),
         }
     }
+}
+
+/// Returns a place of a dome's picture as (u, v) in the unit disc.
+fn in_disc(place: DVec2) -> DVec2 {
+    (2.0 * place - 1.0) * DVec2::new(1.0, -1.0)
+}
+
+fn of_disc(place: DVec2) -> DVec2 {
+    0.5 * place * DVec2::new(1.0, -1.0) + 0.5
 }
 
 impl<'a> From<&'a Wall> for Screen<'a> {
     fn from(wall: &'a Wall) -> Self {
         Self::Wall(wall)
+    }
+}
+
+impl<'a> From<&'a CylinderScreen> for Screen<'a> {
+    fn from(cylinder: &'a CylinderScreen) -> Self {
+        Self::Cylinder(cylinder)
     }
 }
 
@@ -336,6 +450,20 @@ impl Cave {
         Ok(())
     }
 
+    /// Adds a cylinder.
+    ///
+    /// # Errors
+    /// A cylinder that [`CylinderScreen::validate`] rejects or whose name another screen has already,
+    /// upper and lower case being the same.
+    pub fn add_cylinder(&mut self, cylinder: CylinderScreen) -> Result<(), RoomError> {
+        cylinder.validate()?;
+        let name = &cylinder.name;
+        let message = format!("a cylinder is named \"{name}\" as another screen is");
+        self.check_new(name, message, "screens")?;
+        self.cylinders.push(cylinder);
+        Ok(())
+    }
+
     fn check_new(&self, name: &str, message: String, owners: &str) -> Result<(), RoomError> {
         let name = name.to_lowercase();
         if self.screens().all(|one| one.name().to_lowercase() != name) {
@@ -348,13 +476,17 @@ impl Cave {
         Err(RoomError::new("name", message, help))
     }
 
-    /// Returns all screens, in the order of their pictures: walls, then domes.
+    /// Returns all screens, in the order of their pictures: walls, then domes, then cylinders.
     pub fn screens(&self) -> impl Iterator<Item = Screen<'_>> {
         let walls = self.walls.iter().map(Screen::Wall);
-        walls.chain(self.domes.iter().map(Screen::Dome))
+        let domes = self.domes.iter().map(Screen::Dome);
+        walls
+            .chain(domes)
+            .chain(self.cylinders.iter().map(Screen::Cylinder))
     }
 
-    /// Returns the height of the lowest corner of a wall, or centre of a dome: metres, in the room.
+    /// Returns the height of the lowest corner of a wall, edge of a cylinder, or centre of a dome:
+    /// metres, in the room.
     pub fn floor(&self) -> f64 {
         let heights = self.screens().map(|screen| match screen {
             Screen::Wall(wall) => {
@@ -364,6 +496,7 @@ impl Cave {
                     .min(wall.upper_left.y + right - left)
             }
             Screen::Dome(dome) => dome.centre.y,
+            Screen::Cylinder(cylinder) => cylinder.centre.y + cylinder.height[0],
         });
         heights.fold(f64::INFINITY, f64::min)
     }
@@ -371,7 +504,7 @@ impl Cave {
     /// Checks that an eye at `eye` (metres, in the room) sees the front of all screens.
     ///
     /// # Errors
-    /// The first screen that it does not: [`Wall::view_from`] and [`DomeScreen::view_from`].
+    /// The first screen that it does not: [`Screen::view_from`].
     pub fn check_eye(&self, eye: DVec3) -> Result<(), RoomError> {
         let mut screens = self.screens();
         screens.try_for_each(|screen| screen.view_from(eye).map(drop))

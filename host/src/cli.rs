@@ -29,6 +29,7 @@ pub mod output;
 pub mod play;
 mod prelude;
 pub mod program;
+mod room;
 mod run;
 mod show;
 mod spectrum;
@@ -57,6 +58,8 @@ enum Shisen {
     Spectrum(spectrum::Arguments),
     #[command(subcommand)]
     Dome(dome::Dome),
+    #[command(subcommand)]
+    Room(room::Room),
     #[command(subcommand)]
     Tracker(Box<tracker::TrackerCommand>),
     Completions(completions::Arguments),
@@ -123,6 +126,9 @@ impl Program for Shisen {
         ("dome render", schema::<dome::render::Report>),
         ("dome compare", schema::<dome::compare::Report>),
         ("dome warp", schema::<dome::warp::Report>),
+        ("room measure", schema::<room::measure::Report>),
+        ("room show", schema::<room::show::Report>),
+        ("room import", schema::<room::import::Report>),
         ("tracker list", schema::<tracker::list::Report>),
         ("tracker monitor", schema::<tracker::sample::Record>),
         ("tracker record", schema::<tracker::record::Report>),
@@ -143,6 +149,7 @@ impl Program for Shisen {
             Self::Medium(arguments) => medium::run(arguments),
             Self::Spectrum(arguments) => spectrum::run(arguments),
             Self::Dome(dome) => dome::run(dome),
+            Self::Room(room) => room::run(room),
             Self::Tracker(command) => tracker::run(command),
             Self::Completions(arguments) => completions::run(arguments),
             Self::Bench(words) => words.run("cargo run --release -p shisen-evidence -- bench"),

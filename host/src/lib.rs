@@ -107,6 +107,7 @@ pub mod files;
 pub mod live;
 pub mod outputs;
 pub mod picture;
+pub mod projection;
 pub mod render;
 pub mod scene;
 pub mod show;

@@ -3,9 +3,10 @@
 
 use glam::{DVec2, DVec3};
 use shisen::bake::Baked;
-use shisen::cave::warp::{Nodes, Projector, Warp};
 use shisen::cave::{Cave, DomeScreen, Eye, Viewer, Wall};
 use shisen::picture::Picture;
+use shisen::projection::Projector;
+use shisen::projection::warp::{Nodes, Warp};
 use shisen::render::{Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::material::Material;
@@ -205,7 +206,6 @@ resolution = [640, 400]
 fn a_warp_for_a_projector_at_the_eye_shows_a_plain_perspective() {
     let scene = paper_scene(PaperScene::B, icosphere(4)).expect("a scene");
     let room = room(1024);
-    let dome = &room.domes[0];
     let master = shown(&scene, &room, EYE);
     let text = format!(
         "name = \"eye\"\nposition = [{}, {}, {}]\nlook = [0.2, 0.1, -1]\n\
@@ -213,10 +213,14 @@ fn a_warp_for_a_projector_at_the_eye_shows_a_plain_perspective() {
         EYE.x, EYE.y, EYE.z
     );
     let projector = Projector::from_toml(&text, "").expect("a projector");
-    let warp = Warp::new(dome, &projector, [200, 150], Nodes::Centres).expect("a warp");
+    let lens = *projector.lens().expect("a lens");
+    let mut lit = room.clone();
+    lit.add_projector(projector).expect("light on the dome");
+    let blends = lit.blends().expect("a projector");
+    let warp = Warp::new(&blends[0], "eye", [200, 150], Nodes::Centres).expect("a warp");
     // The same picture, traced as a flat wall's at distance 1.
-    let [left, right, down, up] = projector.edges;
-    let corner = |x: f64, y: f64| EYE + projector.axes * DVec3::new(x, y, -1.0);
+    let [left, right, down, up] = lens.edges;
+    let corner = |x: f64, y: f64| EYE + lens.axes * DVec3::new(x, y, -1.0);
     let wall = Wall::new(
         "picture",
         corner(left, down),
@@ -231,7 +235,7 @@ fn a_warp_for_a_projector_at_the_eye_shows_a_plain_perspective() {
         let Some(node) = warp.node(x, y) else {
             continue;
         };
-        let at = (node.place * DVec2::new(1.0, -1.0) + 1.0) * 512.0;
+        let at = node.place * 1024.0;
         let found = master.sample(at.x, at.y);
         let expected = direct.pixel(x, y).expect("a pixel");
         let apart = glam::Vec4::from(found) - glam::Vec4::from(expected);
@@ -250,8 +254,6 @@ fn impossible_warps_are_refused_and_nothing_is_written() {
     file("room.toml", ROOM.to_owned());
     let two = format!("{ROOM}{}", ROOM.replace("sky", "small"));
     file("two.toml", two);
-    let wall = "lower_left = [-1, -1, -1]\nlower_right = [1, -1, -1]\nupper_left = [-1, 1, -1]\n";
-    file("flat.toml", format!("[[wall]]\nname = \"front\"\n{wall}"));
     file("bad.toml", ROOM.replace("230", "400"));
     file("back.toml", PROJECTOR.to_owned());
     file("away.toml", PROJECTOR.replace("0.3, -1]", "-1, -0.1]"));
@@ -263,9 +265,14 @@ fn impossible_warps_are_refused_and_nothing_is_written() {
         (1, "room", "key", "bourke", "unknown key `looks`"),
         (1, "room", "no", "bourke", "no.toml"),
         (1, "bad", "back", "bourke", "400°"),
-        (2, "flat", "back", "bourke", "no dome in --walls"),
         (2, "two", "back", "bourke", "sky, small"),
-        (2, "two", "back", "bourke --dome large", "no dome \"large\""),
+        (
+            2,
+            "two",
+            "back",
+            "bourke --screen large",
+            "\"large\", which is not there",
+        ),
         (2, "room", "back", "bourke --grid 1x9", "1 × 9"),
         (2, "room", "back", "bourke --grid 0x9", "--grid"),
         (2, "room", "back", "pdf", "mpcdi"),

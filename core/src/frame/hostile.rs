@@ -41,7 +41,15 @@ fn views(n: &mut Numbers) -> Vec<View> {
         field_of_view,
     };
     let dome_screen = View::dome_screen(screen, n.vector([0.2, 0.3, -1.1]), 8);
-    let domes = masters.into_iter().chain([dome_screen]);
+    let cylinder = CylinderScreen {
+        pose,
+        radius: n.next(2.0),
+        angle: field_of_view,
+        heights: [n.next(-1.0), n.next(1.5)],
+    };
+    let eye = n.vector([0.2, 0.3, -1.1]);
+    let cylinder_screen = View::cylinder_screen(cylinder, eye, [8, 8]);
+    let domes = masters.into_iter().chain([dome_screen, cylinder_screen]);
     let eye = n.vector([0.0, 0.1, 0.2]);
     let (first, right) = (n.vector([-0.9, 0.9, -1.0]), n.vector([0.2, 0.0, 0.0]));
     let flat = View::new(eye, first, right, n.vector([0.0, -0.2, 0.0]), [8, 8]);

@@ -1,10 +1,12 @@
 //! Where a picture's rays start and where they go.
 
+mod cylinder_screen;
 mod dome;
 mod dome_screen;
 mod flat_screen;
 mod screen;
 
+pub use cylinder_screen::CylinderScreen;
 pub(super) use dome::{Dome, RayRow};
 pub use dome::{DomeError, DomePose, DomeProjection, MirrorCamera};
 pub use dome_screen::DomeScreen;
@@ -18,8 +20,8 @@ use crate::simd::{Lanes, Simd};
 use crate::trace::{Sample, Width};
 use glam::Vec3;
 
-/// The rays of a picture: from an eye through the pixels of a flat screen or
-/// of a dome's inside, or those of a dome master.
+/// The rays of a picture: from an eye through the pixels of a flat screen or of a
+/// dome's or a cylinder's inside, or those of a dome master.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View(Kind);
 
@@ -79,6 +81,19 @@ impl View {
         Dome::on_screen(screen, eye, size).map(|dome| Self(Kind::Dome(dome)))
     }
 
+    /// Returns the rays from `eye` (metres, in the room) through `size` columns and rows of pixels of
+    /// a cylinder screen.
+    ///
+    /// # Errors
+    /// A size, a screen or an eye that cannot be.
+    pub fn cylinder_screen(
+        screen: CylinderScreen,
+        eye: Vec3,
+        size: [u32; 2],
+    ) -> Result<Self, DomeError> {
+        Dome::on_cylinder(screen, eye, size).map(|dome| Self(Kind::Dome(dome)))
+    }
+
     pub(super) const fn kind(&self) -> &Kind {
         &self.0
     }
@@ -87,7 +102,7 @@ impl View {
     pub const fn columns(&self) -> u32 {
         match &self.0 {
             Kind::Screen(screen) => screen.columns,
-            Kind::Dome(dome) => dome.side,
+            Kind::Dome(dome) => dome.size[0],
         }
     }
 
@@ -95,7 +110,7 @@ impl View {
     pub const fn rows(&self) -> u32 {
         match &self.0 {
             Kind::Screen(screen) => screen.rows,
-            Kind::Dome(dome) => dome.side,
+            Kind::Dome(dome) => dome.size[1],
         }
     }
 
@@ -103,7 +118,7 @@ impl View {
         [self.columns(), self.rows()]
     }
 
-    /// Returns where the rays of a screen start, flat or dome, and where a dome master
+    /// Returns where the rays of a screen start, flat, dome or cylinder, and where a dome master
     /// is taken: metres. Rays off a mirror start all around it.
     pub const fn eye(&self) -> Vec3 {
         match &self.0 {

@@ -51,15 +51,7 @@ impl DomeScreen {
         RoomError::check_name("dome", name, named, "dome")?;
         // Formatted only for errors: views are made for each frame, without taking memory.
         let dome = format_args!("dome \"{name}\"");
-        let [least, most] = [*Self::RADII.start(), *Self::RADII.end()];
-        // Rounded as the tracer rounds it.
-        if !(least as f32..=most as f32).contains(&(radius as f32)) {
-            return Err(RoomError::new(
-                "radius",
-                format!("{dome} has a radius of {radius} m"),
-                format!("give metres from {least} to {most}"),
-            ));
-        }
+        RoomError::check_radius(dome, radius)?;
         let centre = format_args!("{dome}: its centre is");
         RoomError::check_place("centre", centre, self.centre)?;
         if !(tilt.abs() <= 360.0) {

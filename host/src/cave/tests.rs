@@ -95,13 +95,21 @@ size = 1640
 name = "small"
 radius = 1
 centre = [0, 0, 0]
+
+[[cylinder]]
+name = "curve"
+radius = 3
+centre = [0, 0, 0.25]
+azimuth_degrees = [-80, 70]
+height = [-1, 1.5]
+pixels = [300, 80]
 "#;
 
 #[test]
 fn walls_and_domes_come_from_toml() {
     let cave = Cave::from_toml(ROOM, "room.toml", [100, 50]).unwrap();
     let names: Vec<&str> = cave.screens().map(Screen::name).collect();
-    assert_eq!(names, ["front", "floor", "sky", "small"]);
+    assert_eq!(names, ["front", "floor", "sky", "small", "curve"]);
     let pixels = [0, 1].map(|i| cave.walls[i].pixels);
     assert_eq!(pixels, [[100, 50], [640, 480]]);
     let [sky, small] = [0, 1].map(|i| &cave.domes[i]);
@@ -132,6 +140,13 @@ upper_left = [-1, 1, -1] | | upper_left | [[wall]]
 1640 | 0 | 0 × 0
 1640 | 16385 | 16385 × 16385
 radius = 1 | | radius | *
+"curve" | "Sky" | as another screen
+[-80, 70] | [70, -80] | from 70° to -80°
+[-80, 70] | [-360, 1] | from -360° to 1°
+[-1, 1.5] | [1, 1] | from 1 m to 1 m
+[-1, 1.5] | [-1, nan] | NaN m
+[300, 80] | [0, 80] | 0 × 80
+radius = 3 | radius = 0 | radius of 0 m
 "#;
 
 #[test]
@@ -157,6 +172,32 @@ fn light_comes_through_the_opening_and_not_through_the_dome() {
     let rim = DVec3::new(2.5, -1.5, 0.0);
     let across = dome.lit(rim, DVec3::new(-1.0, 1.0, 0.0).normalize());
     assert!(across.unwrap().length() < 1e-14, "{across:?}");
+}
+
+#[test]
+fn rays_end_at_pixel_centres_on_a_cylinder() {
+    let cave = Cave::from_toml(ROOM, "room.toml", [9, 9]).unwrap();
+    let (cylinder, eye) = (&cave.cylinders[0], DVec3::new(0.4, 0.3, 1.0));
+    let view = cylinder.view_from(eye).unwrap();
+    for (x, y) in [(0, 0), (299, 0), (0, 79), (133, 40), (290, 71)] {
+        let place = (DVec2::new(f64::from(x), f64::from(y)) + 0.5) / DVec2::new(300.0, 80.0);
+        let point = cylinder.point(place);
+        let apart = direction(&view, x, y).normalize() - (point - eye).normalize();
+        assert!(apart.length() < 1e-6, "pixel {x}, {y}: {apart}");
+        assert!(cylinder.place(point).unwrap().distance(place) < 1e-12);
+        let met = cylinder.lit(eye, (point - eye).normalize()).unwrap();
+        assert!(met.distance(place) < 1e-12, "pixel {x}, {y}: {met}");
+    }
+    // From outside and behind, and up along the axis.
+    let (outside, inwards) = (DVec3::new(0.0, 0.5, -5.0), DVec3::Z);
+    assert_eq!(cylinder.lit(outside, inwards), None);
+    assert!(cylinder.meet(outside, inwards).is_some());
+    assert_eq!(cylinder.lit(DVec3::ZERO, DVec3::Y), None);
+    let error = cylinder.view_from(DVec3::new(3.2, 0.0, 0.0)).unwrap_err();
+    assert!(
+        error.to_string().contains("not inside cylinder \"curve\""),
+        "{error}"
+    );
 }
 
 #[test]

@@ -173,7 +173,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             .map(|full| lod::report(arguments, &frames, &observers, [&frame, full], captured))
             .transpose()?,
         folder: arguments.out.display().to_string(),
-        screens: [cave.walls.len(), cave.domes.len()],
+        screens: [cave.walls.len(), cave.domes.len(), cave.cylinders.len()],
         eyes: eyes.count(),
     };
     print(&report, arguments.json)

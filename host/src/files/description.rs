@@ -110,6 +110,11 @@ pub(crate) struct Source<'a> {
 }
 
 impl Source<'_> {
+    /// Returns the folder that paths in the text start at.
+    pub(crate) fn folder(&self) -> &Path {
+        Path::new(self.name).parent().unwrap_or(Path::new(""))
+    }
+
     /// Returns where the value of a key is: in the top table of the text, or in an entry of a list
     /// of tables, by the list's name and the entry's number from 0.
     pub(crate) fn span_of(&self, list: Option<(&str, usize)>, key: &str) -> Option<Range<usize>> {

@@ -6,26 +6,39 @@ pub use error::DomeError;
 pub use projection::{DomePose, DomeProjection, MirrorCamera};
 pub(crate) use ray_row::RayRow;
 
-use super::{Directions, DomeScreen, OnePoint, View};
+use super::{CylinderScreen, Directions, DomeScreen, OnePoint, View};
 use crate::capture::{equidistant, fisheye_equisolid, mirror_ball};
 use crate::frame::tile::BLOCK;
-use crate::numeric::{largest_magnitude, map3, max, min, sqrt};
+use crate::numeric::{largest_magnitude, map3, max, min, sines_and_cosines, sqrt};
 use crate::shape::Ray;
 use crate::simd::{Kernel, Lanes, Portable, Runs, Simd};
-use core::f32::consts::TAU;
+use core::f32::consts::{PI, TAU};
 use glam::{Mat3, Vec3};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Dome {
     projection: DomeProjection,
     pub(super) pose: DomePose,
-    pub(super) side: u32,
+    /// Columns and rows; as many for all but cylinders.
+    pub(super) size: [u32; 2],
     /// First guess for the exact mapping, from `SpheroidMirror::exact_start`.
     start: [f32; 3],
     /// The centre of a screen from the eye, in radii; `None` for pictures of directions.
     centre: Option<Vec3>,
     /// Largest distance from the centre at which pixels are seen; past 1 they show the rim.
     seen_to: f32,
+    /// How pixels lie on a cylinder in place of the projection.
+    cylinder: Option<Unrolled>,
+}
+
+/// The pixels of a cylinder's inside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Unrolled {
+    /// The angle of a column's step: radians.
+    column: f32,
+    /// The height of the first row's pixels and of a row's step downwards: radii.
+    top: f32,
+    row: f32,
 }
 
 /// One ray for each lane, in the room.
@@ -76,17 +89,18 @@ impl Dome {
         Ok(Self {
             projection,
             pose,
-            side,
+            size: [side; 2],
             start,
             centre: None,
             seen_to: 1.0,
+            cylinder: None,
         })
     }
 
     /// Returns the same dome, with the rim shown in the pixels next to its outside.
     pub(super) fn past_the_rim(self) -> Self {
         // The diagonal of a pixel is 2·√2 over the side.
-        let seen_to = 1.0 + 3.0 / self.side as f32;
+        let seen_to = 1.0 + 3.0 / self.side();
         Self { seen_to, ..self }
     }
 
@@ -115,6 +129,62 @@ impl Dome {
             centre: Some(centre),
             ..dome
         })
+    }
+
+    pub(super) fn on_cylinder(
+        screen: CylinderScreen,
+        eye: Vec3,
+        size: [u32; 2],
+    ) -> Result<Self, DomeError> {
+        let [columns, rows] = size;
+        let projection = DomeProjection::Equidistant { field_of_view: PI };
+        Self::new(projection, screen.pose, rows)?;
+        let dome = Self::new(projection, screen.pose, columns)?;
+        let (radius, angle, [low, high]) = (screen.radius, screen.angle, screen.heights);
+        let (least, most) = DomeScreen::RADII;
+        if !(least..=most).contains(&radius) {
+            return Err(DomeError::ScreenRadius { radius });
+        }
+        if !(angle > 0.0 && angle <= TAU) {
+            return Err(DomeError::FieldOfView {
+                field_of_view: angle,
+            });
+        }
+        let (low, height) = (low / radius, (high - low) / radius);
+        let are_heights = low.abs() <= CylinderScreen::HIGHEST;
+        if !(are_heights && height > 0.0 && height <= 2.0 * CylinderScreen::HIGHEST) {
+            return Err(DomeError::Heights { low, height });
+        }
+        let centre = (screen.pose.position - eye) / radius;
+        let up = screen.pose.room_from_capture.y_axis;
+        let aside = centre - up * centre.dot(up);
+        let distance = sqrt(aside.length_squared());
+        let is_near = centre.length_squared() <= CylinderScreen::HIGHEST * CylinderScreen::HIGHEST;
+        let is_inside = distance <= DomeScreen::FARTHEST_EYE && is_near;
+        if !(is_inside && Ray::new(eye, Vec3::X).is_some()) {
+            return Err(DomeError::Eye { eye, distance });
+        }
+        let row = height / rows as f32;
+        let pose = DomePose {
+            position: eye,
+            ..screen.pose
+        };
+        Ok(Self {
+            pose,
+            size,
+            centre: Some(centre),
+            cylinder: Some(Unrolled {
+                column: angle / columns as f32,
+                top: (low + height) - 0.5 * row,
+                row,
+            }),
+            ..dome
+        })
+    }
+
+    fn side(&self) -> f32 {
+        let [side, _] = self.size;
+        side as f32
     }
 
     /// Returns the ray through a point of the picture, in pixels; `None` outside the rim.
@@ -202,12 +272,18 @@ impl Dome {
         }
     }
 
-    /// Returns (u, v) for points of the picture, and their distances from its centre.
+    /// Returns (u, v) for points of the picture, and their distances from its centre; on a cylinder
+    /// angles from the middle, heights, and 0.
     #[inline(always)]
     fn place<const W: usize, L: Lanes<W>>(&self, l: L, x: L::F, y: L::F) -> [L::F; 3] {
-        let side = l.splat(self.side as f32);
-        let last = l.splat((self.side - 1) as f32);
-        let two = l.splat(2.0);
+        let (side, two) = (l.splat(self.side()), l.splat(2.0));
+        let last = l.splat(self.side() - 1.0);
+        if let Some(cylinder) = &self.cylinder {
+            let middle = l.mul(l.splat(0.5), last);
+            let angle = l.mul(l.sub(x, middle), l.splat(cylinder.column));
+            let height = l.sub(l.splat(cylinder.top), l.mul(y, l.splat(cylinder.row)));
+            return [angle, height, l.splat(0.0)];
+        }
         let u = l.div(l.sub(l.mul(two, x), last), side);
         let v = l.div(l.sub(last, l.mul(two, y)), side);
         let radius = l.sqrt(l.add(l.mul(u, u), l.mul(v, v)));
@@ -221,6 +297,12 @@ impl Dome {
         l: L,
         pixel: [L::F; 3],
     ) -> (Option<[L::F; 3]>, [L::F; 3]) {
+        if self.cylinder.is_some() {
+            let [angle, height, zero] = pixel;
+            let (sin, cos) = sines_and_cosines(l, l.min(l.abs(angle), l.splat(PI)));
+            let sin = l.select(l.le(angle, zero), l.sub(zero, sin), sin);
+            return (None, [sin, height, l.sub(zero, cos)]);
+        }
         match &self.projection {
             DomeProjection::Mirror(camera) => {
                 let [u, v, radius] = pixel;
@@ -332,7 +414,7 @@ impl Dome {
     /// Returns whether the whole block with first pixel (x, y) is outside the rim.
     pub(crate) fn sees_nothing_from(&self, x: u32, y: u32) -> bool {
         // Tests the place nearest to the centre: rounding keeps the order of distances.
-        let centre = (self.side - 1) as f32 / 2.0;
+        let centre = (self.side() - 1.0) / 2.0;
         let nearest = |first: u32| {
             let low = first as f32 - 0.5;
             max(low, min(centre, low + BLOCK as f32))
@@ -413,18 +495,18 @@ impl Kernel<8> for Extremes<'_> {
 impl Directions for Dome {
     #[inline(always)]
     fn directions<L: Lanes<8>>(&self, l: L, (x, y): (u32, u32)) -> [L::F; 3] {
-        let last = self.side - 1;
+        let [last, lowest] = self.size.map(|side| side - 1);
         let mut columns = [0.0; 8];
         for (column, place) in (x..).zip(&mut columns) {
             *place = column.min(last) as f32;
         }
-        let (x, y) = (l.load(&columns), l.splat(y.min(last) as f32));
+        let (x, y) = (l.load(&columns), l.splat(y.min(lowest) as f32));
         self.nearest_directions(l, x, y)
     }
 
     fn direction(&self, (x, y): (u32, u32)) -> Vec3 {
-        let last = self.side - 1;
-        let (x, y) = ([x.min(last) as f32], [y.min(last) as f32]);
+        let [last, lowest] = self.size.map(|side| side - 1);
+        let (x, y) = ([x.min(last) as f32], [y.min(lowest) as f32]);
         let [[x], [y], [z]] = self.nearest_directions(Portable, x, y);
         Vec3::new(x, y, z)
     }

@@ -40,8 +40,7 @@ impl Writer<'_> {
             };
             let name = format!("{}-{}", screen.name(), one.eye);
             let is_dome = matches!(screen, Screen::Dome(_));
-            let kind = if is_dome { "dome" } else { "wall" };
-            let note = format!("{kind} {}, {} eye", screen.name(), one.eye);
+            let note = format!("{} {}, {} eye", screen.kind(), screen.name(), one.eye);
             let path = self.write_png(&name, &one.picture, &note, is_dome)?;
             if self.exr {
                 let path = self.folder.join(format!("{name}.exr"));

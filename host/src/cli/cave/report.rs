@@ -34,7 +34,7 @@ pub(in crate::cli) struct Report {
     pub(super) folder: String,
     /// Numbers of walls and domes.
     #[serde(skip)]
-    pub(super) screens: [usize; 2],
+    pub(super) screens: [usize; 3],
     #[serde(skip)]
     pub(super) eyes: usize,
 }
@@ -214,7 +214,7 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.shown)?;
         f.write_str(":")?;
-        for (count, what) in self.screens.into_iter().zip(["wall", "dome"]) {
+        for (count, what) in self.screens.into_iter().zip(["wall", "dome", "cylinder"]) {
             if count > 0 {
                 write!(f, " {},", counted(count as u64, what))?;
             }

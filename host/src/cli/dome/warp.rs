@@ -1,23 +1,23 @@
-//! `shisen dome warp`: the picture that a projector has to show on a dome.
+//! `shisen dome warp`: the picture that a projector has to show on a dome or a wall.
 
-use crate::cave::DomeScreen;
-use crate::cave::warp::{Nodes, Projector, Warp, bourke, mpcdi};
 use crate::cli::arguments::{WallsName, picture_size};
 use crate::cli::prelude::*;
 use crate::files::write_atomically;
+use crate::projection::warp::{Nodes, Warp, bourke, mpcdi};
+use crate::projection::{Blend, Projector};
 
-/// Writes the warp with which a projector shows its part of a dome master
+/// Writes the warp with which a projector shows its part of a screen's picture
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// dome (a hemisphere of 2.5 m on the floor, whose centre is 1.5 m below the origin), or a
     /// TOML file of walls and domes
     #[arg(long, value_name = "NAME|FILE", default_value = "dome")]
     walls: WallsName,
-    /// Name of the dome [default: the only one]
-    #[arg(long, value_name = "NAME")]
-    dome: Option<String>,
-    /// TOML file of the projector
-    #[arg(long, value_name = "FILE")]
+    /// Name of the dome or wall [default: the projector's, or the only one]
+    #[arg(long, value_name = "NAME", alias = "dome")]
+    screen: Option<String>,
+    /// Name of a projector of --walls, which is blended with its neighbours, or a TOML file of one
+    #[arg(long, value_name = "NAME|FILE")]
     projector: PathBuf,
     /// Columns and rows of nodes [default: 80x60 for bourke, the projector's resolution for mpcdi]
     #[arg(long, value_name = "COLUMNSxROWS", value_parser = picture_size)]
@@ -51,31 +51,36 @@ pub(in crate::cli) struct Report {
     format: Format,
     /// Profile of MPCDI; null for bourke.
     profile: Option<&'static str>,
-    /// Name of the dome.
-    dome: String,
+    /// Name of the dome or wall.
+    screen: String,
     /// Name of the projector.
     projector: String,
     /// Columns of nodes.
     columns: u32,
     /// Rows of nodes.
     rows: u32,
-    /// Nodes whose light meets the dome.
+    /// Nodes whose light meets the screen.
     drawn: u64,
     /// Share of these nodes.
     share: f64,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    // A warp does not depend on the dome's pixels.
-    let cave = arguments.walls.cave([1; 2])?;
-    let dome = dome(arguments, &cave)?;
-    let projector = Projector::load(&arguments.projector)?;
+    // A warp does not depend on the screen's pixels.
+    let mut cave = arguments.walls.cave([1; 2])?;
+    let name = projector_of(arguments, &mut cave)?;
+    let blends = cave.blends()?;
+    let named = |blend: &&Blend<'_>| blend.projectors().any(|one| one.name == name);
+    let blend = blends.iter().find(named);
+    let blend = blend.ok_or_else(|| misuse!("there is no projector \"{name}\""))?;
+    let projector = blend.projectors().find(|one| one.name == name);
+    let resolution = projector.map_or([1; 2], |one| one.resolution);
     let (nodes, grid) = match arguments.format {
         Format::Bourke => (Nodes::Corners, [80, 60]),
-        Format::Mpcdi => (Nodes::Centres, projector.resolution),
+        Format::Mpcdi => (Nodes::Centres, resolution),
     };
     let grid = arguments.grid.unwrap_or(grid);
-    let warp = Warp::new(dome, &projector, grid, nodes).map_err(|error| match error.key {
+    let warp = Warp::new(blend, &name, grid, nodes).map_err(|error| match error.key {
         "grid" => Failure::usage(&error.to_string()),
         _ => error.into(),
     })?;
@@ -91,8 +96,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         path: path.display().to_string(),
         format: arguments.format,
         profile: (arguments.format == Format::Mpcdi).then_some("a3"),
-        dome: dome.name.clone(),
-        projector: projector.name.clone(),
+        screen: warp.screen().name().to_owned(),
+        projector: name,
         columns,
         rows,
         drawn,
@@ -101,28 +106,34 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&report, arguments.json)
 }
 
-fn dome<'a>(arguments: &Arguments, cave: &'a Cave) -> Result<&'a DomeScreen, Failure> {
-    let names: Vec<&str> = cave.domes.iter().map(|dome| dome.name.as_str()).collect();
-    let found = match (&arguments.dome, cave.domes.as_slice()) {
-        (None, [only]) => Some(only),
-        (None, _) => None,
-        (Some(name), domes) => domes.iter().find(|dome| dome.name == *name),
-    };
-    found.ok_or_else(|| {
-        let names = names.join(", ");
-        match (&arguments.dome, cave.domes.is_empty()) {
-            (_, true) => misuse!("there is no dome in --walls: give a file with a [[dome]]"),
-            (None, _) => misuse!("there are several domes: give --dome, one of {names}"),
-            (Some(name), _) => misuse!("there is no dome \"{name}\": give --dome, one of {names}"),
-        }
-    })
+/// Returns the projector's name, which the room has then: with its neighbours, or alone from a file.
+fn projector_of(arguments: &Arguments, cave: &mut Cave) -> Result<String, Failure> {
+    let file = &arguments.projector;
+    let is_named = |one: &&Projector| Some(one.name.as_str()) == file.to_str();
+    if let Some(projector) = cave.projectors.iter().find(is_named) {
+        return Ok(projector.name.clone());
+    }
+    let mut projector = Projector::load(file)?;
+    if arguments.screen.is_some() {
+        projector.screen.clone_from(&arguments.screen);
+    }
+    let name = projector.name.clone();
+    cave.projectors.clear();
+    let added = cave.add_projector(projector);
+    added.map_err(
+        |error| match (error.key, error.help().map(|help| help.to_string())) {
+            ("screen", Some(help)) => misuse!("{error}: {help}"),
+            _ => error.into(),
+        },
+    )?;
+    Ok(name)
 }
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (path, columns, rows) = (&self.path, self.columns, self.rows);
-        let (projector, dome, percent) = (&self.projector, &self.dome, 100.0 * self.share);
+        let (projector, screen, percent) = (&self.projector, &self.screen, 100.0 * self.share);
         write!(f, "{path}: {columns} × {rows} nodes of projector ")?;
-        write!(f, "{projector} on dome {dome}, {percent:.1} % on the dome")
+        write!(f, "{projector} on {screen}, {percent:.1} % on the screen")
     }
 }

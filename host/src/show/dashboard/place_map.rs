@@ -33,10 +33,7 @@ impl<'c> Coordinates<'c> {
     pub(super) fn new(cave: &'c Cave) -> Result<Self, PictureError> {
         let (mut screens, mut sizes) = (Vec::new(), Vec::new());
         for (number, screen) in cave.screens().enumerate() {
-            let size = match screen {
-                Screen::Wall(wall) => wall.pixels,
-                Screen::Dome(dome) => [dome.size; 2],
-            };
+            let size = screen.size();
             screens.push((screen, coordinates(number, size)?));
             sizes.push(size);
         }

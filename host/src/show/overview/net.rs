@@ -1,5 +1,5 @@
 //! The walls of one eye unfolded into a net, to see all of them at once and across their seams.
-//! A dome's master lies beside them, scaled to the net along its meridians.
+//! A dome's master lies beside them, scaled to the net along its meridians, and an unrolled cylinder.
 
 use crate::cave::{Screen, Wall, WallPlane};
 use crate::picture::Picture;
@@ -25,8 +25,10 @@ const MAX_SAMPLES: f64 = 16.0;
 struct Sheet<'a> {
     name: &'a str,
     picture: &'a Picture,
-    /// The corners in the room, counterclockwise; `None` for a dome, which shares no edge.
+    /// The corners in the room, counterclockwise; `None` for curved screens, which share no edge.
     corners: Option<[DVec3; 4]>,
+    /// A dome's picture is a disc.
+    is_round: bool,
     outline: [DVec2; 4],
 }
 
@@ -36,14 +38,24 @@ impl<'a> Sheet<'a> {
             Screen::Wall(wall) => Self::of_wall(wall, picture, scale),
             Screen::Dome(dome) => {
                 let side = dome.width() * scale;
-                let corners = [(0.0, 0.0), (side, 0.0), (side, side), (0.0, side)];
-                Ok(Self {
-                    name: &dome.name,
-                    picture,
-                    corners: None,
-                    outline: corners.map(DVec2::from),
-                })
+                Ok(Self::curved(screen, picture, [side; 2]))
             }
+            Screen::Cylinder(cylinder) => {
+                let [low, high] = cylinder.height;
+                let size = [cylinder.width() * scale, (high - low) * scale];
+                Ok(Self::curved(screen, picture, size))
+            }
+        }
+    }
+
+    fn curved(screen: Screen<'a>, picture: &'a Picture, [width, height]: [f64; 2]) -> Self {
+        let corners = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)];
+        Self {
+            name: screen.name(),
+            picture,
+            corners: None,
+            is_round: matches!(screen, Screen::Dome(_)),
+            outline: corners.map(DVec2::from),
         }
     }
 
@@ -57,6 +69,7 @@ impl<'a> Sheet<'a> {
             name: &wall.name,
             picture,
             corners: Some(plane.corners()),
+            is_round: false,
             outline: [
                 DVec2::ZERO,
                 DVec2::new(width, 0.0),
@@ -69,7 +82,7 @@ impl<'a> Sheet<'a> {
     /// Returns whether a place, 0 to 1, is in the picture grown by some pixels: a dome's is round.
     fn is_inside(&self, at: DVec2, grow: f64) -> bool {
         let side = self.outline[1].x;
-        self.corners.is_some() || (2.0 * at - 1.0).length() <= 1.0 + 2.0 * grow / side
+        !self.is_round || (2.0 * at - 1.0).length() <= 1.0 + 2.0 * grow / side
     }
 
     fn edge_lengths(&self) -> impl Iterator<Item = f64> {
@@ -136,7 +149,7 @@ fn snapped_to_quarter(rotation: DVec2) -> DVec2 {
 ///
 /// The wall named `front`, or else the first, lies upright. Every wall that touches a placed one
 /// along an edge or part of it is folded flat about that edge, nearest walls first. A wall that
-/// touches none, or whose place is taken, and a dome lie upright to the right of the others.
+/// touches none, or whose place is taken, and curved screens lie upright to the right of the others.
 ///
 /// The net has the pixels per metre of the first placed screen. Pictures of that scale at whole
 /// pixels and quarter turns are copied bit for bit. Names stand in the walls' upper left corners.
@@ -154,6 +167,7 @@ where
     let across = match screen {
         Screen::Wall(wall) => WallPlane::new(wall)?.right.length(),
         Screen::Dome(dome) => dome.width(),
+        Screen::Cylinder(cylinder) => cylinder.width(),
     };
     let scale = f64::from(picture.width) / across;
     let sheets = screens.iter().map(|&(screen, picture)| {

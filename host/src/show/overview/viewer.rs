@@ -1,6 +1,6 @@
 //! A perspective view of the screens from the viewer's eye, to check on a desk what a CAVE shows.
 
-use crate::cave::{DomeScreen, RoomError, Screen, WallPlane};
+use crate::cave::{CylinderScreen, DomeScreen, RoomError, Screen, WallPlane};
 use crate::picture::Picture;
 use crate::show::ShowError;
 use glam::{DVec2, DVec3};
@@ -120,6 +120,7 @@ where
 enum Surface<'a> {
     Wall(WallPlane),
     Dome(&'a DomeScreen),
+    Cylinder(&'a CylinderScreen),
 }
 
 impl<'a> Surface<'a> {
@@ -127,6 +128,7 @@ impl<'a> Surface<'a> {
         Ok(match screen {
             Screen::Wall(wall) => Self::Wall(WallPlane::new(wall)?),
             Screen::Dome(dome) => Self::Dome(dome),
+            Screen::Cylinder(cylinder) => Self::Cylinder(cylinder),
         })
     }
 
@@ -138,6 +140,10 @@ impl<'a> Surface<'a> {
             Self::Wall(plane) => {
                 let (distance, x, y) = plane.intersect(eye, direction)?;
                 Some((distance, DVec2::new(x, y) * size))
+            }
+            Self::Cylinder(cylinder) => {
+                let (distance, at) = cylinder.meet(eye, direction)?;
+                Some((distance, at * size))
             }
             Self::Dome(dome) => {
                 let (distance, at) = dome.meet(eye, direction)?;

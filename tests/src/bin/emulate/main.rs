@@ -262,9 +262,10 @@ const PATIENCE: f64 = 60.0;
 
 /// Returns the walls of a room in the board's form.
 fn screens(cave: &Cave) -> Result<Vec<FlatScreen>, Failure> {
-    if !cave.domes.is_empty() || cave.walls.len() > MOST_SCREENS {
+    let is_flat = cave.domes.is_empty() && cave.cylinders.is_empty();
+    if !is_flat || cave.walls.len() > MOST_SCREENS {
         return Err(Failure::usage(&format!(
-            "the board shows up to {MOST_SCREENS} walls and no domes: give another --walls"
+            "the board shows up to {MOST_SCREENS} walls and nothing curved: give another --walls"
         )));
     }
     Ok(cave.walls.iter().map(Wall::flat_screen).collect())

@@ -1,7 +1,7 @@
 //! Why there is no dome master, or none on a dome screen.
 
 use super::MirrorCamera;
-use crate::frame::view::{DomeScreen, View};
+use crate::frame::view::{CylinderScreen, DomeScreen, View};
 use crate::shape::Ray;
 use core::f32::consts::TAU;
 use glam::{Mat3, Vec3};
@@ -59,7 +59,14 @@ pub enum DomeError {
         DomeScreen::RADII.0, DomeScreen::RADII.1
     )]
     ScreenRadius { radius: f32 },
-    /// An eye farther from the screen's centre than [`DomeScreen::FARTHEST_EYE`].
+    /// A cylinder without height, or one too far from its middle: in radii.
+    #[error(
+        "the cylinder starts {low} radii over its middle and is {height} high: give heights within {} \
+         radii, the higher one last",
+        CylinderScreen::HIGHEST
+    )]
+    Heights { low: f32, height: f32 },
+    /// An eye farther from the screen's centre or axis than [`DomeScreen::FARTHEST_EYE`].
     #[error(
         "the eye is at {eye}, {distance} radii from the dome screen's centre: give a place within {} \
          radii",

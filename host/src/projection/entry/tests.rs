@@ -11,8 +11,9 @@ lens_shift = [0.1, 0.5]
 resolution = [1920, 1200]
 "#;
 
-fn projector(text: &str) -> Projector {
-    Projector::from_toml(text, "back.toml").unwrap()
+fn lens(text: &str) -> Lens {
+    let projector = Projector::from_toml(text, "back.toml").unwrap();
+    *projector.lens().unwrap()
 }
 
 #[test]
@@ -40,7 +41,7 @@ fn a_picture_is_as_wide_as_its_lens_throws_it_and_shifted() {
         ("resolution", shift, [0.25, 1.0], [0.0, 0.0]),
         ("resolution", shift, [0.25, 0.0], [0.0, 2.0 * tall]),
     ] {
-        let found = projector(&level.replacen(from, to, 1)).direction(DVec2::new(x, y));
+        let found = lens(&level.replacen(from, to, 1)).direction(DVec2::new(x, y));
         let expected = DVec3::new(expected[0], expected[1], -1.0).normalize();
         assert!(found.distance(expected) < 1e-14, "{to}: {found} {expected}");
     }
@@ -55,8 +56,7 @@ fn angles_are_those_that_a_projector_is_turned_by() {
                 "up = [0, 1, 0]",
                 &format!("pitch_degrees = {pitch:.1}\nroll_degrees = {roll:.1}"),
             );
-        let projector = projector(&text);
-        let found = projector.angles().map(f64::to_degrees);
+        let found = lens(&text).angles().map(f64::to_degrees);
         for (found, expected) in found.into_iter().zip([yaw, pitch, roll]) {
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }
@@ -64,7 +64,7 @@ fn angles_are_those_that_a_projector_is_turned_by() {
     // To the right, up, and the picture's right side down.
     let turned = |text: &str| {
         let text = PROJECTOR.replace("look = [0, 0.6, -1]", text);
-        projector(&text.replace("up = [0, 1, 0]", "")).axes
+        lens(&text.replace("up = [0, 1, 0]", "")).axes
     };
     assert_eq!(-turned("yaw_degrees = 90").z_axis, DVec3::X);
     assert_eq!(-turned("pitch_degrees = 90").z_axis, DVec3::Y);
