@@ -236,12 +236,17 @@ impl<'a> Screen<'a> {
         }
     }
 
-    /// Returns the number of its pixels, for one eye.
-    pub fn pixels(self) -> u64 {
-        let [columns, rows] = match self {
+    /// Returns columns and rows of its picture.
+    pub const fn size(self) -> [u32; 2] {
+        match self {
             Self::Wall(wall) => wall.pixels,
             Self::Dome(dome) => [dome.size; 2],
-        };
+        }
+    }
+
+    /// Returns the number of its pixels, for one eye.
+    pub fn pixels(self) -> u64 {
+        let [columns, rows] = self.size();
         u64::from(columns) * u64::from(rows)
     }
 
