@@ -2,7 +2,7 @@
 
 use super::Frame;
 use super::sheet::{Anchor, Sheet};
-use crate::cave::{Screen, Wall};
+use crate::cave::Screen;
 use glam::{DVec2, DVec3};
 
 /// Returns points all over a screen: metres, in the room.
