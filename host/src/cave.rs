@@ -9,12 +9,15 @@
 //! [`crate::projection`] makes what projectors have to show.
 
 pub(crate) mod angle;
+pub mod import;
 pub mod look;
-pub mod ndisplay;
+pub mod measure;
+pub mod plan;
 
 mod cylinder;
 mod dome;
 mod file;
+mod remarks;
 mod view;
 mod viewer;
 mod wall_plane;

@@ -64,6 +64,7 @@ use super::{Cave, CylinderScreen, DomeScreen, RoomError, Wall};
 use crate::files::description::{FileError, Located, Source, read_description};
 use crate::projection::{self, ProjectorEntry};
 use serde::Deserialize;
+use std::fmt::Write as _;
 use std::path::Path;
 
 const SYNTAX: &str = "a wall is a [[wall]] with name, lower_left, lower_right and upper_left \
@@ -216,5 +217,28 @@ impl Cave {
             source,
             Some(("projector", self.projectors.len() - 1)),
         ))
+    }
+}
+
+impl Wall {
+    /// Returns the wall as an entry of a file, to hundredths of a millimetre.
+    pub(super) fn to_toml(&self, pixels: Option<[u32; 2]>) -> String {
+        // Names have no quotes and no backslashes: file names cannot have them.
+        let mut text = format!("[[wall]]\nname = \"{}\"\n", self.name);
+        for (key, place) in [
+            ("lower_left ", self.lower_left),
+            ("lower_right", self.lower_right),
+            ("upper_left ", self.upper_left),
+        ] {
+            // No minus before a zero.
+            let [x, y, z] = place
+                .to_array()
+                .map(|metres| (metres * 1e5).round() / 1e5 + 0.0);
+            let _ = writeln!(text, "{key} = [{x:.5}, {y:.5}, {z:.5}]");
+        }
+        if let Some([columns, rows]) = pixels {
+            let _ = writeln!(text, "pixels = [{columns}, {rows}]");
+        }
+        text
     }
 }

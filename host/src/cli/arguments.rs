@@ -5,6 +5,7 @@ pub mod dispersion;
 pub mod filling;
 pub mod levels;
 pub mod lod;
+pub mod outputs;
 pub mod room;
 pub mod source;
 pub mod tracing;
@@ -101,8 +102,18 @@ impl From<OsString> for WallsName {
 }
 
 impl WallsName {
-    /// Loads the room. Screens that do not say their size have `size`, columns and rows.
+    /// Loads the room, and warns of skewed walls. Screens that do not say their size have `size`,
+    /// columns and rows.
     pub fn cave(&self, size: [u32; 2]) -> Result<Cave, Failure> {
+        let cave = self.cave_without_remarks(size)?;
+        if let Some(remark) = cave.skewed() {
+            warn(&remark);
+        }
+        Ok(cave)
+    }
+
+    /// As [`Self::cave`], without a warning.
+    pub fn cave_without_remarks(&self, size: [u32; 2]) -> Result<Cave, Failure> {
         Ok(match self {
             Self::BuiltIn(which) => Cave::built_in(*which, size)?,
             Self::File(path) => Cave::load(path, size)?,

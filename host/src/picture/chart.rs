@@ -34,7 +34,7 @@ const NAME_ROW: u32 = 20;
 const DOT: u32 = 5 * PARTS;
 
 /// Okabe and Ito's colours, which people with any kind of colour vision can distinguish.
-const COLOURS: [RGBColor; 7] = [
+pub(crate) const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),

@@ -1,22 +1,25 @@
-//! `shisen room import`: another program's screens as a room file.
+//! `shisen room import`: walls from rooms of other programs.
 
-use crate::cave::{Wall, ndisplay};
+use crate::cave::Wall;
+use crate::cave::import::ImportedRoom;
 use crate::cli::prelude::*;
-use crate::files::{self, write_atomically};
+use crate::files::{UNREAD, read_text, write_atomically};
 
-/// Writes the screens of an nDisplay configuration as a room file
+/// Takes the walls from a room of nDisplay, Vrui, VR Juggler or MiddleVR
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
-    /// nDisplay's configuration: JSON, as .ndisplay
-    #[arg(value_name = "FILE")]
+    /// A .ndisplay, a Vrui.cfg, a .jconf of VR Juggler or a .vrx of MiddleVR
     file: PathBuf,
-    /// Room file to write
+    /// File of the room to write, for --walls
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
-    /// Pixels along each side of a screen that no viewport shows
+    /// Pixels along each side of a screen whose file does not say
     #[arg(long, value_name = "PIXELS", default_value_t = 1024,
           value_parser = whole::<u32>(1..=Wall::MOST_PIXELS))]
     size: u32,
+    /// Root section of a Vrui.cfg with several rooms
+    #[arg(long, value_name = "NAME")]
+    section: Option<String>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -25,49 +28,45 @@ pub(in crate::cli) struct Arguments {
 /// An imported room.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(in crate::cli) struct Report {
-    /// Room file.
-    path: String,
-    /// Names of its walls.
+    /// Program whose room it is: nDisplay, Vrui, VR Juggler or MiddleVR.
+    program: &'static str,
+    /// Names of the walls.
     walls: Vec<String>,
-    /// What was not read: a sentence each.
+    /// What the file has besides, which is not taken.
     ignored: Vec<String>,
+    /// Sentences about walls not at right angles and open seams.
+    remarks: Vec<String>,
+    /// File of the room.
+    path: String,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = &arguments.file;
-    let text = files::read_text(file).map_err(|reason| {
-        let message = format!("{}: cannot read: {reason}", file.display());
-        Fault::new(message, files::UNREAD)
+    let text = read_text(file).map_err(|reason| {
+        Fault::new(format!("{}: cannot read: {reason}", file.display()), UNREAD)
     })?;
-    let imported = ndisplay::read(&text, [arguments.size; 2])?;
-    let walls = &imported.cave.walls;
+    let room = ImportedRoom::from_text(&text, arguments.section.as_deref(), [arguments.size; 2])?;
     let path = &arguments.out;
-    write_atomically(path, |to| {
-        walls.iter().try_for_each(|wall| {
-            let [lower_left, lower_right, upper_left] =
-                [wall.lower_left, wall.lower_right, wall.upper_left].map(|c| c.to_array());
-            writeln!(
-                to,
-                "[[wall]]\nname = {:?}\nlower_left = {lower_left:?}\nlower_right = \
-                 {lower_right:?}\nupper_left = {upper_left:?}\npixels = {:?}\n",
-                wall.name, wall.pixels
-            )
-        })
-    })
-    .map_err(Fault::write(path))?;
+    write_atomically(path, |out| out.write_all(room.to_toml().as_bytes()))
+        .map_err(Fault::write(path))?;
+    let cave = Cave::new(room.walls)?;
     let report = Report {
+        program: room.program,
+        walls: cave.walls.iter().map(|wall| wall.name.clone()).collect(),
+        ignored: room.ignored,
+        remarks: cave.skewed().into_iter().chain(cave.open_seams()).collect(),
         path: path.display().to_string(),
-        walls: walls.iter().map(|wall| wall.name.clone()).collect(),
-        ignored: imported.ignored,
     };
     print(&report, arguments.json)
 }
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.path, self.walls.join(", "))?;
-        self.ignored
+        let (path, program, walls) = (&self.path, self.program, self.walls.join(", "));
+        write!(f, "{path}: the walls of a {program} room: {walls}")?;
+        write!(f, "\nnot taken: {}", self.ignored.join("; "))?;
+        self.remarks
             .iter()
-            .try_for_each(|one| write!(f, "\nnot read: {one}"))
+            .try_for_each(|remark| write!(f, "\n{remark}"))
     }
 }

@@ -4,19 +4,11 @@
 //! screen is centred on its node, as wide as its Y and as high as its Z goes, and seen from its −X.
 //! Only screens and the pixels of viewports that show them are read.
 
-use super::angle::sin_cos_degrees;
-use super::{Cave, RoomError, Wall};
+use super::ImportedRoom;
+use crate::cave::angle::sin_cos_degrees;
+use crate::cave::{Cave, RoomError, Wall};
 use glam::{DMat3, DVec3};
 use serde_json::{Map, Value};
-
-/// A room that was read.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Imported {
-    /// The screens, as walls.
-    pub cave: Cave,
-    /// What was not read: a sentence each.
-    pub ignored: Vec<String>,
-}
 
 /// A place and axes in a parent's.
 #[derive(Clone, Copy)]
@@ -32,7 +24,7 @@ const DEEPEST: usize = 64;
 ///
 /// # Errors
 /// Text that is not such JSON, a parent that is not there, a screen that makes no wall.
-pub fn read(text: &str, size: [u32; 2]) -> Result<Imported, RoomError> {
+pub(super) fn read(text: &str, size: [u32; 2]) -> Result<ImportedRoom, RoomError> {
     let fault = |message: String| {
         RoomError::new(
             "",
@@ -108,7 +100,11 @@ pub fn read(text: &str, size: [u32; 2]) -> Result<Imported, RoomError> {
             ));
         }
     }
-    Ok(Imported { cave, ignored })
+    Ok(ImportedRoom {
+        program: "nDisplay",
+        walls: cave.walls,
+        ignored,
+    })
 }
 
 /// Returns the screens that viewports show and their pixels, and what other viewports there are.
@@ -188,7 +184,7 @@ mod tests {
     #[test]
     fn screens_stand_where_their_parents_put_them() {
         let imported = read(ROOM, [9, 9]).unwrap();
-        let [wall] = &imported.cave.walls[..] else {
+        let [wall] = &imported.walls[..] else {
             panic!()
         };
         assert_eq!(wall.name, "scr_left");
@@ -205,7 +201,7 @@ mod tests {
             "\"pitch\":0,\"yaw\":0,\"roll\":0}}}},",
             "\"pitch\":90,\"yaw\":0,\"roll\":0}}}},",
         );
-        let wall = read(&pitched, [9, 9]).unwrap().cave.walls.remove(0);
+        let wall = read(&pitched, [9, 9]).unwrap().walls.remove(0);
         assert_eq!(wall.upper_left - wall.lower_left, DVec3::new(2.0, 0.0, 0.0));
         for (from, to, says) in [
             (
