@@ -31,10 +31,13 @@ mod prelude;
 pub mod program;
 mod room;
 mod run;
+mod show;
 mod spectrum;
+mod test_pattern;
 pub mod tracker;
 
 use crate::live;
+use crate::outputs::OutputsReport;
 use clap::Parser;
 use clap::error::ErrorKind;
 use output::failure::Failure;
@@ -47,6 +50,8 @@ use std::process::ExitCode;
 enum Shisen {
     Cave(Box<cave::Arguments>),
     Run(Box<run::Arguments>),
+    Show(show::Arguments),
+    TestPattern(test_pattern::Arguments),
     Bake(bake::Arguments),
     Inspect(inspect::Arguments),
     Explain(Box<explain::Arguments>),
@@ -106,6 +111,11 @@ impl Program for Shisen {
             "run",
             schema::<Either<run::report::Report, live::FrameRecord>>,
         ),
+        ("show", schema::<OutputsReport>),
+        (
+            "test-pattern",
+            schema::<Either<test_pattern::Report, test_pattern::List>>,
+        ),
         ("bake", schema::<bake::Report>),
         (
             "inspect",
@@ -137,6 +147,8 @@ impl Program for Shisen {
         match self {
             Self::Cave(arguments) => cave::run(arguments),
             Self::Run(arguments) => run::run(arguments),
+            Self::Show(arguments) => show::run(arguments),
+            Self::TestPattern(arguments) => test_pattern::run(arguments),
             Self::Bake(arguments) => bake::run(arguments),
             Self::Inspect(arguments) => inspect::run(arguments),
             Self::Explain(arguments) => explain::run(arguments),

@@ -105,6 +105,7 @@ pub mod cli;
 pub mod dome;
 pub mod files;
 pub mod live;
+pub mod outputs;
 pub mod picture;
 pub mod projection;
 pub mod render;

@@ -23,7 +23,7 @@ pub use governor::{Allowance, Decision, FrameCost, Governor};
 pub use latency::{FrameRecord, Latencies, Leg, Summary};
 pub use quality::{FOVEA, Quality};
 pub use session::{
-    Display, Latch, Observe, SessionError, SessionReport, SessionSettings, follow, run,
+    Display, Latch, Observe, Refresh, SessionError, SessionReport, SessionSettings, follow, run,
 };
 #[cfg(feature = "cluster")]
 pub use swap::Mpi;

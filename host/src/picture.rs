@@ -325,7 +325,7 @@ pub fn srgb_from_linear(linear: f32) -> u8 {
     fast_srgb8::f32_to_srgb8(linear)
 }
 
-fn srgb_of_pixel(pixel: [f32; 4]) -> [u8; 3] {
+pub(crate) fn srgb_of_pixel(pixel: [f32; 4]) -> [u8; 3] {
     let [red, green, blue, _] = fast_srgb8::f32x4_to_srgb8(pixel);
     [red, green, blue]
 }

@@ -1,10 +1,11 @@
 //! The live loop's frames: what they are, what they take, and what is never
 //! missing.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use shisen::bake::{AnyScene, Baked, Layout};
 use shisen::cave::{Eye, Viewer};
 use shisen::live::{Allowance, Engine, FrameCost, Governor, Quality, Share, with_engine};
+use shisen::picture::Picture;
 use shisen::render::{self, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen_core::Simd;
@@ -76,6 +77,38 @@ fn a_frame_without_a_budget_is_the_frame() {
                 .collect();
             assert_eq!(engine.hashes().expect("pictures"), whole);
         }
+    });
+}
+
+/// Eyes behind the right wall still see the others, and all once they are back.
+#[test]
+fn a_wall_seen_from_behind_is_dark() {
+    let baked = baked();
+    let behind: Vec<Observer> = [Eye::Left, Eye::Right]
+        .map(|eye| Observer::new(eye, DVec3::new(1.6, 0.1, 0.3)))
+        .to_vec();
+    let mut others = three_walls(SIDE);
+    others.walls.retain(|wall| wall.name != "right");
+    let seen = scenes::frame(baked.scene().into(), &others, &behind, &options(1, 32));
+    let mut seen = seen.pictures.iter().map(|one| one.picture.hash());
+    let dark = Picture::new(SIDE, SIDE).expect("a picture").hash();
+    let expected: Vec<u64> = three_walls(SIDE)
+        .walls
+        .iter()
+        .flat_map(|wall| [wall, wall])
+        .map(|wall| match wall.name.as_str() {
+            "right" => dark,
+            _ => seen.next().expect("a picture"),
+        })
+        .collect();
+    with(&baked, &options(2, 24), |engine| {
+        let mut hashes = |eyes: &[Observer]| {
+            engine.render(eyes, &Quality::FULL, None).expect("a frame");
+            engine.hashes().expect("pictures")
+        };
+        let before = hashes(&eyes(0));
+        assert_eq!(hashes(&behind), expected);
+        assert_eq!(hashes(&eyes(0)), before);
     });
 }
 

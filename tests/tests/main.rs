@@ -33,6 +33,8 @@ mod lod;
 mod microfacets;
 mod normal_maps;
 mod optics;
+#[cfg(unix)]
+mod outputs;
 mod overrun;
 mod paper_rays;
 mod poses;

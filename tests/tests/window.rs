@@ -14,17 +14,23 @@ use tempfile::TempDir;
 const PATIENCE: Duration = Duration::from_mins(1);
 
 /// An X server.
-struct Server {
+pub(super) struct Server {
     child: Child,
-    name: String,
+    pub(super) name: String,
 }
 
 impl Server {
     fn start() -> Self {
+        Self::of("1280x1024")
+    }
+
+    /// Starts a server whose screen has so many columns and rows.
+    pub(super) fn of(size: &str) -> Self {
         // Without -noreset a server restarts when its last client leaves, and drops a client that
         // connects just then: xdotool connects and leaves many times before the window is there.
         let mut child = Command::new("Xvfb")
-            .args("-displayfd 1 -screen 0 1280x1024x24 -noreset".split(' '))
+            .args("-displayfd 1 -noreset -screen 0".split(' '))
+            .arg(format!("{size}x24"))
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
@@ -51,7 +57,7 @@ impl Server {
     }
 
     /// Sends a signal to the server.
-    fn signal(&self, signal: &str) {
+    pub(super) fn signal(&self, signal: &str) {
         let kill = Command::new("kill")
             .args([signal, &self.child.id().to_string()])
             .status();
@@ -149,7 +155,7 @@ impl Run {
     }
 }
 
-fn until<T>(mut is_there: impl FnMut() -> Option<T>) -> T {
+pub(super) fn until<T>(mut is_there: impl FnMut() -> Option<T>) -> T {
     let last = Instant::now() + PATIENCE;
     loop {
         if let Some(found) = is_there() {

@@ -6,7 +6,7 @@
 //! number does not count.
 
 use crate::cave::angle::sin_cos_degrees;
-use glam::DVec3;
+use glam::{DMat3, DQuat, DVec3};
 use std::str::FromStr;
 use thiserror::Error;
 
@@ -67,6 +67,12 @@ impl ViewDirection {
     pub fn directions(self) -> (DVec3, DVec3) {
         let basis = self.basis();
         (basis.forward, basis.up)
+    }
+
+    /// Returns the turn of an upright head that faces this way, from one that faces the front.
+    pub fn orientation(self) -> DQuat {
+        let ViewBasis { right, up, forward } = self.basis();
+        DQuat::from_mat3(&DMat3::from_cols(right, up, -forward))
     }
 
     /// Returns the axes of a viewer who looks this way and holds the head upright. Straight down,
@@ -200,6 +206,21 @@ mod tests {
             let basis = text.parse::<ViewDirection>().unwrap().basis();
             assert_eq!(basis.right, DVec3::X, "{text}");
             assert!((basis.up - up).length() < 1e-11, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_head_turns_with_its_look() {
+        for text in ["front", "right", "back", "ceiling", "-30,40", "1,-2,3"] {
+            let look = text.parse::<ViewDirection>().unwrap();
+            let (head, basis) = (look.orientation(), look.basis());
+            for (axis, found) in [
+                (basis.right, head * DVec3::X),
+                (basis.up, head * DVec3::Y),
+                (basis.forward, head * DVec3::NEG_Z),
+            ] {
+                assert!((axis - found).length() < 1e-15, "{text}: {found}");
+            }
         }
     }
 }

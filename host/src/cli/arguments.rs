@@ -5,6 +5,7 @@ pub mod dispersion;
 pub mod filling;
 pub mod levels;
 pub mod lod;
+pub mod outputs;
 pub mod room;
 pub mod source;
 pub mod tracing;

@@ -65,10 +65,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
              --lod paper, paper-ellipse or off"
         ));
     }
-    let mut observers = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
-    for (_, place) in eyes.clone() {
-        cave.check_eye(place)?;
-    }
+    let mut observers = arguments.lod.observers(eyes, directions, 0.0)?;
+    arguments.room.check_eyes(&cave, pose)?;
     let source = Source::load(name, &arguments.model)?;
     let (names, animations) = match &source.scene {
         Loaded::Described(scene) => (scene.material_names(), Animation::of(scene.motion.clips())),
@@ -78,6 +76,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let ready = arguments.lod.baked(source, &ticker)?;
     drop(ticker);
     if let Some(look) = ready.look() {
+        let pose = arguments.room.head_towards(Some(look));
+        arguments.room.check_eyes(&cave, pose)?;
+        let eyes = arguments.room.eyes(pose);
         observers = (arguments.lod).observers(eyes, look.directions(), 0.0)?;
     }
     let Ready { baked, shown, .. } = ready;

@@ -12,6 +12,7 @@ use crate::cli::arguments::room::RoomArguments;
 use crate::cli::arguments::source::{Ready, Shown};
 use crate::cli::arguments::tracing::TracingArguments;
 use crate::cli::arguments::{ModelArguments, SCENES, SceneName};
+use crate::cli::output::Warner;
 use crate::cli::prelude::*;
 use crate::cli::tracker::Opened;
 use crate::live::{
@@ -128,9 +129,7 @@ impl LiveArguments {
         };
         let budget = time.frame_budget(&self.scene, table)?;
         let cave = self.room.cave()?;
-        for (_, place) in self.room.eyes(self.room.head()) {
-            cave.check_eye(place)?;
-        }
+        self.room.check_eyes(&cave, self.room.head())?;
         let model = self.model.within(&cave);
         let Ready {
             baked,
@@ -293,19 +292,32 @@ impl Prepared {
                  at most as many"
             ))));
         }
+        let warner = Warner::start();
+        let mut named = vec![false; cave.screens().count()];
         let mut observe = |look: &Look, eyes: &mut Vec<Observer>| {
             let places = room.eyes(look.head);
-            let seen = places
-                .clone()
-                .all(|(_, place)| cave.check_eye(place).is_ok());
-            if seen || eyes.is_empty() {
+            let (mut all, mut any) = (true, false);
+            for (screen, named) in cave.screens().zip(&mut named) {
+                let mut views = places.clone().map(|(_, place)| screen.view_from(place));
+                let Some(fault) = views.find_map(Result::err) else {
+                    any = true;
+                    continue;
+                };
+                all = false;
+                if !std::mem::replace(named, true) {
+                    warner.warn(format!(
+                        "{fault}; its picture for that eye is dark meanwhile"
+                    ));
+                }
+            }
+            if any || eyes.is_empty() {
                 // All screens are seen from the first pose.
-                let places = if seen { places } else { room.eyes(start) };
+                let places = if any { places } else { room.eyes(start) };
                 let directions = (look.forward.as_dvec3(), look.up.as_dvec3());
                 // A wrong line of sight leaves the eyes unchanged.
                 let _ = lod.observe(places, directions, look.widen, eyes);
             }
-            seen
+            all
         };
         let run = |engine: &mut dyn Engine| part(engine, &mut observe);
         let how = arguments.capture;

@@ -11,13 +11,16 @@ mod together;
 )]
 mod watch;
 
+use crate::cave::{Eye, Screen};
 use crate::cli::arguments::filling::{CaptureDetail, Fill};
+use crate::cli::arguments::outputs::OutputsArguments;
 use crate::cli::arguments::{SceneName, choices, span};
 use crate::cli::play::{Change, LiveArguments, TimeArguments, live_lod};
 use crate::cli::prelude::*;
 use crate::cli::tracker::{Interrupt, TrackerName};
-use crate::live::{Latch, SessionSettings, SwapLock};
-use crate::render::CaptureOptions;
+use crate::live::{Latch, SessionSettings, Share, SwapLock, eyes_of};
+use crate::outputs::Outputs;
+use crate::render::{CaptureOptions, Observer};
 use crate::show::stereo::Stereo;
 use files::Log;
 use frames::Frames;
@@ -55,6 +58,8 @@ pub(super) struct Arguments {
     /// side-by-side, top-bottom or anaglyph (for red-cyan glasses)
     #[arg(long, value_name = "FORMAT", default_value_t = Stereo::Mono)]
     stereo: Stereo,
+    #[command(flatten)]
+    outputs: OutputsArguments,
     /// What shows where the gaze skips rays
     #[arg(long, value_enum, default_value = "background")]
     fill: Fill,
@@ -99,9 +104,10 @@ impl Arguments {
     fn check(&self) -> Result<(), Failure> {
         let stereo = self.stereo;
         self.fill.check(&self.live.lod, self.capture.given())?;
-        if self.fill == Fill::Previous && self.view() == View::None {
+        let is_shown = self.view() != View::None || self.outputs.is_given();
+        if self.fill == Fill::Previous && !is_shown {
             return Err(misuse!(
-                "--fill previous is for --view png or window: with --view none nothing is shown"
+                "--fill previous is for --view png or window and --outputs: nothing is shown"
             ));
         }
         if self.cluster && self.view() == View::Window {
@@ -118,9 +124,9 @@ impl Arguments {
                  out: leave one of them out",
             ));
         }
-        if self.view() == View::None {
+        if !is_shown {
             return Err(misuse!(
-                "--stereo {stereo} is for --view png or window: with --view none nothing is shown"
+                "--stereo {stereo} is for --view png or window and --outputs: nothing is shown"
             ));
         }
         self.live.room.check_stereo(stereo)
@@ -142,15 +148,33 @@ impl Arguments {
 
     /// Returns `--hz` and `--budget`, with the refresh of the display that shows the frames; files
     /// of a file's scene have whole pictures unless told otherwise.
-    fn time(&self) -> TimeArguments {
+    fn time(&self, outputs: Option<&Outputs>) -> TimeArguments {
         let shown = (self.view() == View::Window).then(watch::refresh);
         let mut time = self.time;
-        time.refresh = shown.flatten();
+        let hz = outputs.map(|outputs| outputs.hz().round() as u32);
+        time.refresh = hz.or(shown.flatten());
         if self.is_to_be_seen() && self.view() == View::Png {
             time.or_unlimited()
         } else {
             time
         }
+    }
+
+    /// Opens the windows of this machine's share of the pictures.
+    fn open_outputs(&self, share: Share) -> Result<Option<Outputs>, Failure> {
+        if !self.outputs.is_given() {
+            return Ok(None);
+        }
+        let room = &self.live.room;
+        let cave = room.cave()?;
+        let eyes: Vec<_> = room
+            .eyes(room.head())
+            .map(|(eye, place)| Observer::new(eye, place))
+            .collect();
+        let names: Vec<&str> = cave.screens().map(Screen::name).collect();
+        let pictures = eyes_of(&cave, &eyes, share).map(|(screen, eye)| (names[screen], eye));
+        let pictures: Vec<(&str, Eye)> = pictures.collect();
+        self.outputs.open(&names, &pictures, self.stereo)
     }
 
     fn live(&self) -> LiveArguments {
@@ -175,9 +199,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Renders this machine's share of what the first machine orders.
 fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
-    let prepared = arguments.live().prepare(&arguments.time())?;
+    let outputs = arguments.open_outputs(lock.share())?;
+    let prepared = arguments
+        .live()
+        .prepare(&arguments.time(outputs.as_ref()))?;
     let interrupt = Interrupt::watched();
-    let mut frames = Frames::open(arguments, &interrupt, None, &prepared, lock.share())?;
+    let mut frames = Frames::open(
+        arguments,
+        &interrupt,
+        None,
+        &prepared,
+        lock.share(),
+        outputs,
+    )?;
     frames.begin(&prepared);
     prepared.obey(&mut frames, lock)?;
     frames.finish().1
@@ -186,10 +220,11 @@ fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
 /// Follows the tracker, and tells other machines what to render.
 fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let log = arguments.record.as_deref().map(Log::create).transpose()?;
-    let time = arguments.time();
+    let outputs = arguments.open_outputs(lock.share())?;
+    let time = arguments.time(outputs.as_ref());
     let mut prepared = arguments.live().prepare(&time)?;
     let interrupt = Interrupt::watched();
-    let mut frames = Frames::open(arguments, &interrupt, log, &prepared, lock.share())?;
+    let mut frames = Frames::open(arguments, &interrupt, log, &prepared, lock.share(), outputs)?;
     let tracker = arguments.live.listen(&arguments.tracker.spec)?;
     let mut earlier = 0;
     // Once for each scene and level of detail that is asked for.
@@ -214,6 +249,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
         }
         let fill = frames.fill;
         let shown = frames.shown_of_field();
+        let outputs = frames.outputs.as_ref().map(Outputs::report);
         let (window, files) = frames.finish();
         let surroundings = Surroundings {
             fill,
@@ -225,6 +261,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
             dropped_bytes: tracker.counts().dropped_bytes,
             earlier_frames: earlier,
             window,
+            outputs,
             cluster: Together::new(lock.share(), &played),
             interference: played.interference,
         };

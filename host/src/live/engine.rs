@@ -22,7 +22,8 @@ use crate::with_scene;
 use capture::LiveCapture;
 use deal::{Dealer, Group, LiveTile};
 use fovea::{SAME_PLACE, is_foveal, reaching_fovea, towards};
-use shisen_core::frame::{Fill, Spectrum, Statistics, Tile, TileJob, Workspace};
+use rayon::prelude::*;
+use shisen_core::frame::{Fill, Pixel, Spectrum, Statistics, Tile, TileJob, Workspace};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use std::sync::Mutex;
@@ -58,8 +59,10 @@ pub trait Engine {
     /// Renders what these eyes see in at most `steps` steps. With `whole_fovea` it always finishes
     /// the [`FOVEA`](super::FOVEA) of eyes whose line of sight is known, and may take more.
     ///
+    /// Pictures of screens that their eye does not see are dark.
+    ///
     /// # Errors
-    /// Other eyes than the engine was made for; an eye that does not see a screen.
+    /// Other eyes than the engine was made for.
     fn render_frame(
         &mut self,
         eyes: &[Observer],
@@ -222,6 +225,7 @@ where
     let plan = Plan {
         stage,
         sights: vec![None; parts.len()],
+        dark: vec![false; parts.len()],
         parts,
         order: Vec::with_capacity(tiles.len()),
         first: 0,
@@ -327,22 +331,23 @@ where
                 over.push(Picture::new(view.columns(), view.rows())?);
             }
         }
-        let (mut pixels, mut before) = (Vec::new(), Vec::new());
-        for tile in &self.shared.tiles {
-            let tile = lock(tile);
-            let Some(picture) = over.get_mut(tile.part) else {
-                continue;
-            };
-            let place = tile.job.tile();
-            pixels.clone_from(&tile.pixels);
-            if filled {
+        over.par_iter_mut().enumerate().for_each(|(part, picture)| {
+            let (mut pixels, mut before) = (Vec::new(), Vec::new());
+            let tiles = self.shared.tiles.iter().map(lock);
+            for tile in tiles.filter(|tile| tile.part == part) {
+                let place = tile.job.tile();
+                if !filled || plan.dark[part] {
+                    render::put(picture, place, &tile.pixels);
+                    continue;
+                }
+                pixels.clone_from(&tile.pixels);
                 render::pixels_of(picture, place, &mut before);
-                let (view, renderer) = &plan.parts[tile.part];
+                let (view, renderer) = &plan.parts[part];
                 let filled = renderer.fill(view, place, &Fill::Pixels(&before), &mut pixels);
                 debug_assert!(filled.is_ok(), "its own pixels");
+                render::put(picture, place, &pixels);
             }
-            render::put(picture, place, &pixels);
-        }
+        });
         Ok(())
     }
 
@@ -380,8 +385,10 @@ where
         }
         *settled = *quality == self.quality;
         self.quality = *quality;
-        let own = parts.iter_mut().zip(sights.iter_mut());
-        for ((_, screen, observer), (part, sight)) in pairs(self.cave, eyes, self.share).zip(own) {
+        let own = parts.iter_mut().zip(sights.iter_mut().zip(&mut plan.dark));
+        for ((_, screen, observer), (part, (sight, dark))) in
+            pairs(self.cave, eyes, self.share).zip(own)
+        {
             let was = std::mem::replace(sight, observer.forward());
             *settled &= match (was, *sight) {
                 (Some(was), Some(sight)) => was.angle_between(sight) <= SAME_PLACE,
@@ -390,7 +397,10 @@ where
             let renderer = render::in_full(scene, &options, spectrum)?;
             let renderer = renderer.with_faces_of_level(quality.faces);
             let renderer = quality.lower(*observer).follow(&renderer);
-            *part = (render::view(screen, observer)?, renderer);
+            let view = render::view(screen, observer);
+            *settled &= *dark == view.is_err();
+            *dark = view.is_err();
+            *part = (view.unwrap_or(part.0), renderer);
         }
         order.clear();
         shared.spent.store(0, Ordering::SeqCst);
@@ -399,7 +409,9 @@ where
             let mut tile = lock(tile);
             tile.job = TileJob::new(tile.job.tile());
             tile.spent = 0;
-            if own.is_none_or(|own| number < own) {
+            if plan.dark.get(tile.part) == Some(&true) {
+                tile.pixels.fill(Pixel::default());
+            } else if own.is_none_or(|own| number < own) {
                 let view = &parts[tile.part].0;
                 let cosine = towards(sights[tile.part], view, tile.job.tile());
                 order.push((cosine, number as u32));

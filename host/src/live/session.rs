@@ -83,6 +83,17 @@ pub enum SessionError {
 /// Returns false where they cannot see a screen.
 pub type Observe<'a> = dyn FnMut(&Look, &mut Vec<Observer>) -> bool + 'a;
 
+/// The refresh at which a display showed a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Refresh {
+    /// When the last of the display's monitors showed it.
+    pub shown: Instant,
+    /// The time of the refresh of its first monitor, by all refreshes so far.
+    pub at: Instant,
+    /// From a refresh to the next.
+    pub period: Duration,
+}
+
 /// Receives finished frames: the display side of a session.
 pub trait Display {
     /// Returns the line of sight in the room, if the display knows better than the tracker.
@@ -90,8 +101,19 @@ pub trait Display {
         None
     }
 
-    /// Shows a frame.
-    fn present(&mut self, _: &dyn Engine, _: &Look, _: &[Observer]) {}
+    /// Makes ready what [`present`](Self::present) shows: its time is a part of the frame's.
+    fn prepare(&mut self, _: &dyn Engine, _: &Look, _: &[Observer]) {}
+
+    /// Returns whether [`present`](Self::present) waits for the refresh.
+    fn waits(&self) -> bool {
+        false
+    }
+
+    /// Shows a frame at a time, which is that of a refresh. Returns when it was shown, where the
+    /// display says.
+    fn present(&mut self, _: &dyn Engine, _: &Look, _: &[Observer], _: Instant) -> Option<Refresh> {
+        None
+    }
 
     /// Returns whether to end before the first frame is shown.
     fn is_over(&mut self) -> bool {
@@ -146,6 +168,8 @@ pub fn run(
         lock,
         order: 0,
         time: 0.0,
+        time_at: 0,
+        nominal: period,
         governor,
         pacing: Pacing::new(period),
         other_time: Duration::ZERO,
@@ -185,10 +209,16 @@ pub fn follow(
     while let Some(order) = lock.obey()? {
         observe(&order.look, &mut eyes);
         let (done, _) = render_order(engine, &eyes, &order)?;
+        let is_shown = order.purpose == Purpose::Shown;
+        if is_shown {
+            display.prepare(engine, &order.look, &eyes);
+        }
         lock.gather(&done)?;
-        if order.purpose == Purpose::Shown {
+        if is_shown {
             lock.swap(order.frame)?;
-            display.present(engine, &order.look, &eyes);
+            let agreed = Instant::now();
+            let refresh = display.present(engine, &order.look, &eyes, agreed);
+            lock.note_shown(refresh.map(|refresh| refresh.shown.saturating_duration_since(agreed)));
         }
     }
     Ok(())
@@ -239,8 +269,11 @@ struct Session<'s> {
     settings: &'s SessionSettings,
     lock: &'s mut dyn SwapLock,
     order: u64,
-    /// Seconds of the scene's animations at the next frame.
+    /// Seconds of the scene's animations at the next frame, and its refresh.
     time: f64,
+    time_at: u64,
+    /// The refresh that the settings name. A budget of one is one of the display's.
+    nominal: Duration,
     governor: Governor,
     pacing: Pacing,
     /// The mean time of recent frames besides tracing; frames that were held up count little.
@@ -259,6 +292,9 @@ impl Session<'_> {
         match (self.settings.budget, self.settings.table) {
             (FrameBudget::Steps(steps), _) => {
                 Allowance::Steps(steps / self.lock.share().ranks() as u64)
+            }
+            (FrameBudget::Time(time), _) if time == self.nominal => {
+                Allowance::Time(self.pacing.period)
             }
             (FrameBudget::Time(time), _) => Allowance::Time(time),
             (FrameBudget::Paper, Some(row)) => seconds(row.seconds(forward)),
@@ -321,8 +357,11 @@ impl Session<'_> {
         let order = self.next(look, decision, purpose);
         self.lock.order(&order)?;
         let (done, mut rendered) = render_order(self.engine, &self.eyes, &order)?;
+        if purpose == Purpose::Shown {
+            self.display.prepare(self.engine, look, &self.eyes);
+        }
         let gathered = self.lock.gather(&done)?;
-        if self.lock.share().ranks() > 1 {
+        if self.lock.share().ranks() > 1 || self.display.waits() {
             rendered.done = Instant::now();
         }
         let traced = rendered.done - begun;
@@ -399,20 +438,35 @@ impl Session<'_> {
             self.governor.follow(self.gaze(&look));
             let decision = self.governor.decide(self.tracing_allowance());
             let due = self.pacing.next + self.refreshes() - 1;
-            // Steps give the same frames, whatever the clock says.
-            let refresh = match self.settings.budget {
-                FrameBudget::Steps(_) => self.report.frames,
-                _ => due,
+            let since = (due - self.time_at) as f64 * self.pacing.period.as_secs_f64();
+            self.time = if let FrameBudget::Steps(_) = self.settings.budget {
+                // Steps give the same frames, whatever the clock says.
+                self.report.frames as f64 * self.nominal.as_secs_f64()
+            } else {
+                self.time + since
             };
-            self.time = refresh as f64 * self.pacing.period.as_secs_f64();
+            self.time_at = due;
             let (rendered, all, _) = self.render(&look, &decision, Purpose::Shown)?;
             let shown = self.pacing.shown(rendered.done);
-            sleep_until(self.pacing.at(shown));
+            if !self.display.waits() {
+                sleep_until(self.pacing.at(shown));
+            }
             self.lock.swap(self.order - 1)?;
             // Waiting for other machines misses refreshes, too.
             let shown = self.pacing.shown_late(shown, Instant::now());
-            self.display.present(self.engine, &look, &self.eyes);
-            let present = Instant::now();
+            let now = Instant::now();
+            // Machines agree on the time at which all are done.
+            let at = match self.lock.share().ranks() {
+                1 => self.pacing.at(shown).max(now),
+                _ => now,
+            };
+            let refresh = self.display.present(self.engine, &look, &self.eyes, at);
+            let after = refresh.map(|refresh| refresh.shown.saturating_duration_since(now));
+            self.lock.note_shown(after);
+            let (shown, present) = match refresh {
+                Some(refresh) => (self.pacing.follow(refresh).max(shown), refresh.shown),
+                None => (shown, Instant::now()),
+            };
             let at = |instant| tracker.at(instant).0;
             let (done_us, record) = (
                 at(rendered.done),

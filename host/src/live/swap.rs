@@ -197,6 +197,9 @@ pub trait SwapLock {
         Ok(())
     }
 
+    /// Notes how long after [`swap`](Self::swap) the frame was shown here, where that is known.
+    fn note_shown(&mut self, _: Option<Duration>) {}
+
     /// Ends the session on all machines.
     fn end(&mut self) -> Result<(), SwapError> {
         Ok(())
@@ -215,6 +218,9 @@ pub struct Waits {
     pub waited: Histogram<u64>,
     /// From the first to the last machine to be ready, each counted from the order.
     pub spread: Histogram<u64>,
+    /// From the first to the last machine that showed a frame, each counted from when all were
+    /// ready; only of frames whose time all machines know.
+    pub shown: Histogram<u64>,
 }
 
 /// A machine that shows all walls by itself.

@@ -57,19 +57,19 @@ pub(crate) enum Event {
 /// Why a window does not open, or has gone, and what to do.
 #[derive(Debug, Error, Diagnostic)]
 #[error("{message}")]
-pub(crate) struct WindowError {
+pub struct WindowError {
     message: String,
     #[help]
     help: Option<&'static str>,
 }
 
 impl WindowError {
-    fn no_window(reason: &str, help: &'static str) -> Self {
+    pub(crate) fn no_window(reason: &str, help: &'static str) -> Self {
         let (message, help) = (format!("there is no window: {reason}"), Some(help));
         Self { message, help }
     }
 
-    fn gone(reason: &str) -> Self {
+    pub(crate) fn gone(reason: &str) -> Self {
         let (message, help) = (format!("the window system has gone: {reason}"), None);
         Self { message, help }
     }
@@ -281,7 +281,7 @@ impl Window {
 
 /// Returns what is asked of a server. The protocol's library waits for answers without a limit:
 /// without one, the thread is left behind.
-fn in_time<T: Send + 'static>(
+pub(crate) fn in_time<T: Send + 'static>(
     ask: impl FnOnce() -> Result<T, WindowError> + Send + 'static,
 ) -> Result<T, WindowError> {
     let (send, receive) = sync_channel(1);
@@ -304,7 +304,7 @@ fn in_time<T: Send + 'static>(
 }
 
 /// Returns the root window and the depth of a screen whose pixels are 0xRRGGBB in four bytes.
-fn screen(setup: &Setup, number: usize) -> Result<(u32, u8), WindowError> {
+pub(crate) fn screen(setup: &Setup, number: usize) -> Result<(u32, u8), WindowError> {
     let gone = || WindowError::gone(&format!("it has no screen {number}"));
     let screen = setup.roots.get(number).ok_or_else(gone)?;
     let depth = screen.root_depth;

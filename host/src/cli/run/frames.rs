@@ -10,7 +10,8 @@ use crate::cli::output::Warner;
 use crate::cli::play::{Change, Prepared};
 use crate::cli::prelude::*;
 use crate::cli::tracker::Interrupt;
-use crate::live::{Display, Engine, FrameRecord, Look, Share};
+use crate::live::{Display, Engine, FrameRecord, Look, Refresh, Share};
+use crate::outputs::Outputs;
 use crate::picture::Picture;
 use crate::render::Observer;
 use crate::show::dashboard::About;
@@ -30,6 +31,7 @@ pub(super) struct Frames<'s> {
     end: Option<Instant>,
     log: Option<Log>,
     output: Output,
+    pub(super) outputs: Option<Outputs>,
     pub(super) fill: Fill,
     /// The newest frame, for files or for the next frame.
     pictures: Vec<Picture>,
@@ -49,6 +51,7 @@ impl<'s> Frames<'s> {
         log: Option<Log>,
         prepared: &Prepared,
         share: Share,
+        outputs: Option<Outputs>,
     ) -> Result<Self, Failure> {
         let (out, stereo, cave) = (&arguments.out, arguments.stereo, &prepared.cave);
         let output = match arguments.view() {
@@ -85,6 +88,7 @@ impl<'s> Frames<'s> {
             end: None,
             log,
             output,
+            outputs,
             fill: arguments.fill,
             pictures: Vec::new(),
             shown: 0,
@@ -137,12 +141,14 @@ impl<'s> Frames<'s> {
         match &mut self.output {
             Output::None => {}
             Output::Files(files) => {
-                newest.pictures(&mut self.pictures, filled)?;
+                if self.outputs.is_none() {
+                    newest.pictures(&mut self.pictures, filled)?;
+                }
                 files.write(self.shown, &self.pictures, eyes)?;
             }
             Output::Window(watch) => {
                 // Frames that nobody looks at are copied only for the next frame.
-                if filled && watch.is_open() {
+                if filled && self.outputs.is_none() && watch.is_open() {
                     newest.pictures(&mut self.pictures, true)?;
                 }
                 if let Some(frame) = watch.wanted() {
@@ -207,11 +213,39 @@ impl Display for Frames<'_> {
         self.interrupt.came()
     }
 
-    fn present(&mut self, newest: &dyn Engine, look: &Look, eyes: &[Observer]) {
+    fn prepare(&mut self, newest: &dyn Engine, _: &Look, _: &[Observer]) {
+        if let Some(outputs) = &mut self.outputs {
+            let filled = self.fill == Fill::Previous;
+            match newest.pictures(&mut self.pictures, filled) {
+                Ok(()) => outputs.prepare(&self.pictures),
+                Err(error) => {
+                    self.failure.get_or_insert(error.into());
+                }
+            }
+        }
+    }
+
+    fn waits(&self) -> bool {
+        self.outputs.as_ref().is_some_and(Outputs::is_open)
+    }
+
+    fn present(
+        &mut self,
+        newest: &dyn Engine,
+        look: &Look,
+        eyes: &[Observer],
+        at: Instant,
+    ) -> Option<Refresh> {
+        let shown = self.outputs.as_mut().and_then(|outputs| {
+            let shown = outputs.present(at);
+            outputs.said().for_each(|text| self.warner.warn(text));
+            shown
+        });
         if let Err(failure) = self.show(newest, look, eyes) {
             self.failure.get_or_insert(failure);
         }
         self.shown += 1;
+        shown
     }
 
     fn after(&mut self, record: &FrameRecord) -> bool {

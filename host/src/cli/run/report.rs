@@ -9,6 +9,7 @@ use crate::cli::arguments::source::Shown;
 use crate::cli::play::{Interference, Played, Prepared};
 use crate::cli::prelude::*;
 use crate::live::{Allowance, FrameBudget, Leg, Quality, SessionReport, Share, Summary};
+use crate::outputs::OutputsReport;
 use crate::render::frame_hash;
 use hdrhistogram::Histogram;
 use std::collections::BTreeMap;
@@ -81,6 +82,8 @@ pub(super) struct Surroundings {
     pub(super) earlier_frames: u64,
     /// The window, or null.
     pub(super) window: Option<Watched>,
+    /// The monitors of --outputs, or null.
+    pub(super) outputs: Option<OutputsReport>,
     /// Several machines; null without --cluster or with one process.
     pub(super) cluster: Option<Together>,
     #[serde(flatten)]
@@ -99,6 +102,9 @@ pub(super) struct Together {
     waited_us: Option<Spans>,
     /// Time from the first process that was ready to the last, microseconds, or null.
     spread_us: Option<Spans>,
+    /// Time from the first process whose monitors showed a frame to the last, microseconds; null
+    /// without --outputs.
+    shown_spread_us: Option<Spans>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -150,6 +156,9 @@ impl Together {
             frame_hash_alone: played.alone.map(hexadecimal),
             waited_us: report.waits.as_ref().map(|waits| Spans::new(&waits.waited)),
             spread_us: report.waits.as_ref().map(|waits| Spans::new(&waits.spread)),
+            shown_spread_us: (report.waits.as_ref())
+                .filter(|waits| !waits.shown.is_empty())
+                .map(|waits| Spans::new(&waits.shown)),
         })
     }
 }
@@ -167,6 +176,10 @@ impl fmt::Display for Together {
         for (text, spans) in [
             ("the first waited for the others", &self.waited_us),
             ("the last was ready after the first by", &self.spread_us),
+            (
+                "the last showed it after the first by",
+                &self.shown_spread_us,
+            ),
         ] {
             if let Some(Spans { p50, p95, .. }) = spans {
                 write!(f, "; {text} {p50} µs (median), {p95} µs (95%)")?;
@@ -363,6 +376,9 @@ impl fmt::Display for Report {
         self.fmt_rungs(f)?;
         if let Some(together) = &self.surroundings.cluster {
             writeln!(f, "{together}")?;
+        }
+        if let Some(outputs) = &self.surroundings.outputs {
+            writeln!(f, "{outputs}")?;
         }
         write!(
             f,

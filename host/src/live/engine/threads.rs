@@ -21,6 +21,8 @@ pub(super) struct Plan<'s, const W: usize> {
     pub(super) parts: Vec<(View, Renderer<'s, W>)>,
     /// The line of sight of each picture's eye; `None` where it is not known.
     pub(super) sights: Vec<Option<Vec3>>,
+    /// The pictures of screens that their eye does not see: they are dark.
+    pub(super) dark: Vec<bool>,
     /// Tiles and the cosines of their angles to the line of sight, outwards; then a capture's.
     pub(super) order: Vec<(f32, u32)>,
     /// Number of tiles, first in the order, that the [`FOVEA`](crate::live::FOVEA) reaches.

@@ -1,5 +1,6 @@
 //! Pacing: the refresh of each frame, and when it begins.
 
+use super::Refresh;
 use std::time::{Duration, Instant};
 
 /// Frames that predict the next one's time, which is longer with a probability of 1 in 129.
@@ -105,6 +106,16 @@ impl Pacing {
         shown.max(under_way as u64)
     }
 
+    /// Follows the refreshes of a display. Returns the number of the refresh.
+    pub(super) fn follow(&mut self, refresh: Refresh) -> u64 {
+        let since = self.elapsed(refresh.at).as_secs_f64() / self.period.as_secs_f64();
+        let number = since.round() as u64;
+        self.period = refresh.period.max(SHORTEST);
+        let start = refresh.at.checked_sub(self.span(number));
+        self.start = start.unwrap_or(self.start);
+        number
+    }
+
     /// Advances after a frame; a delay since then costs whole refreshes.
     pub(super) fn advance(&mut self, shown: u64, now: Instant) {
         self.next = shown + 1;
@@ -199,6 +210,14 @@ mod tests {
             pacing.advance(4, at(now));
             assert_eq!(pacing.next, next);
         }
+        // A display's refreshes are the truth.
+        let refresh = Refresh {
+            shown: at(7.4),
+            at: at(7.3),
+            period: periods(0.9),
+        };
+        assert_eq!(pacing.follow(refresh), 7);
+        assert_eq!(pacing.at(8), at(7.3) + periods(0.9));
         // No rate is too high.
         let mut pacing = Pacing::new(Duration::ZERO);
         pacing.learn(Duration::from_mins(1));

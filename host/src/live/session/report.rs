@@ -32,7 +32,8 @@ pub struct SessionReport {
     /// Frames by rung.
     #[serde(skip)]
     pub rungs: [u64; Quality::LADDER.len()],
-    /// Frames whose head was where a screen is not seen: the eyes stayed in place.
+    /// Frames whose head was where a screen is not seen: that screen was dark, or, where none is
+    /// seen, the eyes stayed in place.
     pub blind_frames: u64,
     /// Frames without a tracker sample: before the first one, after the tracker was silent for
     /// longer than a gaze is held, or with eyes that it did not see. They have no latency.

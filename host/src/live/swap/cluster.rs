@@ -44,6 +44,8 @@ pub struct Cluster<T: Wire> {
     names: Vec<String>,
     /// When the newest order was sent or received.
     ordered: Instant,
+    /// How long after all were ready the newest frame was shown here; zero where that is unknown.
+    shown_after: Duration,
     waits: Waits,
 }
 
@@ -131,8 +133,9 @@ impl Order {
 }
 
 impl FrameResult {
-    /// Returns the result in a message, with the time since the order on the machine's own clock.
-    fn words(&self, ready: Duration) -> Vec<u64> {
+    /// Returns the result in a message, with the time since the order on the machine's own clock,
+    /// and the time after which it showed the frame before.
+    fn words(&self, ready: Duration, shown_after: Duration) -> Vec<u64> {
         let mut words = vec![
             self.frame,
             self.steps,
@@ -142,15 +145,28 @@ impl FrameResult {
             self.unfinished as u64,
             self.unfinished_fovea.into(),
             ready.as_nanos() as u64,
+            shown_after.as_nanos() as u64,
         ];
         words.extend(&self.hashes);
         words
     }
 
-    fn read(bytes: &[u8]) -> Option<(Self, Duration)> {
+    fn read(bytes: &[u8]) -> Option<(Self, [Duration; 2])> {
         let words = words(bytes)?;
-        let (&[frame, steps, need, tracing, tiles, unfinished, fovea, ready], hashes) =
-            words.split_first_chunk()?;
+        let (
+            &[
+                frame,
+                steps,
+                need,
+                tracing,
+                tiles,
+                unfinished,
+                fovea,
+                ready,
+                shown,
+            ],
+            hashes,
+        ) = words.split_first_chunk()?;
         let result = Self {
             frame,
             steps,
@@ -161,7 +177,7 @@ impl FrameResult {
             unfinished_fovea: fovea != 0,
             hashes: hashes.to_vec(),
         };
-        Some((result, Duration::from_nanos(ready)))
+        Some((result, [ready, shown].map(Duration::from_nanos)))
     }
 }
 
@@ -200,9 +216,11 @@ impl<T: Wire> Cluster<T> {
             wire,
             wait,
             ordered: Instant::now(),
+            shown_after: Duration::ZERO,
             waits: Waits {
                 waited: times.clone(),
-                spread: times,
+                spread: times.clone(),
+                shown: times,
             },
         };
         let mut name = vec![NAME];
@@ -300,7 +318,8 @@ impl<T: Wire> SwapLock for Cluster<T> {
         let ready = begun - self.ordered;
         let mut gathered = GatheredResults::default();
         if self.wire.rank() > 0 {
-            self.wire.send(0, &message(DONE, &own.words(ready)));
+            self.wire
+                .send(0, &message(DONE, &own.words(ready, self.shown_after)));
             gathered.add(own);
             return Ok(gathered);
         }
@@ -308,6 +327,7 @@ impl<T: Wire> SwapLock for Cluster<T> {
         let mut found: Vec<Option<FrameResult>> = vec![None; ranks];
         found[0] = Some(own.clone());
         let (mut first, mut last) = (ready, ready);
+        let mut shown = vec![self.shown_after];
         loop {
             for rank in 1..ranks {
                 if found[rank].is_none()
@@ -315,7 +335,8 @@ impl<T: Wire> SwapLock for Cluster<T> {
                 {
                     let done = FrameResult::read(self.contents(rank, &message, DONE)?);
                     let done = done.filter(|(done, _)| done.frame == own.frame);
-                    let (done, ready) = done.ok_or_else(|| self.unknown(rank))?;
+                    let (done, [ready, after]) = done.ok_or_else(|| self.unknown(rank))?;
+                    shown.push(after);
                     (first, last) = (first.min(ready), last.max(ready));
                     found[rank] = Some(done);
                 }
@@ -336,6 +357,12 @@ impl<T: Wire> SwapLock for Cluster<T> {
         self.waits.waited.saturating_record(waited.max(1));
         let spread = last.saturating_sub(first).as_micros() as u64;
         self.waits.spread.saturating_record(spread.max(1));
+        if let (Some(first), Some(last)) = (shown.iter().min(), shown.iter().max())
+            && !first.is_zero()
+        {
+            let spread = last.saturating_sub(*first).as_micros() as u64;
+            self.waits.shown.saturating_record(spread.max(1));
+        }
         for one in found.into_iter().flatten() {
             gathered.add(&one);
         }
@@ -353,6 +380,10 @@ impl<T: Wire> SwapLock for Cluster<T> {
         } else {
             Err(self.unknown(0))
         }
+    }
+
+    fn note_shown(&mut self, after: Option<Duration>) {
+        self.shown_after = after.unwrap_or_default();
     }
 
     fn end(&mut self) -> Result<(), SwapError> {

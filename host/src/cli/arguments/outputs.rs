@@ -1,0 +1,63 @@
+//! Arguments of commands that show pictures on monitors.
+
+use crate::cave::Eye;
+use crate::cli::arguments::choices;
+use crate::cli::prelude::*;
+use crate::outputs::{Output, Outputs, OutputsName, Placing};
+use crate::show::stereo::Stereo;
+
+#[derive(Debug, Clone, Args)]
+pub struct OutputsArguments {
+    /// Screens full-screen on monitors, as xrandr --listmonitors names them, presented on their
+    /// refresh: front=HDMI-1,right=DP-2, or a TOML file of outputs
+    #[arg(long, value_name = "SCREEN=MONITOR,…|FILE")]
+    outputs: Option<OutputsName>,
+    /// Who places the windows of --outputs
+    #[arg(long, value_enum, default_value = "override", requires = "outputs")]
+    window: Placing,
+}
+
+choices!(Placing {
+    Override => "The program: windows without a frame that nothing covers",
+    Managed => "The window manager, which is asked for the full screen",
+});
+
+impl OutputsArguments {
+    pub const fn is_given(&self) -> bool {
+        self.outputs.is_some()
+    }
+
+    /// Opens windows for the outputs of those pictures that there are, of a screen and an eye each.
+    /// `screens` are all there could be.
+    pub fn open(
+        &self,
+        screens: &[&str],
+        pictures: &[(&str, Eye)],
+        stereo: Stereo,
+    ) -> Result<Option<Outputs>, Failure> {
+        let Some(name) = &self.outputs else {
+            return Ok(None);
+        };
+        let outputs = name.load()?;
+        Output::check(&outputs, screens)?;
+        let shows = |name: &&&str| outputs.iter().any(|output| output.screen == **name);
+        let hidden: Vec<&str> = screens
+            .iter()
+            .filter(|name| !shows(name))
+            .copied()
+            .collect();
+        if !hidden.is_empty() {
+            let hidden = hidden.join(", ");
+            warn(&format!(
+                "no monitor shows {hidden}: add it to --outputs, or leave it out of --walls, \
+                 where it takes time"
+            ));
+        }
+        Ok(Some(Outputs::open(
+            &outputs,
+            pictures,
+            stereo,
+            self.window,
+        )?))
+    }
+}

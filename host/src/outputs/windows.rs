@@ -1,0 +1,439 @@
+//! The windows of outputs on X servers.
+
+mod clock;
+mod compose;
+mod counts;
+mod monitors;
+mod pane;
+mod server;
+mod turns;
+
+use super::{Output, OutputsReport, PaneReport, Placing};
+use crate::cave::Eye;
+use crate::live::{Refresh, lock};
+use crate::picture::Picture;
+use crate::show::stereo::Stereo;
+use crate::show::window::WindowError;
+use compose::{Eyes, compose, patch};
+use counts::Counts;
+use monitors::Monitor;
+use pane::{Pane, Sheets};
+use server::{Heard, MemoryWay, Request, Server, Shared};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+/// Periods after its time at which a frame is no longer waited for.
+const PATIENCE: u32 = 6;
+
+/// Windows on monitors.
+#[expect(missing_debug_implementations, reason = "a connection has none")]
+pub struct Outputs {
+    servers: Vec<Server>,
+    panes: Vec<Shown>,
+    heard: Receiver<Heard>,
+    stereo: Stereo,
+    /// The number of the next frame.
+    frame: u32,
+    counts: Counts,
+    said: Vec<String>,
+}
+
+/// A pane as the renderer of frames sees it.
+struct Shown {
+    server: usize,
+    pane: usize,
+    /// The numbers of the left eye's picture and of the right one's.
+    pictures: [usize; 2],
+    output: Output,
+    /// The pixels of both eyes where it shows them by turns, else of one picture.
+    pixels: Vec<Vec<u32>>,
+    /// The pixmaps that are filled, of those at the monitor's size.
+    ready: Option<(Arc<Sheets>, Vec<usize>)>,
+    /// The refresh that the frame is for, until it was shown.
+    awaited: Option<u64>,
+    /// When the newest frame was shown, and at which refresh.
+    newest: Option<(Instant, u64)>,
+}
+
+impl Outputs {
+    /// Opens windows for those outputs whose screens are among `pictures`, which are of a screen
+    /// and an eye each.
+    ///
+    /// # Errors
+    /// A server that cannot be reached or does not answer, a monitor that is not there.
+    pub fn open(
+        outputs: &[Output],
+        pictures: &[(&str, Eye)],
+        stereo: Stereo,
+        placing: Placing,
+    ) -> Result<Self, WindowError> {
+        let (said, heard) = channel();
+        let wanted = |output: &Output| {
+            let of = |one: Eye| {
+                let mut all = pictures.iter();
+                all.position(|&(screen, eye)| {
+                    screen == output.screen && (eye == one || eye == Eye::Centre)
+                })
+            };
+            let [left, right] = [of(Eye::Left), of(Eye::Right)];
+            let is_mono = output.stereo.unwrap_or(stereo) == Stereo::Mono;
+            match output.eye {
+                Some(Eye::Right) => right.map(|one| [one; 2]),
+                Some(_) => left.map(|one| [one; 2]),
+                None if is_mono => left.map(|one| [one; 2]),
+                None => left.zip(right).map(|(left, right)| [left, right]),
+            }
+        };
+        let takes_turns = move |output: &Output| {
+            output.eye.is_none() && output.stereo.unwrap_or(stereo) == Stereo::Sequential
+        };
+        let here: Vec<(&Output, [usize; 2])> = outputs
+            .iter()
+            .filter_map(|output| Some((output, wanted(output)?)))
+            .collect();
+        let mut names: Vec<Option<&str>> = Vec::new();
+        for (output, _) in &here {
+            let name = output.server.as_deref();
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        let (mut servers, mut panes) = (Vec::new(), Vec::new());
+        for (number, &name) in names.iter().enumerate() {
+            let of_server = here.iter().filter(|(one, _)| one.server.as_deref() == name);
+            let own: Vec<Output> = of_server.clone().map(|&(one, _)| one.clone()).collect();
+            for (pane, &(output, pictures)) in of_server.enumerate() {
+                panes.push(Shown {
+                    server: number,
+                    pane,
+                    pictures,
+                    output: output.clone(),
+                    pixels: vec![Vec::new(); 1 + usize::from(takes_turns(output))],
+                    ready: None,
+                    awaited: None,
+                    newest: None,
+                });
+            }
+            let make = move |shared: &Shared, monitors: &[Monitor]| {
+                let panes = own.into_iter().map(|output| {
+                    let monitor = named(monitors, &output.monitor, &shared.name)?;
+                    let by_turns = takes_turns(&output);
+                    Pane::new(shared, output, monitor, placing, by_turns)
+                });
+                panes.collect()
+            };
+            servers.push(Server::open(number, name, make, said.clone())?);
+        }
+        let mut all = Self {
+            counts: Counts::new(panes.len()),
+            servers,
+            panes,
+            heard,
+            stereo,
+            frame: 0,
+            said: Vec::new(),
+        };
+        all.tell_of_ways();
+        Ok(all)
+    }
+
+    /// Notes what a server lacks.
+    fn tell_of_ways(&mut self) {
+        for server in &self.servers {
+            let (name, shared) = (&server.shared.name, &server.shared);
+            if !shared.has_present {
+                self.said.push(format!(
+                    "X server {name} has no Present: frames are shown when they are done, and \
+                     when is not known"
+                ));
+            }
+            if shared.memory == MemoryWay::Sent {
+                self.said.push(format!(
+                    "X server {name} shares no memory: each frame is sent, which takes longer; a \
+                     server on this machine with MIT-SHM 1.2 shares it"
+                ));
+            }
+        }
+    }
+
+    /// Returns what there is to be told, each sentence once.
+    pub fn said(&mut self) -> impl Iterator<Item = String> + '_ {
+        self.said.drain(..)
+    }
+
+    /// Returns the frames per second of the first output's monitor by its mode.
+    pub fn hz(&self) -> f64 {
+        let first = self.panes.first();
+        let period = first.map(|shown| lock(&self.pane(shown).clock).period());
+        period.map_or(60.0, |period| 1.0 / (period * self.turn()).as_secs_f64())
+    }
+
+    /// Returns the refreshes that a frame takes at least: two where eyes take turns.
+    fn turn(&self) -> u32 {
+        let mut panes = self.panes.iter();
+        1 + u32::from(panes.any(|shown| shown.pixels.len() > 1))
+    }
+
+    fn pane(&self, shown: &Shown) -> &Pane {
+        &self.servers[shown.server].shared.panes[shown.pane]
+    }
+
+    /// Fills a pixmap of each window with a frame's pictures, in the order of those it was opened
+    /// with.
+    pub fn prepare(&mut self, pictures: &[Picture]) {
+        for number in 0..self.panes.len() {
+            let shown = &self.panes[number];
+            let Some(size) = self.pane(shown).sheets().map(|sheets| sheets.size) else {
+                continue;
+            };
+            let shown = &mut self.panes[number];
+            let [left, right] = shown.pictures.map(|number| pictures.get(number));
+            let (Some(left), Some(right)) = (left, right) else {
+                continue;
+            };
+            let size = size.map(u32::from);
+            let stereo = shown.output.stereo.unwrap_or(self.stereo);
+            let eyes = Eyes { left, right };
+            for (pixels, eye) in shown.pixels.iter_mut().zip(Eye::STEREO) {
+                pixels.resize(size[0] as usize * size[1] as usize, 0);
+                compose(&shown.output, stereo, eyes, eye, size, pixels);
+            }
+        }
+        self.prepare_again();
+    }
+
+    /// Fills a pixmap of each window with the newest pictures once more.
+    pub fn prepare_again(&mut self) {
+        self.frame = self.frame.wrapping_add(1);
+        for shown in &mut self.panes {
+            shown.ready = None;
+            let server = &mut self.servers[shown.server];
+            let sheets = server.shared.panes[shown.pane].sheets();
+            let Some(sheets) = sheets.filter(|_| !server.gone) else {
+                continue;
+            };
+            let (output, size) = (&shown.output, sheets.size.map(u32::from));
+            let free: Vec<usize> = sheets.free().take(shown.pixels.len()).collect();
+            if free.len() < shown.pixels.len() {
+                continue;
+            }
+            for (pixels, &number) in shown.pixels.iter_mut().zip(&free) {
+                // A monitor may have another size since the pictures came.
+                pixels.resize(size[0] as usize * size[1] as usize, 0);
+                if let Some(corner) = output.sync_patch {
+                    patch(corner, self.frame.is_multiple_of(2), size, pixels);
+                }
+                match sheets.all[number].write(&server.shared, pixels) {
+                    Ok(()) => drop(server.ask(Request::Fill(Arc::clone(&sheets), number))),
+                    Err(error) => self.said.push(format!(
+                        "\"{}\" is not shown: its memory cannot be written ({error})",
+                        output.screen
+                    )),
+                }
+            }
+            shown.ready = Some((sheets, free));
+        }
+    }
+
+    /// Shows what was prepared, on each monitor at its first refresh at or after a time, and waits
+    /// until that was done. Returns when; `None` where no server says.
+    pub fn present(&mut self, at: Instant) -> Option<Refresh> {
+        self.listen();
+        let mut period = Duration::ZERO;
+        for number in 0..self.panes.len() {
+            let shown = &mut self.panes[number];
+            let server = &mut self.servers[shown.server];
+            let Some((sheets, free)) = shown.ready.take() else {
+                self.counts.note_hidden(number);
+                continue;
+            };
+            let pane = &server.shared.panes[shown.pane];
+            let pixmaps: Vec<u32> = free.iter().map(|&free| sheets.all[free].pixmap).collect();
+            let clock = *lock(&pane.clock);
+            period = period.max(clock.period());
+            let (window, size) = (pane.window, sheets.size);
+            // Without a clock yet: at once.
+            let refresh = clock.first_after(at).unwrap_or(0);
+            let (request, refresh) = match (pixmaps.as_slice(), server.shared.has_present) {
+                (&[left, right], true) => {
+                    let (pane, from) = (shown.pane, refresh.next_multiple_of(2));
+                    let (pair, frame) = ([left, right], self.frame);
+                    let request = Request::Pair {
+                        pane,
+                        pair,
+                        frame,
+                        from,
+                    };
+                    (request, Some(from))
+                }
+                (&[pixmap, ..], true) => {
+                    pane.note_reader(pixmap, true);
+                    let serial = turns::serial(self.frame, 0);
+                    let request = Request::Present {
+                        window,
+                        pixmap,
+                        serial,
+                        refresh,
+                    };
+                    (request, Some(refresh))
+                }
+                (&[pixmap, ..], false) => {
+                    let request = Request::Copy {
+                        window,
+                        pixmap,
+                        size,
+                    };
+                    (request, None)
+                }
+                ([], _) => continue,
+            };
+            if server.ask(request) {
+                shown.awaited = refresh;
+            }
+        }
+        self.wait(at + period * PATIENCE);
+        self.counts.count(&self.panes, period);
+        let Some(first) = self.panes.iter().find(|shown| shown.newest.is_some()) else {
+            // Frames do not go on faster for that.
+            std::thread::sleep(at.saturating_duration_since(Instant::now()));
+            return None;
+        };
+        let (_, refresh) = first.newest?;
+        let clock = *lock(&self.pane(first).clock);
+        let times = self.panes.iter().filter_map(|shown| shown.newest);
+        Some(Refresh {
+            shown: times.map(|(at, _)| at).max()?,
+            at: clock.at(refresh)?,
+            period: clock.period() * self.turn(),
+        })
+    }
+
+    /// Waits until all servers that answer have shown the frame.
+    fn wait(&mut self, last: Instant) {
+        for shown in &mut self.panes {
+            shown.newest = None;
+        }
+        let awaits = |all: &Self| {
+            let mut panes = all.panes.iter();
+            panes.any(|shown| {
+                let server = &all.servers[shown.server];
+                shown.awaited.is_some() && !server.silent && !server.gone
+            })
+        };
+        while awaits(self) {
+            let left = last.saturating_duration_since(Instant::now());
+            match self.heard.recv_timeout(left) {
+                Ok(heard) => self.take(heard),
+                Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => break,
+            }
+        }
+        for shown in &self.panes {
+            let server = &mut self.servers[shown.server];
+            if shown.awaited.is_some() && !server.silent && !server.gone {
+                server.silent = true;
+                self.said.push(format!(
+                    "X server {} does not say that frames are shown: they go on without waiting \
+                     for it",
+                    server.shared.name
+                ));
+            }
+        }
+    }
+
+    /// Takes what came in the meantime.
+    fn listen(&mut self) {
+        while let Ok(heard) = self.heard.try_recv() {
+            self.take(heard);
+        }
+    }
+
+    fn take(&mut self, heard: Heard) {
+        match heard {
+            Heard::Shown {
+                server,
+                pane,
+                serial,
+                at,
+                refresh,
+                skipped,
+            } => {
+                self.servers[server].silent = false;
+                let mut panes = self.panes.iter_mut();
+                let shown = panes.find(|one| one.server == server && one.pane == pane);
+                if let Some(shown) = shown.filter(|_| serial == turns::serial(self.frame, 0)) {
+                    let wanted = shown.awaited.take();
+                    if !skipped {
+                        shown.newest = Some((at, refresh));
+                        let late = wanted.is_some_and(|wanted| refresh > wanted && wanted > 0);
+                        let number = self
+                            .panes
+                            .iter()
+                            .position(|one| one.server == server && one.pane == pane);
+                        self.counts
+                            .note_shown(number.unwrap_or_default(), refresh, late);
+                    }
+                }
+            }
+            Heard::Said(text) => self.said.push(text),
+            Heard::Gone(server, why) => {
+                let server = &mut self.servers[server];
+                if !std::mem::replace(&mut server.gone, true) {
+                    let name = &server.shared.name;
+                    self.said.push(format!(
+                        "X server {name} has gone ({why}): its monitors show nothing more, others \
+                         go on"
+                    ));
+                }
+            }
+        }
+    }
+
+    /// Returns whether any server is still there.
+    pub fn is_open(&self) -> bool {
+        self.servers.iter().any(|server| !server.gone)
+    }
+
+    /// Returns what was shown.
+    pub fn report(&self) -> OutputsReport {
+        let panes = self.panes.iter().enumerate().map(|(number, shown)| {
+            let hz = 1.0 / lock(&self.pane(shown).clock).period().as_secs_f64();
+            let turns = self.pane(shown).turns.as_ref();
+            let wrong_eyes = turns.map(|turns| lock(turns).wrong_count);
+            let report = self.counts.report(number, &shown.output, hz);
+            PaneReport {
+                wrong_eyes,
+                ..report
+            }
+        });
+        self.counts.all(panes.collect())
+    }
+}
+
+fn named<'m>(
+    monitors: &'m [Monitor],
+    name: &str,
+    server: &str,
+) -> Result<&'m Monitor, WindowError> {
+    let found = monitors.iter().find(|monitor| monitor.name == name);
+    found.ok_or_else(|| {
+        let all: Vec<String> = monitors
+            .iter()
+            .map(|monitor| {
+                format!(
+                    "{} ({} × {})",
+                    monitor.name, monitor.size[0], monitor.size[1]
+                )
+            })
+            .collect();
+        let there = if all.is_empty() {
+            "none".to_owned()
+        } else {
+            all.join(", ")
+        };
+        WindowError::no_window(
+            &format!("X server {server} has no monitor {name}; there are {there}"),
+            "give --outputs SCREEN=MONITOR with one of these names",
+        )
+    })
+}

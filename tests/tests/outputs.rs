@@ -1,0 +1,238 @@
+//! Screens full-screen on the monitors of X servers without a screen.
+//!
+//! `tests/window/run` runs these: they need `Xvfb`.
+
+use super::window::{Server, until};
+use serde_json::Value;
+use shisen_tests::command::{count, folder, line, list, refusal, run};
+use shisen_tests::png_file::PngFile;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::{Child, Stdio};
+use x11rb::connection::Connection;
+use x11rb::protocol::randr::{ConnectionExt as _, MonitorInfo};
+use x11rb::protocol::xproto::{ConnectionExt as _, ImageFormat};
+use x11rb::rust_connection::RustConnection;
+use x11rb::wrapper::ConnectionExt as _;
+
+/// A connection to a server that has monitors side by side.
+struct Wall {
+    connection: RustConnection,
+    root: u32,
+    /// Columns and rows of each.
+    side: u16,
+}
+
+impl Wall {
+    fn new(server: &Server, side: u16, monitors: &[&str]) -> Self {
+        let (connection, screen) = x11rb::connect(Some(&server.name)).expect("a server");
+        let root = connection.setup().roots[screen].root;
+        let wall = Self {
+            connection,
+            root,
+            side,
+        };
+        for (number, name) in monitors.iter().enumerate() {
+            wall.add(name, number);
+        }
+        wall
+    }
+
+    fn atom(&self, name: &str) -> u32 {
+        let atom = self.connection.intern_atom(false, name.as_bytes());
+        atom.expect("a request").reply().expect("an atom").atom
+    }
+
+    fn add(&self, name: &str, number: usize) {
+        let monitor = MonitorInfo {
+            name: self.atom(name),
+            primary: false,
+            automatic: false,
+            x: number as i16 * self.side as i16,
+            y: 0,
+            width: self.side,
+            height: self.side,
+            width_in_millimeters: 300,
+            height_in_millimeters: 300,
+            outputs: Vec::new(),
+        };
+        let set = self.connection.randr_set_monitor(self.root, monitor);
+        set.expect("a request").check().expect("a monitor");
+    }
+
+    fn delete(&self, name: &str) {
+        let gone = self
+            .connection
+            .randr_delete_monitor(self.root, self.atom(name));
+        gone.expect("a request").check().expect("no monitor");
+        self.connection.sync().expect("a server");
+    }
+
+    /// Returns what a monitor shows: 0xRRGGBB, row by row.
+    fn seen(&self, number: usize) -> Vec<u32> {
+        let (side, x) = (self.side, number as i16 * self.side as i16);
+        let image =
+            self.connection
+                .get_image(ImageFormat::Z_PIXMAP, self.root, x, 0, side, side, !0);
+        let bytes = image.expect("a request").reply().expect("a picture").data;
+        let pixels = bytes.as_chunks().0.iter().copied().map(u32::from_le_bytes);
+        pixels.map(|pixel| pixel & 0x00FF_FFFF).collect()
+    }
+}
+
+/// Returns the pixels of a picture in a folder.
+fn of_file(folder: &Path, name: &str) -> Vec<u32> {
+    let pixels = PngFile::open(folder.join("shisen-out").join(name)).rgb();
+    let code = |[red, green, blue]: [u8; 3]| u32::from_be_bytes([0, red, green, blue]);
+    pixels.into_iter().map(code).collect()
+}
+
+fn start(folder: &Path, server: &Server, words: &str) -> Child {
+    let mut command = line(folder, words);
+    command.env("DISPLAY", &server.name).arg("--json");
+    let piped = command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    piped.spawn().expect("shisen")
+}
+
+/// Waits for the end; returns the report and what was said.
+fn finish(child: Child) -> (Value, String) {
+    let output = child.wait_with_output().expect("its end");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    (
+        serde_json::from_slice(&output.stdout).expect("an object"),
+        said,
+    )
+}
+
+/// Returns a folder with the pictures of three walls.
+fn pictures() -> tempfile::TempDir {
+    let folder = folder();
+    run(folder.path(), "cave --scene A --size 256");
+    folder
+}
+
+const THREE: &str = "--outputs front=wall0,right=wall1,floor=wall2";
+
+#[test]
+#[ignore = "tests/window/run runs it: it needs Xvfb"]
+fn each_monitor_shows_its_screen_and_all_show_a_frame_at_one_refresh() {
+    let (folder, server) = (pictures(), Server::of("768x256"));
+    let wall = Wall::new(&server, 256, &["wall0", "wall1", "wall2"]);
+    let shown = start(
+        folder.path(),
+        &server,
+        &format!("show shisen-out {THREE} --seconds 5"),
+    );
+    for (number, name) in ["front", "right", "floor"].into_iter().enumerate() {
+        let picture = of_file(folder.path(), &format!("{name}-left.png"));
+        until(|| (wall.seen(number) == picture).then_some(()));
+    }
+    let (report, said) = finish(shown);
+    assert_eq!(said, "");
+    for output in list(&report, "outputs") {
+        assert!(count(output, "shown") > 150, "{report}");
+    }
+    let (parted, compared) = (
+        count(&report, "parted_frames"),
+        count(&report, "compared_frames"),
+    );
+    assert!(compared > 150 && parted * 20 <= compared, "{report}");
+}
+
+#[test]
+#[ignore = "tests/window/run runs it: it needs Xvfb"]
+fn a_monitor_that_goes_and_comes_back_and_a_server_that_dies_are_told_of() {
+    let (folder, server) = (pictures(), Server::of("768x256"));
+    let other = Server::of("256x256");
+    let wall = Wall::new(&server, 256, &["wall0", "wall1"]);
+    let outputs = format!(
+        "[[output]]\nscreen = \"front\"\nmonitor = \"wall0\"\n\
+         [[output]]\nscreen = \"right\"\nmonitor = \"wall1\"\n\
+         [[output]]\nscreen = \"floor\"\nmonitor = \"screen\"\nserver = \"{}\"\n",
+        other.name
+    );
+    std::fs::write(folder.path().join("outputs.toml"), outputs).expect("a file");
+    let shown = start(
+        folder.path(),
+        &server,
+        "show shisen-out --outputs outputs.toml --seconds 8",
+    );
+    let picture = of_file(folder.path(), "right-left.png");
+    until(|| (wall.seen(1) == picture).then_some(()));
+    wall.delete("wall1");
+    until(|| wall.seen(1).iter().all(|&pixel| pixel == 0).then_some(()));
+    other.signal("-KILL");
+    // Back at another place.
+    wall.add("wall1", 2);
+    until(|| (wall.seen(2) == picture).then_some(()));
+    let front = of_file(folder.path(), "front-left.png");
+    assert_eq!(wall.seen(0), front);
+    let (report, said) = finish(shown);
+    for part in ["wall1 has gone", "wall1 is back", "others go on"] {
+        assert!(said.contains(part), "{said}");
+    }
+    assert!(
+        count(&list(&report, "outputs")[0], "shown") > 240,
+        "{report}"
+    );
+}
+
+#[test]
+#[ignore = "tests/window/run runs it: it needs Xvfb"]
+fn frames_follow_the_refresh_and_eyes_take_turns() {
+    let (folder, server) = (folder(), Server::of("120x40"));
+    let wall = Wall::new(&server, 40, &["wall0", "wall1", "wall2"]);
+    let words = format!(
+        "run --scene A --size 40 {THREE} --stereo sequential --view none --seconds 5 --lod off \
+         --budget 8ms --record log"
+    );
+    let shown = start(folder.path(), &server, &words);
+    let (report, said) = finish(shown);
+    assert!(!said.contains("wrong eye"), "{said}");
+    for output in list(&report["outputs"], "outputs") {
+        let (frames, wrong) = (count(output, "shown"), count(output, "wrong_eyes"));
+        assert!(frames > 60 && wrong <= 6, "{report}");
+    }
+    // A frame is a pair of refreshes.
+    let log = std::fs::read_to_string(folder.path().join("log")).expect("a log");
+    let mut gaps = BTreeMap::<u64, u32>::new();
+    let times: Vec<u64> = log
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).expect("a record"))
+        .map(|record| count(&record, "present_us"))
+        .collect();
+    for pair in times.windows(2) {
+        *gaps
+            .entry((pair[1] - pair[0] + 8_333) / 16_667)
+            .or_default() += 1;
+    }
+    let even: u32 = gaps
+        .iter()
+        .filter(|(gap, _)| **gap % 2 == 0)
+        .map(|(_, count)| count)
+        .sum();
+    assert!(10 * even as usize > 9 * (times.len() - 1), "{gaps:?}");
+    drop(wall);
+}
+
+#[test]
+#[ignore = "tests/window/run runs it: it needs Xvfb"]
+fn a_monitor_that_is_not_there_is_named_beside_those_that_are() {
+    let (folder, server) = (pictures(), Server::of("768x256"));
+    let _wall = Wall::new(&server, 256, &["wall0", "wall1"]);
+    let mut command = line(folder.path(), "show shisen-out --outputs front=HDMI-7");
+    let said = refusal(command.env("DISPLAY", &server.name), 1);
+    for part in ["no monitor HDMI-7", "wall0 (256 × 256)", "wall1"] {
+        assert!(said.contains(part), "{said}");
+    }
+    let mut command = line(
+        folder.path(),
+        "show shisen-out --outputs front=wall0,right=wall0",
+    );
+    let said = refusal(&mut command, 1);
+    assert!(
+        said.contains("wall0 is to show \"front\" and \"right\""),
+        "{said}"
+    );
+}
