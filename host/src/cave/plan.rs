@@ -180,33 +180,37 @@ impl Plan<'_> {
                 shape::draw(*screen, frame, layer, colour, sheet);
             }
         }
-        for (screen, colour) in &colours {
-            self.field(*screen, frame, colour, sheet);
-        }
+        let places = self.beams.iter().map(|beam| beam.draw(frame, sheet));
+        let places: Vec<DVec2> = places.collect();
+        let mut taken = vec![frame.at(self.middle())];
         for (screen, colour) in &colours {
             shape::write_name(*screen, frame, colour, sheet);
+            taken.extend(self.field(*screen, frame, colour, sheet));
         }
-        for beam in self.beams {
-            beam.draw(frame, sheet);
-        }
+        beam::write_names(self.beams, &places, &taken, sheet);
         self.viewer(frame, sheet);
     }
 
-    /// Draws the field of a screen that is seen from its edge.
-    fn field(&self, screen: Screen<'_>, frame: &Frame, colour: &str, sheet: &mut Sheet) {
-        let field = screen.field_from(self.middle());
-        let (Some([across, upward]), Some(seen)) = (field, shape::edge_on(screen, frame)) else {
-            return;
-        };
+    /// Draws the field of a screen that is seen from its edge. Returns where its angle is written.
+    fn field(
+        &self,
+        screen: Screen<'_>,
+        frame: &Frame,
+        colour: &str,
+        sheet: &mut Sheet,
+    ) -> Option<DVec2> {
+        let [across, upward] = screen.field_from(self.middle())?;
+        let seen = shape::edge_on(screen, frame)?;
         let eye = frame.at(self.middle());
         let degrees = if seen.is_width { across } else { upward };
         sheet.wedge(eye, seen.ends, colour);
         let reach = seen.middle - eye;
-        if reach.length() > 8.0 {
-            let place = eye + (0.45 * reach).clamp_length_max(13.0) + DVec2::Y;
+        let place = eye + (0.45 * reach).clamp_length_max(13.0);
+        (reach.length() > 8.0).then(|| {
             let text = format!("{degrees:.1}°");
-            sheet.coloured_text(place, Anchor::Middle, colour, 0.0, &text);
-        }
+            sheet.coloured_text(place + DVec2::Y, Anchor::Middle, colour, 0.0, &text);
+            place
+        })
     }
 
     fn viewer(&self, frame: &Frame, sheet: &mut Sheet) {
@@ -252,14 +256,15 @@ fn grid(frame: &Frame, sheet: &mut Sheet) {
     for axis in 0..2 {
         let (first, last) = ((least[axis] / step).floor(), (most[axis] / step).ceil());
         for number in first as i64..=last as i64 {
-            let mut ends = [least, most];
             let along = step * number as f64;
             if !(least[axis] - 1.0e-6..=most[axis] + 1.0e-6).contains(&along) {
                 continue;
             }
-            ends.iter_mut().for_each(|end| end[axis] = along);
             let class = if number == 0 { "axis" } else { "grid" };
-            let [from, to] = ends.map(|end| frame.on_page(end));
+            let [from, to] = [least, most].map(|mut end| {
+                end[axis] = along;
+                frame.on_page(end)
+            });
             sheet.line(from, to, class);
         }
     }

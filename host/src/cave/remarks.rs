@@ -153,9 +153,11 @@ fn edges(wall: &Wall) -> [[DVec3; 2]; 4] {
 /// Returns the greatest distance of two edges along the part that they share: negative where the
 /// walls overlap. `None` where the edges are no neighbours.
 fn gap(edge: [DVec3; 2], wall: &Wall, other: [DVec3; 2], other_wall: &Wall) -> Option<f64> {
-    let (short, long) = match edge[0].distance(edge[1]) < other[0].distance(other[1]) {
-        true => (edge, other),
-        false => (other, edge),
+    let is_shorter = edge[0].distance(edge[1]) < other[0].distance(other[1]);
+    let (short, long) = if is_shorter {
+        (edge, other)
+    } else {
+        (other, edge)
     };
     let along = (long[1] - long[0]).normalize();
     let length = long[0].distance(long[1]);
@@ -178,7 +180,7 @@ fn gap(edge: [DVec3; 2], wall: &Wall, other: [DVec3; 2], other_wall: &Wall) -> O
     let middles = [edge, other].map(|[from, to]| from.midpoint(to));
     let outwards = (middles[0] - wall.middle()).normalize_or_zero()
         - (middles[1] - other_wall.middle()).normalize_or_zero();
-    let between = if short == edge { -1.0 } else { 1.0 } * (offsets[0] + offsets[1]);
+    let between = if is_shorter { -1.0 } else { 1.0 } * (offsets[0] + offsets[1]);
     Some(if between.dot(outwards) < 0.0 {
         -farthest
     } else {
@@ -206,9 +208,9 @@ mod tests {
         let remarks = overlap.open_seams();
         assert!(remarks[0].contains("\"front\" and \"floor\" overlap by up to 5.0 mm"));
         assert_eq!(remarks.len(), 1, "{remarks:?}");
-        skewed.walls[1].upper_left.z += 0.0053;
+        skewed.walls[1].upper_left.z += 0.005;
         assert_eq!(skewed.skewed(), None);
-        skewed.walls[1].upper_left.z += 0.0947;
+        skewed.walls[1].upper_left.z += 0.095;
         let remark = skewed.skewed().unwrap();
         assert!(remark.contains("\"left\" (91.91°);"), "{remark}");
     }

@@ -64,7 +64,10 @@ pub(super) fn draw(
             }
         }
         Screen::Cylinder(_) => {
-            let border: Vec<DVec2> = border(screen).iter().map(|&one| frame.at(one)).collect();
+            let mut border: Vec<DVec2> = border(screen).iter().map(|&one| frame.at(one)).collect();
+            if !is_from_above(frame) {
+                border = hull(border);
+            }
             match layer {
                 Layer::Cut => {}
                 Layer::Face => sheet.filled(&border, colour),
@@ -90,6 +93,10 @@ pub(super) fn draw(
     }
 }
 
+fn is_from_above(frame: &Frame) -> bool {
+    frame.side.towards(DVec3::Y) > 0.5
+}
+
 /// A screen that is seen from its edge.
 #[derive(Debug)]
 pub(super) struct EdgeOn {
@@ -109,8 +116,7 @@ pub(super) fn edge_on(screen: Screen<'_>, frame: &Frame) -> Option<EdgeOn> {
         Screen::Wall(wall) if frame.side.towards(wall.normal()).abs() <= 0.5 => {
             width[0].distance(width[1]) >= height[0].distance(height[1])
         }
-        // From above.
-        Screen::Cylinder(_) if frame.side.towards(DVec3::Y) > 0.5 => true,
+        Screen::Cylinder(_) if is_from_above(frame) => true,
         _ => return None,
     };
     Some(EdgeOn {
@@ -155,7 +161,15 @@ pub(super) fn write_name(screen: Screen<'_>, frame: &Frame, colour: &str, sheet:
             }
         }
         Screen::Dome(dome) => below(screen, frame, colour, dome.radius, sheet),
-        Screen::Cylinder(cylinder) => below(screen, frame, colour, cylinder.radius, sheet),
+        Screen::Cylinder(cylinder) => match edge_on(screen, frame) {
+            None => below(screen, frame, colour, cylinder.radius, sheet),
+            Some(seen) => {
+                let outwards = (seen.middle - frame.at(cylinder.centre)).normalize_or_zero();
+                let place = seen.middle + 3.0 * outwards + DVec2::Y;
+                let text = format!("{}  radius {:.2} m", screen.name(), cylinder.radius);
+                sheet.coloured_text(place, Anchor::Middle, colour, 0.0, &text);
+            }
+        },
     }
 }
 
