@@ -119,12 +119,12 @@ fn files_that_are_no_rooms_are_refused_with_what_is_wrong() {
         (looped, "parents"),
         (VRUI.replace("(Inch)", "(Cubit)"), "(Cubit)"),
         (VRUI.replace("width 125.984252", "width wide"), "\"wide\""),
-        (VRUI.replace("endsection", ""), "no file of Vrui"),
+        (VRUI.replace("endsection", ""), "no file of nDisplay, Vrui"),
         (VRUI.replace("125.984252", "NaN"), "lower right"),
         ("section x\n".repeat(100_000), "sections in one another"),
         ("<configuration/>".to_owned(), "no flat screens"),
         ("<configuration>".to_owned(), "XML"),
-        (String::new(), "no file of Vrui"),
+        (String::new(), "no file of nDisplay, Vrui"),
     ] {
         let error = ImportedRoom::from_text(&text, None, [9; 2])
             .unwrap_err()

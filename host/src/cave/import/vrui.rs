@@ -90,8 +90,8 @@ fn parse(text: &str) -> Result<Section<'_>, Fault> {
     match whole {
         Some(whole) if open.is_empty() && !whole.sections.is_empty() => Ok(whole),
         _ => Err(Fault::new(
-            "this is no file of Vrui, VR Juggler or MiddleVR, or a part of one",
-            "give Vrui.cfg, a .jconf of VR Juggler, or a .vrx of MiddleVR; in Vrui.cfg, as many \
+            "this is no file of nDisplay, Vrui, VR Juggler or MiddleVR, or a part of one",
+            "give a .ndisplay, Vrui.cfg, a .jconf of VR Juggler, or a .vrx of MiddleVR; in Vrui.cfg, as many \
              lines endsection as section",
         )),
     }
