@@ -147,9 +147,9 @@ fn a_monitor_that_goes_and_comes_back_and_a_server_that_dies_are_told_of() {
     let other = Server::of("256x256");
     let wall = Wall::new(&server, 256, &["wall0", "wall1"]);
     let outputs = format!(
-        "[[output]]\nscreen = \"front\"\nmonitor = \"wall0\"\n\
-         [[output]]\nscreen = \"right\"\nmonitor = \"wall1\"\n\
-         [[output]]\nscreen = \"floor\"\nmonitor = \"screen\"\nserver = \"{}\"\n",
+        "[[output]]\nshow = \"front\"\nmonitor = \"wall0\"\n\
+         [[output]]\nshow = \"right\"\nmonitor = \"wall1\"\n\
+         [[output]]\nshow = \"floor\"\nmonitor = \"screen\"\nserver = \"{}\"\n",
         other.name
     );
     std::fs::write(folder.path().join("outputs.toml"), outputs).expect("a file");

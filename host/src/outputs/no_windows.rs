@@ -4,6 +4,7 @@ use super::{Output, OutputsReport, Placing};
 use crate::cave::Eye;
 use crate::live::Refresh;
 use crate::picture::Picture;
+use crate::projection::Projection;
 use crate::show::stereo::Stereo;
 use miette::Diagnostic;
 use std::convert::Infallible;
