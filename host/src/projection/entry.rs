@@ -262,7 +262,9 @@ impl ProjectorEntry {
         let is_share =
             |point: DVec2| point.cmpge(DVec2::ZERO).all() && point.cmple(DVec2::ONE).all();
         if !pins.iter().all(|[at, _]| is_share(*at)) {
-            pins.iter_mut().for_each(|[at, _]| *at /= pixels);
+            for [at, _] in &mut pins {
+                *at /= pixels;
+            }
         }
         let outside = pins
             .iter()

@@ -97,7 +97,11 @@ impl Mesh {
             bourke::read(&bytes, resolution)
         };
         let mesh = read.map_err(|(message, help)| fault(&message, help))?;
-        if mesh.is_drawn().any(|drawn| drawn) {
+        let is_drawn = match &mesh.targets {
+            Targets::Places(places) => places.iter().any(|place| !place.is_nan()),
+            Targets::Points(points) => points.iter().any(|point| !point.is_nan()),
+        };
+        if is_drawn {
             return Ok(mesh);
         }
         Err(fault(
@@ -106,20 +110,10 @@ impl Mesh {
         ))
     }
 
-    /// Returns for each node whether it is drawn.
-    fn is_drawn(&self) -> Box<dyn Iterator<Item = bool> + '_> {
-        match &self.targets {
-            Targets::Places(places) => Box::new(places.iter().map(|place| !place.is_nan())),
-            Targets::Points(points) => Box::new(points.iter().map(|point| !point.is_nan())),
-        }
-    }
-
     /// Refuses grids without cells and those too large.
-    fn check_size(size: [usize; 2], least: usize) -> Result<(), Unreadable> {
-        if size
-            .iter()
-            .all(|side| (least..=Self::MOST_NODES).contains(side))
-        {
+    fn check_size(size: [usize; 2]) -> Result<(), Unreadable> {
+        let mut sides = size.iter();
+        if sides.all(|side| (2..=Self::MOST_NODES).contains(side)) {
             return Ok(());
         }
         let message = format!("it has {} × {} nodes", size[0], size[1]);

@@ -144,14 +144,8 @@ impl Projection {
         self.resolution
     }
 
-    /// Returns the share of the projector's pixels that light the screen.
-    pub fn used(&self) -> f64 {
-        let used = self.pixels.iter().filter(|pixel| pixel.weight > 0).count();
-        used as f64 / self.pixels.len() as f64
-    }
-
     /// Writes the projector's codes, 0xRRGGBB, in rows from the top, of a picture of its screen, in
-    /// rows on all threads. The picture is taken as before black and clipped to 0 to 1; pixels that
+    /// rows on all threads. The picture is taken as before black, and clipped at 1; pixels that
     /// do not light the screen are black.
     ///
     /// # Errors
@@ -206,7 +200,8 @@ impl Projection {
         to: &mut [u32],
     ) {
         let columns = self.picture[0] as usize;
-        let clipped = |pixel: [f32; 4]| Vec4::from_array(pixel).max(Vec4::ZERO).min(Vec4::ONE);
+        // In this order NaN stays, and becomes black at the end.
+        let clipped = |pixel: [f32; 4]| Vec4::ONE.min(Vec4::from_array(pixel));
         let [unit, lift_unit] = self.units;
         let [red, green, blue] = &self.codes;
         let mut lifts = lifts.iter();

@@ -63,6 +63,7 @@ impl Codes {
     pub(super) const LEAST: f32 = f32::from_bits(Self::FIRST);
     const FIRST: u32 = (127 - 31) << 23;
 
+    #[allow(clippy::large_stack_arrays, reason = "boxed at once")]
     pub(super) fn new(transfer: &Transfer) -> Self {
         let code = |index: u32| {
             let middle = Self::FIRST + (index << Self::DROPPED) + (1 << (Self::DROPPED - 1));

@@ -205,8 +205,8 @@ mod tests {
         assert_eq!(wall.upper_left - wall.lower_left, DVec3::new(2.0, 0.0, 0.0));
         for (from, to, says) in [
             (
-                "\"angle_left\", \"location\": {\"x\":0",
-                "\"gone\", \"location\": {\"x\":0",
+                "\"parentId\": \"angle_left\"",
+                "\"parentId\": \"gone\"",
                 "\"gone\"",
             ),
             (

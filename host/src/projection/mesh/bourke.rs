@@ -36,8 +36,12 @@ pub(super) fn read(bytes: &[u8], resolution: [u32; 2]) -> Result<Mesh, Unreadabl
     }
     let size = numbers(2)?;
     let size = [size[0] as usize, size[1] as usize];
-    Mesh::check_size(size, 2)?;
+    Mesh::check_size(size)?;
     let [columns, rows] = size;
+    // A node has at least five digits and as many blanks.
+    if 10 * columns * rows > bytes.len() + 1 {
+        return Err(fault("nodes are missing at its end".to_owned()));
+    }
     let aspect = f64::from(resolution[0]) / f64::from(resolution[1]);
     let mut at = vec![DVec2::NAN; columns * rows];
     let mut places = at.clone();

@@ -205,6 +205,14 @@ fn grey(map: Node<'_, '_>, read: &mut ReadFile<'_>) -> Result<Grey, Unreadable> 
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(unread)?;
+    let (width, height) = (reader.info().width, reader.info().height);
+    if width.max(height) as usize > Mesh::MOST_NODES {
+        let help = "give a map with the region's resolution";
+        return Err((
+            format!("its file {path} has {width} × {height} pixels"),
+            help,
+        ));
+    }
     let mut pixels = vec![0; reader.output_buffer_size().unwrap_or_default()];
     let image = reader.next_frame(&mut pixels).map_err(unread)?;
     let bytes = match image.bit_depth {

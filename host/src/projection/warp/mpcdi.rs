@@ -109,25 +109,8 @@ fn description(warp: &Warp<'_>, points: &str, weights: &str, lifts: Option<&str>
     let screen = warp.screen().name();
     let [screen, name, points] = [screen, &projector.name, points].map(escape);
     let pose = projector.lens().map_or_else(|_| String::new(), pose);
-    let maps: String = [
-        Some(("alphaMap", weights)),
-        lifts.map(|lifts| ("betaMap", lifts)),
-    ]
-    .into_iter()
-    .flatten()
-    .map(|(element, path)| {
-        let path = escape(path);
-        format!(
-            r#"
-      <{element}>
-        <path>{path}</path>
-        <componentDepth>1</componentDepth>
-        <bitDepth>8</bitDepth>
-        <gammaEmbedded>{GAMMA}</gammaEmbedded>
-      </{element}>"#
-        )
-    })
-    .collect();
+    let alpha = map_element("alphaMap", weights);
+    let beta = lifts.map_or_else(String::new, |lifts| map_element("betaMap", lifts));
     format!(
         r#"<?xml version="1.0" encoding="UTF-8"?>
 <MPCDI profile="a3" level="1" date="{DATE}" version="1.0">
@@ -144,10 +127,24 @@ fn description(warp: &Warp<'_>, points: &str, weights: &str, lifts: Option<&str>
         <interpolation>linear</interpolation>
         <geometricUnit>m</geometricUnit>
         <originOf3DData>idealEyePoint</originOf3DData>
-      </geometryWarpFile>{maps}
+      </geometryWarpFile>{alpha}{beta}
     </fileset>
   </files>
 </MPCDI>"#
+    )
+}
+
+/// Returns the element of a PNG of 8-bit grey.
+fn map_element(element: &str, path: &str) -> String {
+    let path = escape(path);
+    format!(
+        "
+      <{element}>
+        <path>{path}</path>
+        <componentDepth>1</componentDepth>
+        <bitDepth>8</bitDepth>
+        <gammaEmbedded>{GAMMA}</gammaEmbedded>
+      </{element}>"
     )
 }
 
