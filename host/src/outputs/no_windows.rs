@@ -42,6 +42,10 @@ impl Outputs {
         match self.0 {}
     }
 
+    pub fn prepare_own(&mut self, _: impl FnMut(&Output, [u32; 2], u64) -> Vec<u32>) {
+        match self.0 {}
+    }
+
     pub fn prepare_again(&mut self) {
         match self.0 {}
     }

@@ -228,6 +228,24 @@ impl Outputs {
         self.prepare_again();
     }
 
+    /// Fills a pixmap of each window with pixels of its own, 0xRRGGBB in rows, which `draw` makes for
+    /// an output, the size of its monitor and the refresh at which it is shown, as far as that is
+    /// known.
+    pub fn prepare_own(&mut self, mut draw: impl FnMut(&Output, [u32; 2], u64) -> Vec<u32>) {
+        for number in 0..self.panes.len() {
+            let shown = &self.panes[number];
+            let Some(size) = self.pane(shown).sheets().map(|sheets| sheets.size) else {
+                continue;
+            };
+            let next = lock(&self.pane(shown).clock).first_after(Instant::now());
+            let size = size.map(u32::from);
+            let pixels = draw(&shown.output, size, next.unwrap_or_default());
+            let shown = &mut self.panes[number];
+            shown.pixels.fill(pixels);
+        }
+        self.prepare_again();
+    }
+
     /// Fills a pixmap of each window with the newest pictures once more.
     pub fn prepare_again(&mut self) {
         self.frame = self.frame.wrapping_add(1);
