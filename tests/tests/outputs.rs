@@ -4,11 +4,11 @@
 
 use super::window::{Server, until};
 use serde_json::Value;
-use shisen_tests::command::{count, folder, line, list, refusal, run};
+use shisen_tests::command::{count, folder, line, list, refusal, run, shisen};
 use shisen_tests::png_file::PngFile;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::{Child, Stdio};
+use std::process::{Child, Command, Stdio};
 use x11rb::connection::Connection;
 use x11rb::protocol::randr::{ConnectionExt as _, MonitorInfo};
 use x11rb::protocol::xproto::{ConnectionExt as _, ImageFormat};
@@ -88,10 +88,15 @@ fn of_file(folder: &Path, name: &str) -> Vec<u32> {
 }
 
 fn start(folder: &Path, server: &Server, words: &str) -> Child {
-    let mut command = line(folder, words);
-    command.env("DISPLAY", &server.name).arg("--json");
-    let piped = command.stdout(Stdio::piped()).stderr(Stdio::piped());
-    piped.spawn().expect("shisen")
+    Command::new(shisen(folder).get_program())
+        .current_dir(folder)
+        .env("DISPLAY", &server.name)
+        .args(words.split_whitespace())
+        .arg("--json")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("shisen")
 }
 
 /// Waits for the end; returns the report and what was said.
