@@ -33,6 +33,7 @@ mod room;
 mod run;
 mod show;
 mod spectrum;
+mod test_pattern;
 pub mod tracker;
 
 use crate::live;
@@ -50,6 +51,7 @@ enum Shisen {
     Cave(Box<cave::Arguments>),
     Run(Box<run::Arguments>),
     Show(show::Arguments),
+    TestPattern(test_pattern::Arguments),
     Bake(bake::Arguments),
     Inspect(inspect::Arguments),
     Explain(Box<explain::Arguments>),
@@ -110,6 +112,10 @@ impl Program for Shisen {
             schema::<Either<run::report::Report, live::FrameRecord>>,
         ),
         ("show", schema::<OutputsReport>),
+        (
+            "test-pattern",
+            schema::<Either<test_pattern::Report, test_pattern::List>>,
+        ),
         ("bake", schema::<bake::Report>),
         (
             "inspect",
@@ -142,6 +148,7 @@ impl Program for Shisen {
             Self::Cave(arguments) => cave::run(arguments),
             Self::Run(arguments) => run::run(arguments),
             Self::Show(arguments) => show::run(arguments),
+            Self::TestPattern(arguments) => test_pattern::run(arguments),
             Self::Bake(arguments) => bake::run(arguments),
             Self::Inspect(arguments) => inspect::run(arguments),
             Self::Explain(arguments) => explain::run(arguments),

@@ -1,5 +1,5 @@
 //! Pictures of a frame for people: all screens in one picture, both eyes in one, the level of
-//! detail, and a window with a dashboard.
+//! detail, and a window with a dashboard. Test pictures for setting up a room.
 
 #[cfg_attr(
     not(all(unix, feature = "window")),
@@ -8,6 +8,7 @@
 pub(crate) mod dashboard;
 pub mod lod;
 pub mod overview;
+pub(crate) mod pattern;
 pub mod stereo;
 #[cfg(all(unix, feature = "window"))]
 pub(crate) mod window;

@@ -1,24 +1,22 @@
 //! `shisen cave`: one frame for the walls of a CAVE, or some that follow a tracker.
 
 mod lod;
-mod pictures;
+pub(super) mod pictures;
 pub(super) mod report;
 mod tracked;
 
 use crate::cli::arguments::cache::CacheArguments;
 use crate::cli::arguments::filling::{Fill, FillArguments};
 use crate::cli::arguments::lod::{LodArguments, to_be_filled};
-use crate::cli::arguments::room::RoomArguments;
+use crate::cli::arguments::room::{RoomArguments, ViewArguments};
 use crate::cli::arguments::source::Ready;
 use crate::cli::arguments::tracing::TracingArguments;
-use crate::cli::arguments::{ModelArguments, SCENES, SceneName, picture_size};
+use crate::cli::arguments::{ModelArguments, SCENES, SceneName};
 use crate::cli::output::progress::Progress;
 use crate::cli::prelude::*;
 use crate::cli::tracker::{Interrupt, TrackerName};
 use crate::render::{self, Filling, Frame, Observer, Options};
-use crate::show::overview::viewer::ViewerCamera;
 use crate::show::stereo::Stereo;
-use glam::DVec3;
 use lod::LodPictures;
 use pictures::Writer;
 use report::{Head, Report, TrackedFrame, TrackedFrames};
@@ -50,13 +48,8 @@ pub(super) struct Arguments {
     /// Also write linear EXR files with alpha
     #[arg(long)]
     exr: bool,
-    /// Columns and rows of viewer.png
-    #[arg(long, value_name = "WxH", default_value = "1280x960", value_parser = picture_size)]
-    view_size: [u32; 2],
-    /// Horizontal field of view of viewer.png, degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = 90.0,
-          value_parser = within(1.0..=179.0, "degrees from 1 to 179, such as 90"))]
-    view_fov: f64,
+    #[command(flatten)]
+    view: ViewArguments,
     /// Also write both eyes' views for a display of one picture: sequential (one file an eye),
     /// side-by-side, top-bottom or anaglyph (for red-cyan glasses); mono writes none
     #[arg(long, value_name = "FORMAT", default_value_t = Stereo::Mono)]
@@ -73,19 +66,6 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    /// Returns the views of the eyes, for directions forward and up.
-    fn cameras(
-        &self,
-        eyes: &[Observer],
-        (forward, up): (DVec3, DVec3),
-    ) -> Result<Vec<ViewerCamera>, Failure> {
-        let (field_of_view, size) = (self.view_fov.to_radians(), self.view_size);
-        let camera = |eye: &Observer| {
-            ViewerCamera::new(eye.place, forward, up, field_of_view, size).or_fail()
-        };
-        eyes.iter().map(camera).collect()
-    }
-
     fn writer<'w>(&self, folder: &'w Path, title: &'w str) -> Writer<'w> {
         Writer {
             folder,
@@ -107,7 +87,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.room.check_stereo(arguments.stereo)?;
     // Checked before anything large is loaded or any file is written.
     arguments.room.check_eyes(&cave, pose)?;
-    let mut cameras = arguments.cameras(&observers, (forward, up))?;
+    let mut cameras = arguments.view.cameras(&observers, (forward, up))?;
     let quiet = arguments.quiet;
     let model = arguments.model.within(&cave);
     let ready = (arguments.lod).ready(&arguments.scene, &model, &arguments.cache, quiet)?;
@@ -116,7 +96,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         arguments.room.check_eyes(&cave, pose)?;
         eyes = arguments.room.eyes(pose);
         observers = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
-        cameras = arguments.cameras(&observers, directions)?;
+        cameras = arguments.view.cameras(&observers, directions)?;
     }
     let Ready { baked, shown, .. } = ready;
     let (options, mut traced) = arguments.tracing.options(&baked)?;
@@ -210,7 +190,7 @@ fn follow(
         for (_, position) in eyes {
             frames.cave.check_eye(position)?;
         }
-        let cameras = arguments.cameras(&observers, directions)?;
+        let cameras = arguments.view.cameras(&observers, directions)?;
         let frame = frames.render(&observers, Filling::Background)?;
         seconds += frame.seconds;
         let folder = arguments.out.join(format!("frame-{number:05}"));

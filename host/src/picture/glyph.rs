@@ -18,8 +18,14 @@ pub(crate) fn dots(text: &str) -> impl Iterator<Item = (u32, u32)> {
     })
 }
 
+/// An arrow up, which the fonts lack.
+const ARROW: [u8; 8] = [0x18, 0x3C, 0x7E, 0xFF, 0x18, 0x18, 0x18, 0x18];
+
 /// Returns the rows from the top, the leftmost column in the lowest bit; `?` for unknown letters.
 fn glyph(character: char) -> [u8; 8] {
+    if character == '↑' {
+        return ARROW;
+    }
     BASIC_FONTS
         .get(character)
         .or_else(|| LATIN_FONTS.get(character))

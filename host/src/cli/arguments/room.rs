@@ -2,8 +2,10 @@
 
 use crate::cave::look::{Point, ViewDirection};
 use crate::cave::{DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer, Wall};
-use crate::cli::arguments::{WallsName, head_report};
+use crate::cli::arguments::{WallsName, head_report, picture_size};
 use crate::cli::prelude::*;
+use crate::render::Observer;
+use crate::show::overview::viewer::ViewerCamera;
 use crate::show::stereo::Stereo;
 use glam::{DVec3, Quat};
 use shisen_core::gaze::HeadPose;
@@ -63,12 +65,17 @@ impl RoomArguments {
         }
     }
 
-    /// Returns the eyes and their positions in the room, metres.
-    pub fn eyes(&self, pose: HeadPose) -> impl Iterator<Item = (Eye, DVec3)> + Clone + use<> {
-        let viewer = Viewer {
+    /// Returns a viewer with a head.
+    pub const fn viewer(&self, pose: HeadPose) -> Viewer {
+        Viewer {
             pose,
             interpupillary_distance: self.ipd,
-        };
+        }
+    }
+
+    /// Returns the eyes and their positions in the room, metres.
+    pub fn eyes(&self, pose: HeadPose) -> impl Iterator<Item = (Eye, DVec3)> + Clone + use<> {
+        let viewer = self.viewer(pose);
         let which: &'static [Eye] = if self.eyes == 1 {
             &[Eye::Centre]
         } else {
@@ -121,5 +128,32 @@ impl RoomArguments {
             }
             (look, _) => look.unwrap_or(ViewDirection::FRONT).directions(),
         }
+    }
+}
+
+/// Arguments of commands that write what the viewer sees of all screens.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct ViewArguments {
+    /// Columns and rows of viewer.png
+    #[arg(long, value_name = "WxH", default_value = "1280x960", value_parser = picture_size)]
+    view_size: [u32; 2],
+    /// Horizontal field of view of viewer.png, degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 90.0,
+          value_parser = within(1.0..=179.0, "degrees from 1 to 179, such as 90"))]
+    view_fov: f64,
+}
+
+impl ViewArguments {
+    /// Returns the views of the eyes, for directions forward and up.
+    pub fn cameras(
+        &self,
+        eyes: &[Observer],
+        (forward, up): (DVec3, DVec3),
+    ) -> Result<Vec<ViewerCamera>, Failure> {
+        let (field_of_view, size) = (self.view_fov.to_radians(), self.view_size);
+        let camera = |eye: &Observer| {
+            ViewerCamera::new(eye.place, forward, up, field_of_view, size).or_fail()
+        };
+        eyes.iter().map(camera).collect()
     }
 }

@@ -92,7 +92,7 @@ pub(super) fn check_acuity(frames: &Frames<'_>, observers: &mut [Observer]) -> R
 }
 
 /// Pictures of what one eye's level of detail did, walls unfolded.
-pub(super) struct LodPictures {
+pub(in crate::cli) struct LodPictures {
     /// The level of each pixel, or how many pixels are one.
     pub(super) levels: Picture,
     /// The faces that each pixel's rays see.

@@ -10,21 +10,21 @@ use crate::show::overview::net;
 use crate::show::overview::viewer::{self, ViewerCamera};
 use crate::show::stereo::Stereo;
 
-pub(super) struct Writer<'a> {
+pub(in crate::cli) struct Writer<'a> {
     /// Existing folder of the pictures.
-    pub(super) folder: &'a Path,
+    pub(in crate::cli) folder: &'a Path,
     /// What the pictures show, as a note in the files.
-    pub(super) title: &'a str,
+    pub(in crate::cli) title: &'a str,
     /// Whether to write linear files too.
-    pub(super) exr: bool,
+    pub(in crate::cli) exr: bool,
     /// How to write both eyes' pictures for a display of one picture.
-    pub(super) stereo: Stereo,
+    pub(in crate::cli) stereo: Stereo,
 }
 
 impl Writer<'_> {
     /// Writes all pictures of a frame: those of the walls, the first eye's unfolded and as the first
     /// of `cameras` sees them, those for a display of one picture, and those of a level of detail.
-    pub(super) fn write(
+    pub(in crate::cli) fn write(
         &self,
         frame: &Frame,
         cave: &Cave,
@@ -77,7 +77,10 @@ impl Writer<'_> {
     }
 
     /// Writes the captured surroundings, if any, and returns the paths.
-    pub(super) fn write_capture(&self, capture: Option<&Capture>) -> Result<Vec<String>, Failure> {
+    pub(in crate::cli) fn write_capture(
+        &self,
+        capture: Option<&Capture>,
+    ) -> Result<Vec<String>, Failure> {
         let names = ["capture-ahead", "capture-behind"].into_iter();
         let pictures = capture.iter().flat_map(|capture| &capture.hemispheres);
         let write = |(name, picture)| self.write_png(name, picture, "surroundings", true);

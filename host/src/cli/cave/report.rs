@@ -41,37 +41,37 @@ pub(in crate::cli) struct Report {
 
 /// The files of a frame.
 #[derive(Debug, Default, Serialize, JsonSchema)]
-pub(super) struct Written {
+pub(in crate::cli) struct Written {
     /// Pictures of walls and domes, one for each eye.
-    pub(super) images: Vec<Image>,
+    pub(in crate::cli) images: Vec<Image>,
     /// Files of the same pictures in linear colours; empty without --exr.
-    pub(super) exr: Vec<String>,
+    pub(in crate::cli) exr: Vec<String>,
     /// File of the unfolded walls of one eye.
-    pub(super) cave: String,
+    pub(in crate::cli) cave: String,
     /// File of what that eye sees of them.
-    pub(super) viewer: String,
+    pub(in crate::cli) viewer: String,
     /// Both eyes for a display of one picture; only with --stereo.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) stereo: Option<StereoReport>,
+    pub(in crate::cli) stereo: Option<StereoReport>,
     /// File of the level of each pixel; only with --lod.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) levels: Option<String>,
+    pub(in crate::cli) levels: Option<String>,
     /// File of the faces that each pixel sees; only with --lod.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) polygons: Option<String>,
+    pub(in crate::cli) polygons: Option<String>,
     /// File of the difference from full tracing; only with --lod.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) difference: Option<String>,
+    pub(in crate::cli) difference: Option<String>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
-pub(super) struct StereoReport {
+pub(in crate::cli) struct StereoReport {
     /// sequential, side-by-side, top-bottom or anaglyph.
-    pub(super) format: &'static str,
+    pub(in crate::cli) format: &'static str,
     /// The eyes, the first one first.
-    pub(super) eye_order: [&'static str; 2],
+    pub(in crate::cli) eye_order: [&'static str; 2],
     /// Files of the unfolded walls, then of what the eyes see; one an eye if sequential.
-    pub(super) images: Vec<String>,
+    pub(in crate::cli) images: Vec<String>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -131,17 +131,17 @@ pub(super) struct Field {
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
-pub(super) struct Image {
+pub(in crate::cli) struct Image {
     /// Name of the wall or dome.
-    pub(super) wall: String,
+    pub(in crate::cli) wall: String,
     /// left, right or centre.
-    pub(super) eye: &'static str,
+    pub(in crate::cli) eye: &'static str,
     /// File of the picture.
-    pub(super) path: String,
+    pub(in crate::cli) path: String,
     /// Hash of the linear pixels, 16 hexadecimal digits.
-    pub(super) hash: String,
+    pub(in crate::cli) hash: String,
     /// Its rays by kind, without those of a capture.
-    pub(super) rays: RayCounts,
+    pub(in crate::cli) rays: RayCounts,
 }
 
 /// Frames that followed a tracker.
