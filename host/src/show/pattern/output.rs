@@ -63,8 +63,15 @@ pub(super) fn focus(output: &Output<'_>, _: Refresh) -> Canvas {
     let block = [2 * side.max(62), side.max(62)];
     let block = [block[0].min(columns), block[1].min(rows)];
     let [right, down] = [columns - block[0], rows - block[1]];
+    let half = block[0] / 2;
     for [x, y] in [[0, 0], [right, 0], [0, down], [right, down]] {
-        let rect = Rect::new(x, y, block[0] / 2, block[1]);
+        // The letters are beside the checkerboard, which is in the corner.
+        let [checked, letters] = if x == 0 {
+            [x, x + half + 2]
+        } else {
+            [x + half, x]
+        };
+        let rect = Rect::new(checked, y, half, block[1]);
         shade(
             &mut canvas,
             rect,
@@ -72,10 +79,8 @@ pub(super) fn focus(output: &Output<'_>, _: Refresh) -> Canvas {
         );
         for (line, text) in (0..).zip(LETTERS) {
             // Letters of one pixel a dot: what is small shows first what is not sharp.
-            let place = [x + block[0] / 2 + 2, y + 4 + line * (GLYPH + 2)];
-            let room = (block[0] / 2 / GLYPH) as usize;
-            let text: String = text.chars().take(room).collect();
-            canvas.write(place[0], place[1], &text, WHITE);
+            let text: String = text.chars().take((half / GLYPH) as usize).collect();
+            canvas.write(letters, y + 4 + line * (GLYPH + 2), &text, WHITE);
         }
     }
     let middle = 0.5 * DVec2::new(f64::from(columns), f64::from(rows));

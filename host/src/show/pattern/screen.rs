@@ -10,7 +10,7 @@ pub(super) use grid::grid;
 pub(super) use {circles::RADII, grid::CELL};
 
 use super::ScreenView;
-use super::sheet::{BLACK, Colour, Sheet, WHITE, stroke};
+use super::sheet::{BLACK, Colour, LINE, Sheet, WHITE, stroke};
 use crate::cave::Eye;
 use crate::picture::Picture;
 use crate::show::ShowError;
@@ -31,10 +31,12 @@ pub(super) fn flat(view: &ScreenView<'_>, codes: [u8; 3]) -> Result<Picture, Sho
 /// Writes the screen's name under an arrow up, and a line below.
 fn write_title(sheet: &Sheet<'_>, picture: &mut Picture, view: &ScreenView<'_>, line: &str) {
     let name = format!("↑ {}", view.screen.name());
-    for (text, share, y) in [(name.as_str(), 0.4, 0.3), (line, 0.8, 0.4)] {
-        let dot = sheet.fit(text, share);
-        let sign = sheet.centred(text, sheet.place(0.5, y), dot);
-        sheet.show(picture, &sign, sheet.head);
+    let top = if sheet.dome().is_some() { 0.55 } else { 0.3 };
+    for (text, share, y) in [(name.as_str(), 0.4, top), (line, 0.8, top + 0.1)] {
+        if let Some(dot) = sheet.fit(text, DVec2::new(share, 0.08) * sheet.span()) {
+            let sign = sheet.centred(text, sheet.place(0.5, y), dot);
+            sheet.show(picture, &sign, sheet.head);
+        }
     }
 }
 
@@ -120,11 +122,14 @@ pub(super) fn near_black(view: &ScreenView<'_>) -> Result<Picture, ShowError> {
             BLACK
         }
     })?;
+    let Some(dot) = sheet.fit("16", 0.08 * sheet.span()) else {
+        return Ok(picture);
+    };
     for code in 0..=16 {
         let text = code.to_string();
         let cell = DVec2::new(f64::from(code % 6), f64::from(code / 6));
         let at = inset.place((cell + 0.5) / CELLS);
-        let mut sign = sheet.centred(&text, at, sheet.fit("16", 0.04));
+        let mut sign = sheet.centred(&text, at, dot);
         (sign.ink, sign.paper) = (light(DARK), None);
         sheet.show(&mut picture, &sign, sheet.head);
     }
@@ -160,10 +165,13 @@ pub(super) fn bars(view: &ScreenView<'_>) -> Result<Picture, ShowError> {
         let code = (column * 256.0).min(255.0) as u8;
         light(RAMPS[(ramp as usize).min(RAMPS.len() - 1)].map(|on| on * code))
     })?;
+    let Some(dot) = sheet.fit("magenta", DVec2::new(0.11, 0.1) * sheet.span()) else {
+        return Ok(picture);
+    };
     for (number, (name, codes)) in BARS.into_iter().enumerate() {
         let x = (number as f64 + 0.5) / BARS.len() as f64;
         let at = inset.place(DVec2::new(x, 0.35));
-        let mut sign = sheet.centred(name, at, sheet.fit("magenta.", 0.12));
+        let mut sign = sheet.centred(name, at, dot);
         let is_bright = codes[1] > 0;
         (sign.ink, sign.paper) = (if is_bright { BLACK } else { WHITE }, None);
         sheet.show(&mut picture, &sign, sheet.head);
@@ -185,7 +193,7 @@ pub(super) fn stereo(view: &ScreenView<'_>) -> Result<Picture, ShowError> {
         if shown(half.0) { half.1 } else { BLACK }
     })?;
     for (_, paper, letter, x) in halves.into_iter().filter(|half| shown(half.0)) {
-        let dot = 0.35 * sheet.span().min_element() / super::sheet::LINE;
+        let dot = 0.35 * sheet.span().min_element() / LINE;
         let mut sign = sheet.centred(letter, sheet.place(x, 0.5), dot);
         sign.paper = Some(paper);
         sheet.show(&mut picture, &sign, sheet.head);
@@ -200,15 +208,22 @@ pub(super) const LADDER: [(&str, f64, f64, Colour); 3] = [
     ("nearer", 0.5, 0.2, [0.8, 0.6, 0.0]),
 ];
 
+/// The light around the bars.
+pub(super) const BACKGROUND: Colour = [0.02; 3];
+
 /// Draws bars of one apparent size at several distances, each eye's from its own place.
 pub(super) fn depth(view: &ScreenView<'_>) -> Result<Picture, ShowError> {
+    // Dots across a bar.
+    const WIDTH: f64 = 60.0;
     let sheet = Sheet::new(view)?;
-    let mut picture = sheet.paint(|_| [0.02; 3])?;
+    let mut picture = sheet.paint(|_| BACKGROUND)?;
     for (name, distance, x, paper) in LADDER {
         let at = sheet.place(x, 0.5);
-        let mut sign = sheet.centred(name, at, sheet.fit("farther.", 0.26));
+        let letters = name.len() as f64;
+        let dot = 0.2 * sheet.span().min_element() / WIDTH;
+        let mut sign = sheet.centred(name, at, dot);
         (sign.ink, sign.paper) = (BLACK, Some(paper));
-        sign.margin = DVec2::new(3.0, 40.0);
+        sign.margin = 0.5 * (WIDTH * DVec2::new(1.0, 3.0) - LINE * DVec2::new(letters, 1.0));
         let sign = sign.at_distance(sheet.head, distance);
         sheet.show(&mut picture, &sign, view.viewer.eye(view.eye));
     }

@@ -126,15 +126,12 @@ impl<'a> Sheet<'a> {
         0.5 * self.size * (1.0 + from_zenith * DVec2::new(sin, cos))
     }
 
-    /// Returns the dots of the largest text, metres, that takes at most `share` of the screen's
-    /// width, and a tenth of its height.
-    pub(super) fn fit(&self, text: &str, share: f64) -> f64 {
-        let letters = text.chars().count().max(1) as f64;
-        let span = self.span();
-        let dot = (share * span.x / letters).min(0.1 * span.y) / LINE;
-        // Whole pixels, and not one more.
+    /// Returns the dots of the largest text, metres, that is at most `room` wide and high; `None`
+    /// if a dot would be smaller than a pixel.
+    pub(super) fn fit(&self, text: &str, room: DVec2) -> Option<f64> {
+        let dot = (room / extent(text)).min_element();
         let pixel = self.pitch().max_element();
-        pixel * (dot / pixel).floor().max(1.0)
+        (dot >= pixel).then(|| pixel * (dot / pixel).floor())
     }
 
     /// Returns text on the screen, upright for the viewer, with dots of about `dot` metres. The dot
@@ -188,12 +185,13 @@ impl<'a> Sheet<'a> {
     /// Draws a sign into the picture as it is seen from a place in the room.
     pub(super) fn show(&self, picture: &mut Picture, sign: &Sign, from: DVec3) {
         let [columns, rows] = self.bounds(sign, from);
-        let share = 1.0 / (SAMPLES * SAMPLES) as f32;
+        let share = 1.0 / f64::from(SAMPLES * SAMPLES);
         for (x, y) in rows.flat_map(|y| columns.clone().map(move |x| (x, y))) {
             let Some(below @ [.., 1.0]) = picture.pixel(x, y) else {
                 continue;
             };
             let corner = DVec2::new(f64::from(x), f64::from(y));
+            // Sums of equal colours are exact in f64.
             let mut sum = [0.0; 4];
             for sample in 0..SAMPLES * SAMPLES {
                 let step = DVec2::new(f64::from(sample % SAMPLES), f64::from(sample / SAMPLES));
@@ -203,10 +201,10 @@ impl<'a> Sheet<'a> {
                     None => [below[0], below[1], below[2]],
                 };
                 for (sum, channel) in sum.iter_mut().zip([red, green, blue, 1.0]) {
-                    *sum += share * channel;
+                    *sum += share * f64::from(channel);
                 }
             }
-            picture.set_pixel(x, y, sum);
+            picture.set_pixel(x, y, sum.map(|channel| channel as f32));
         }
     }
 

@@ -7,7 +7,7 @@ use crate::show::pattern::sheet::{BLACK, Colour, Sheet, Sign, WHITE, mixed, stro
 use glam::{DVec2, DVec3};
 
 /// The angles from the middle of each circle to its line: degrees.
-pub(crate) const RADII: [f64; 2] = [6.0, 15.0];
+pub(crate) const RADII: [f64; 2] = [8.0, 16.0];
 
 /// The angle of a further circle about each axis of the room: degrees.
 const WIDE: f64 = 35.0;
@@ -16,7 +16,7 @@ const WIDE: f64 = 35.0;
 const COLOURS: [Colour; 3] = [WHITE, [0.9, 0.8, 0.0], [0.0, 0.7, 0.9]];
 
 /// The dots of a circle's direction: radians.
-const DOT: f64 = 0.0048;
+const DOT: f64 = 0.0065;
 
 /// Returns the axes of the room and the directions halfway between them, with their colours.
 fn centres() -> Vec<(DVec3, Colour)> {

@@ -1,6 +1,6 @@
 //! A numbered grid: metres on a wall, degrees on a dome.
 
-use super::{resolution, write_title};
+use super::resolution;
 use crate::cave::DomeScreen;
 use crate::picture::Picture;
 use crate::show::ShowError;
@@ -27,17 +27,14 @@ const BESIDE: DVec2 = DVec2::new(-2.0, LINE + 2.0);
 pub(crate) fn grid(view: &ScreenView<'_>) -> Result<Picture, ShowError> {
     let sheet = Sheet::new(view)?;
     let thickness = (sheet.size.min_element() / 600.0).round().max(1.0);
-    let (mut picture, cells) = match sheet.dome() {
-        Some(dome) => (of_dome(&sheet, dome, thickness)?, format!("{DEGREES}°")),
-        None => of_wall(&sheet, thickness)?,
-    };
-    let line = format!("{}, cells of {cells}", resolution(&sheet));
-    write_title(&sheet, &mut picture, view, &line);
-    Ok(picture)
+    let title = format!("↑ {} {}", view.screen.name(), resolution(&sheet));
+    match sheet.dome() {
+        Some(dome) => of_dome(&sheet, dome, thickness, &title),
+        None => of_wall(&sheet, thickness, &title),
+    }
 }
 
-/// Returns a wall's grid, and the size of its cells in words.
-fn of_wall(sheet: &Sheet<'_>, thickness: f64) -> Result<(Picture, String), ShowError> {
+fn of_wall(sheet: &Sheet<'_>, thickness: f64, title: &str) -> Result<Picture, ShowError> {
     let (pitch, span) = (sheet.pitch(), sheet.span());
     let mut cell = CELL;
     while cell < LEAST * pitch.max_element() {
@@ -50,9 +47,10 @@ fn of_wall(sheet: &Sheet<'_>, thickness: f64) -> Result<(Picture, String), ShowE
     let counts = (span / cell - 1.0e-9).floor();
     let letters = format!("{},{}", counts.x, counts.y).chars().count() as f64;
     // Numbers stand at every crossing, or as often as they have room.
-    let text = LINE * letters + 3.0;
+    let text = LINE * letters + 2.0;
     let stride = (pitch.max_element() * text / cell).ceil().max(1.0);
-    let dot = (stride * cell / text).max(pitch.max_element());
+    let pixel = pitch.max_element();
+    let dot = pixel * (stride * cell / text / pixel).floor().max(1.0);
     for number in 1..=(counts.y / stride) as u32 {
         let row = stride * f64::from(number);
         for number in 1..=(counts.x / stride) as u32 {
@@ -62,11 +60,19 @@ fn of_wall(sheet: &Sheet<'_>, thickness: f64) -> Result<(Picture, String), ShowE
             if span.x - column * cell < dot * text {
                 continue;
             }
-            let sign = sheet.sign(&format!("{column},{row}"), at, BESIDE, dot);
+            let mut sign = sheet.sign(&format!("{column},{row}"), at, BESIDE, dot);
+            sign.margin = DVec2::ZERO;
             sheet.show(&mut picture, &sign, sheet.head);
         }
     }
-    Ok((picture, format!("{cell} m")))
+    // The lowest cells have no numbers.
+    let title = format!("{title}, cells of {cell} m");
+    if let Some(dot) = sheet.fit(&title, DVec2::new(0.9 * span.x, 0.6 * cell)) {
+        let at = DVec2::new(0.5, 1.0 - 0.5 * cell / span.y) * sheet.size;
+        let sign = sheet.centred(&title, at, dot);
+        sheet.show(&mut picture, &sign, sheet.head);
+    }
+    Ok(picture)
 }
 
 /// Returns the light of each of `count` pixels along `length` metres: a line at each cell's end,
@@ -88,7 +94,12 @@ fn ruled(count: f64, length: f64, cell: f64, thickness: f64) -> Vec<f32> {
     lights
 }
 
-fn of_dome(sheet: &Sheet<'_>, dome: &DomeScreen, thickness: f64) -> Result<Picture, ShowError> {
+fn of_dome(
+    sheet: &Sheet<'_>,
+    dome: &DomeScreen,
+    thickness: f64,
+    title: &str,
+) -> Result<Picture, ShowError> {
     let half_field = 0.5 * dome.field_of_view_degrees;
     let pixels_per_degree = 0.5 * sheet.size.x / half_field;
     let mut picture = sheet.paint(|at| {
@@ -134,6 +145,9 @@ fn of_dome(sheet: &Sheet<'_>, dome: &DomeScreen, thickness: f64) -> Result<Pictu
             sheet.show(&mut picture, &sign, sheet.head);
         }
     }
+    // Below the last numbers.
+    let at = sheet.dome_place(0.0, 1.0 - 0.5 * DEGREES / half_field);
+    sheet.show(&mut picture, &sheet.centred(title, at, dot), sheet.head);
     Ok(picture)
 }
 
