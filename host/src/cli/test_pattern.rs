@@ -8,13 +8,14 @@ use crate::picture::Picture;
 use crate::render::{Frame, Observer, WallPicture};
 use crate::show::ShowError;
 use crate::show::overview::viewer::ViewerCamera;
-use crate::show::pattern::{Drawing, Output, PATTERNS, Pattern, Refresh, ScreenView};
+use crate::show::pattern::{Drawing, OutputView, PATTERNS, Pattern, Refresh, ScreenView};
 use crate::show::stereo::Stereo;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use shisen_core::frame::Statistics;
 
 /// Writes a test picture for the screens of a room
 #[derive(Debug, Args)]
+#[command(after_long_help = remedies())]
 pub(super) struct Arguments {
     /// Name of the pattern
     #[arg(value_name = "NAME", required_unless_present = "list", value_parser = pattern())]
@@ -43,6 +44,12 @@ fn pattern() -> impl TypedValueParser<Value = Pattern> {
     let names = PATTERNS.map(|one| PossibleValue::new(one.name).help(one.purpose));
     PossibleValuesParser::new(names)
         .try_map(|name| Pattern::named(&name).copied().ok_or("no such pattern"))
+}
+
+/// Returns what to look for in each pattern, for the long help.
+fn remedies() -> String {
+    let lines = PATTERNS.map(|one| format!("  {}: {}", one.name, one.look_for));
+    format!("What to look for:\n{}", lines.join("\n"))
 }
 
 /// A test picture.
@@ -125,10 +132,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
                     "pattern {name} is the same for both eyes: leave --stereo out"
                 ));
             }
-            let draw = |output: &Output<'_>| draw(output, Refresh::default());
+            let draw = |output: &OutputView<'_>| draw(output, Refresh::default());
             make_writable(&arguments.out)?;
             let write = |(number, screen): (usize, Screen<'_>)| {
-                let output = Output {
+                let output = OutputView {
                     name: screen.name(),
                     number,
                     size: screen.size(),
@@ -137,7 +144,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 let path = arguments.out.join(format!("{}.png", screen.name()));
                 let notes = metadata(format!("test pattern {name}, output {}", screen.name()));
                 let written = draw(&output).write_png(&path, &notes);
-                written.map_err(|reason| Fault::write(&path)(reason))?;
+                written.map_err(Fault::write(&path))?;
                 Ok::<_, Failure>(Image {
                     screen: screen.name().to_owned(),
                     eye: None,

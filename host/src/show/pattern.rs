@@ -26,7 +26,7 @@ pub(crate) struct ScreenView<'a> {
 
 /// The output that a pattern is drawn for: a projector or a monitor.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Output<'a> {
+pub(crate) struct OutputView<'a> {
     /// The name that the picture shows.
     pub(crate) name: &'a str,
     /// The output's number among all of them, from 0: sets its colour.
@@ -60,7 +60,7 @@ pub(crate) enum Drawing {
     /// In the pixels of an output, the same for both eyes.
     Output {
         /// Draws it for one refresh.
-        draw: fn(&Output<'_>, Refresh) -> Canvas,
+        draw: fn(&OutputView<'_>, Refresh) -> Canvas,
         /// Whether it changes from refresh to refresh.
         is_moving: bool,
     },
@@ -96,12 +96,12 @@ const fn stereo(draw: fn(&ScreenView<'_>) -> Result<Picture, ShowError>) -> Draw
     Drawing::Screen { draw, is_stereo }
 }
 
-const fn still(draw: fn(&Output<'_>, Refresh) -> Canvas) -> Drawing {
+const fn still(draw: fn(&OutputView<'_>, Refresh) -> Canvas) -> Drawing {
     let is_moving = false;
     Drawing::Output { draw, is_moving }
 }
 
-const fn moving(draw: fn(&Output<'_>, Refresh) -> Canvas) -> Drawing {
+const fn moving(draw: fn(&OutputView<'_>, Refresh) -> Canvas) -> Drawing {
     let is_moving = true;
     Drawing::Output { draw, is_moving }
 }

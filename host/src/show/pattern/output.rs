@@ -1,6 +1,6 @@
 //! Patterns in an output's own pixels, without warp and blend.
 
-use super::{Output, Refresh};
+use super::{OutputView, Refresh};
 use crate::picture::glyph::{GLYPH, dots};
 use crate::picture::srgb_from_linear;
 use crate::show::dashboard::{Canvas, Colour, Rect};
@@ -50,11 +50,11 @@ fn shade(canvas: &mut Canvas, rect: Rect, colour: impl Fn([u32; 2]) -> Colour) {
     }
 }
 
-fn title(output: &Output<'_>) -> String {
+fn title(output: &OutputView<'_>) -> String {
     format!("{} {}×{}", output.name, output.size[0], output.size[1])
 }
 
-pub(super) fn focus(output: &Output<'_>, _: Refresh) -> Canvas {
+pub(super) fn focus(output: &OutputView<'_>, _: Refresh) -> Canvas {
     const LETTERS: [&str; 3] = ["The quick brown", "fox jumps over", "0123456789 .,:;"];
     const SPOKES: f64 = 36.0;
     let [columns, rows] = output.size;
@@ -104,7 +104,7 @@ pub(super) fn focus(output: &Output<'_>, _: Refresh) -> Canvas {
     canvas
 }
 
-pub(super) fn convergence(output: &Output<'_>, _: Refresh) -> Canvas {
+pub(super) fn convergence(output: &OutputView<'_>, _: Refresh) -> Canvas {
     const CELL: u32 = 32;
     let [columns, rows] = output.size;
     let mut canvas = Canvas::new(columns, rows);
@@ -122,7 +122,7 @@ pub(super) fn convergence(output: &Output<'_>, _: Refresh) -> Canvas {
 
 /// Draws a two-pixel border, red inside and green outside, and the same along each neighbour's
 /// outline, the other way round: there a neighbour's border falls on it.
-pub(super) fn border_pair(output: &Output<'_>, _: Refresh) -> Canvas {
+pub(super) fn border_pair(output: &OutputView<'_>, _: Refresh) -> Canvas {
     let [columns, rows] = output.size;
     let mut canvas = Canvas::new(columns, rows);
     let (red, green) = (0xFF_0000, 0x00_FF00);
@@ -177,7 +177,7 @@ fn trace(canvas: &mut Canvas, outline: &[DVec2]) {
     }
 }
 
-pub(super) fn coverage(output: &Output<'_>, _: Refresh) -> Canvas {
+pub(super) fn coverage(output: &OutputView<'_>, _: Refresh) -> Canvas {
     const COLOURS: [Colour; 6] = [
         0xFF_0000, 0x00_FF00, 0x00_00FF, 0xFF_FF00, 0x00_FFFF, 0xFF_00FF,
     ];
@@ -212,7 +212,7 @@ pub(super) fn gamma_field([columns, rows]: [u32; 2], column: u32, row: u32) -> R
     Rect::new(x, row * cell[1] + cell[1] / 8, width, height)
 }
 
-pub(super) fn gamma(output: &Output<'_>, _: Refresh) -> Canvas {
+pub(super) fn gamma(output: &OutputView<'_>, _: Refresh) -> Canvas {
     const CHANNELS: [Colour; 4] = [WHITE, 0xFF_0000, 0x00_FF00, 0x00_00FF];
     let [columns, rows] = output.size;
     let mut canvas = Canvas::new(columns, rows);
@@ -234,7 +234,7 @@ pub(super) fn gamma(output: &Output<'_>, _: Refresh) -> Canvas {
     canvas
 }
 
-pub(super) fn steps(output: &Output<'_>, _: Refresh) -> Canvas {
+pub(super) fn steps(output: &OutputView<'_>, _: Refresh) -> Canvas {
     const ACROSS: u32 = 16;
     let [columns, rows] = output.size;
     let mut canvas = Canvas::new(columns, rows);
@@ -258,7 +258,7 @@ pub(super) fn steps(output: &Output<'_>, _: Refresh) -> Canvas {
 /// The side of the square of the pattern `latency`: pixels.
 pub(super) const PATCH: u32 = 100;
 
-pub(super) fn latency(output: &Output<'_>, refresh: Refresh) -> Canvas {
+pub(super) fn latency(output: &OutputView<'_>, refresh: Refresh) -> Canvas {
     let [columns, rows] = output.size;
     let mut canvas = Canvas::new(columns, rows);
     if refresh.is_event {
@@ -271,7 +271,7 @@ pub(super) fn latency(output: &Output<'_>, refresh: Refresh) -> Canvas {
 /// The refreshes in which the bar crosses a picture of any size.
 pub(super) const CROSSING: u64 = 120;
 
-pub(super) fn bar(output: &Output<'_>, refresh: Refresh) -> Canvas {
+pub(super) fn bar(output: &OutputView<'_>, refresh: Refresh) -> Canvas {
     let [columns, rows] = output.size;
     let mut canvas = Canvas::new(columns, rows);
     let edge = |number: u64| (number * u64::from(columns) / CROSSING) as u32;
@@ -282,7 +282,7 @@ pub(super) fn bar(output: &Output<'_>, refresh: Refresh) -> Canvas {
 }
 
 /// Draws the lowest eight bits of the count, the highest first, and the same in digits.
-pub(super) fn counter(output: &Output<'_>, refresh: Refresh) -> Canvas {
+pub(super) fn counter(output: &OutputView<'_>, refresh: Refresh) -> Canvas {
     const BITS: u32 = 8;
     let [columns, rows] = output.size;
     let mut canvas = Canvas::new(columns, rows);

@@ -27,8 +27,8 @@ fn drawn(name: &str, view: &ScreenView<'_>) -> Picture {
     }
 }
 
-fn output<'a>(size: [u32; 2], neighbours: &'a [Vec<DVec2>]) -> Output<'a> {
-    Output {
+fn output(size: [u32; 2], neighbours: &[Vec<DVec2>]) -> OutputView<'_> {
+    OutputView {
         name: "front",
         number: 0,
         size,
