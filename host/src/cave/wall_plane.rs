@@ -49,14 +49,6 @@ impl WallPlane {
     /// Returns where a ray meets the wall: the ray's parameter, above 0, and the
     /// picture coordinates from the upper left corner, each 0 to 1.
     pub(crate) fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64, f64)> {
-        let (parameter, x, y) = self.meet(origin, direction)?;
-        let inside = |coordinate: f64| (-SEAM..=1.0 + SEAM).contains(&coordinate);
-        (inside(x) && inside(y)).then(|| (parameter, x.clamp(0.0, 1.0), y.clamp(0.0, 1.0)))
-    }
-
-    /// Returns where a ray meets the wall's plane, as [`Self::intersect`] does, also beyond the
-    /// wall's edges.
-    pub(crate) fn meet(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64, f64)> {
         let parameter = (self.upper_left - origin).dot(self.normal) / direction.dot(self.normal);
         if !(parameter.is_finite() && parameter > 0.0) {
             return None;
@@ -65,6 +57,7 @@ impl WallPlane {
         let area = self.right.cross(self.down).dot(self.normal);
         let x = point.cross(self.down).dot(self.normal) / area;
         let y = self.right.cross(point).dot(self.normal) / area;
-        Some((parameter, x, y))
+        let inside = |coordinate: f64| (-SEAM..=1.0 + SEAM).contains(&coordinate);
+        (inside(x) && inside(y)).then(|| (parameter, x.clamp(0.0, 1.0), y.clamp(0.0, 1.0)))
     }
 }
