@@ -4,9 +4,8 @@ use crate::cave::Screen;
 use crate::cli::arguments::room::{RoomArguments, ViewArguments};
 use crate::cli::cave::pictures::Writer;
 use crate::cli::prelude::*;
-use crate::picture::Picture;
+use crate::picture::{Picture, PictureError};
 use crate::render::{Frame, Observer, WallPicture};
-use crate::show::ShowError;
 use crate::show::overview::viewer::ViewerCamera;
 use crate::show::pattern::{Drawing, OutputView, PATTERNS, Pattern, Refresh, ScreenView};
 use crate::show::stereo::Stereo;
@@ -168,7 +167,7 @@ fn write_screens(
     arguments: &Arguments,
     cave: &Cave,
     name: &str,
-    draw: fn(&ScreenView<'_>) -> Result<Picture, ShowError>,
+    draw: fn(&ScreenView<'_>) -> Result<Picture, PictureError>,
 ) -> Result<(Vec<Image>, Vec<String>), Failure> {
     let pose = arguments.room.head();
     arguments.room.check_eyes(cave, pose)?;
