@@ -65,12 +65,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     })?;
     let pictures: Vec<Picture> = found.into_values().collect();
     outputs.prepare(&pictures);
-    let report = hold(&mut outputs, arguments.seconds);
+    let report = hold(&mut outputs, arguments.seconds, Outputs::prepare_again);
     print(&report, arguments.json)
 }
 
-/// Shows what was prepared at each refresh, for some time or until the program is interrupted.
-pub(super) fn hold(outputs: &mut Outputs, seconds: Option<Duration>) -> OutputsReport {
+/// Shows what was prepared, and what `prepare` does for each further refresh, for some time or
+/// until the program is interrupted.
+pub(super) fn hold(
+    outputs: &mut Outputs,
+    seconds: Option<Duration>,
+    prepare: impl Fn(&mut Outputs),
+) -> OutputsReport {
     let interrupt = Interrupt::watched();
     let end = seconds.map(|span| Instant::now() + span);
     let mut next = Instant::now();
@@ -85,7 +90,7 @@ pub(super) fn hold(outputs: &mut Outputs, seconds: Option<Duration>) -> OutputsR
         if is_over || interrupt.came() || !outputs.is_open() {
             return outputs.report();
         }
-        outputs.prepare_again();
+        prepare(outputs);
     }
 }
 
