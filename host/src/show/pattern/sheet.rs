@@ -48,6 +48,11 @@ impl<'a> Sheet<'a> {
         }
     }
 
+    /// Returns whether the screen is a wall.
+    pub(super) const fn is_flat(&self) -> bool {
+        matches!(self.screen, Screen::Wall(_))
+    }
+
     /// Returns the point of the room at a place in the picture: metres. The screen goes on outside
     /// the picture.
     pub(super) fn point(&self, at: DVec2) -> DVec3 {

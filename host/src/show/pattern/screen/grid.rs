@@ -65,10 +65,15 @@ fn of_wall(sheet: &Sheet<'_>, thickness: f64, title: &str) -> Result<Picture, Pi
         }
     }
     // The lowest cells have no numbers.
-    let title = format!("{title}, cells of {cell} m");
-    if let Some(dot) = sheet.fit(&title, DVec2::new(0.9 * span.x, 0.6 * cell)) {
+    let (title, width) = if sheet.is_flat() {
+        (&format!("{title}, cells of {cell} m"), 0.9 * span.x)
+    } else {
+        // Letters on a straight line leave their row on a curved screen.
+        (&title.to_owned(), 4.0 * cell)
+    };
+    if let Some(dot) = sheet.fit(title, DVec2::new(width, 0.6 * cell)) {
         let at = DVec2::new(0.5, 1.0 - 0.5 * cell / span.y) * sheet.size;
-        let sign = sheet.centred(&title, at, dot);
+        let sign = sheet.centred(title, at, dot);
         sheet.show(&mut picture, &sign, sheet.head);
     }
     Ok(picture)
