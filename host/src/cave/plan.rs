@@ -257,7 +257,9 @@ fn grid(frame: &Frame, sheet: &mut Sheet) {
             if !(least[axis] - 1.0e-6..=most[axis] + 1.0e-6).contains(&along) {
                 continue;
             }
-            ends.iter_mut().for_each(|end| end[axis] = along);
+            for end in &mut ends {
+                end[axis] = along;
+            }
             let class = if number == 0 { "axis" } else { "grid" };
             let [from, to] = ends.map(|end| frame.on_page(end));
             sheet.line(from, to, class);

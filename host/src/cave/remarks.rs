@@ -153,9 +153,11 @@ fn edges(wall: &Wall) -> [[DVec3; 2]; 4] {
 /// Returns the greatest distance of two edges along the part that they share: negative where the
 /// walls overlap. `None` where the edges are no neighbours.
 fn gap(edge: [DVec3; 2], wall: &Wall, other: [DVec3; 2], other_wall: &Wall) -> Option<f64> {
-    let (short, long) = match edge[0].distance(edge[1]) < other[0].distance(other[1]) {
-        true => (edge, other),
-        false => (other, edge),
+    let is_shorter = edge[0].distance(edge[1]) < other[0].distance(other[1]);
+    let (short, long) = if is_shorter {
+        (edge, other)
+    } else {
+        (other, edge)
     };
     let along = (long[1] - long[0]).normalize();
     let length = long[0].distance(long[1]);

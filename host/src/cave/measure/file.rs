@@ -303,8 +303,8 @@ impl Survey {
             Quantity::Length([a, b]) | Quantity::Height([a, b]) => [a.min(b), a.max(b)],
             Quantity::Flatness(_) => [0; 2],
         };
-        let others = self.measurements.iter().skip(first);
-        match others.filter(|other| ends(other) == ends(&new)).last() {
+        let mut others = self.measurements.iter().skip(first);
+        match others.rfind(|other| ends(other) == ends(&new)) {
             None => Ok(new),
             Some(other) => Err(RoomError::new(
                 "lengths_m",

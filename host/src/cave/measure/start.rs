@@ -74,7 +74,9 @@ fn oriented(survey: &Survey, mut places: Vec<DVec3>) -> Vec<DVec3> {
     let walls = survey.walls.iter();
     let walls = walls.map(|wall| facing(wall.corners.map(|corner| places[corner]), whole));
     if walls.sum::<f64>() < 0.0 {
-        places.iter_mut().for_each(|place| place.z = -place.z);
+        for place in &mut *places {
+            place.z = -place.z;
+        }
     }
     let [origin, right, _, above] = survey.walls[0].corners.map(|corner| places[corner]);
     let x = (right - origin).normalize_or(DVec3::X);

@@ -81,9 +81,9 @@ fn named_alone(survey: &Survey) -> u64 {
         (corner.unwrap(), DVec3::from(place))
     });
     let mut places = vec![DVec3::ZERO; 8];
-    exact
-        .iter()
-        .for_each(|&(number, place)| places[number] = place);
+    for &(number, place) in exact {
+        places[number] = place;
+    }
     let free: Vec<usize> = (3..24).filter(|&axis| axis != 5).collect();
     let lengths = survey.measurements.iter();
     let lengths = lengths.filter(|one| matches!(one.quantity, Quantity::Length(_)));
@@ -117,7 +117,7 @@ fn the_odds_are_those_of_sixty_rooms_with_a_slip() {
     let kept = |starts: &[&str]| {
         let lines = base.lines();
         let lines = lines.filter(|line| !starts.iter().any(|start| line.starts_with(start)));
-        lines.map(|line| format!("{line}\n")).collect::<String>()
+        lines.collect::<Vec<_>>().join("\n") + "\n"
     };
     // Edges and diagonals of four walls and the floor; with two diagonals of the room; with
     // flatness; with both. The last number is the share of another program's 60 trials.
@@ -198,7 +198,7 @@ fn faults_are_named_with_their_line() {
     let without = |starts: &[&str]| {
         let lines = ROOM.lines();
         let lines = lines.filter(|line| !starts.iter().any(|start| line.starts_with(start)));
-        let text: String = lines.map(|line| format!("{line}\n")).collect();
+        let text = lines.collect::<Vec<_>>().join("\n") + "\n";
         Survey::from_toml(&text, "room.toml")
             .unwrap_err()
             .to_string()

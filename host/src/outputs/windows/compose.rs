@@ -26,12 +26,12 @@ pub(super) fn compose(
     size: [u32; 2],
     pixels: &mut [u32],
 ) -> Result<(), ShowError> {
-    let fill = |picture: &Picture, to: &mut [u32]| match projection {
-        Some(projection) => projection.show(picture, to).map_err(ShowError::from),
-        None => {
-            stretch(picture, size, to);
-            Ok(())
+    let fill = |picture: &Picture, to: &mut [u32]| {
+        if let Some(projection) = projection {
+            return projection.show(picture, to).map_err(ShowError::from);
         }
+        stretch(picture, size, to);
+        Ok(())
     };
     let [first, second] = if output.swap_eyes {
         [right, left]
