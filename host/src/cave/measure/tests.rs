@@ -81,7 +81,7 @@ fn named_alone(survey: &Survey) -> u64 {
         (corner.unwrap(), DVec3::from(place))
     });
     let mut places = vec![DVec3::ZERO; 8];
-    for &(number, place) in exact {
+    for (number, place) in exact {
         places[number] = place;
     }
     let free: Vec<usize> = (3..24).filter(|&axis| axis != 5).collect();
