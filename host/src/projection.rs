@@ -58,6 +58,7 @@ pub use transfer::Transfer;
 
 use crate::cave::{Cave, RoomError, Screen};
 use blend::Member;
+use glam::DVec2;
 
 impl Cave {
     /// Adds a projector.
@@ -110,6 +111,39 @@ impl Cave {
         };
         let help = format!("give screen, one of: {}", names.join(", "));
         Err(RoomError::new("screen", message, help))
+    }
+
+    /// Returns the outlines of the pictures of the other projectors that light a projector's screen
+    /// for the same eye, as far as it shows them: in its own picture, 0 to 1.
+    ///
+    /// # Errors
+    /// As [`Self::blends`].
+    pub fn outlines(&self, projector: &str) -> Result<Vec<Vec<DVec2>>, RoomError> {
+        /// Points along an edge.
+        const POINTS: u32 = 256;
+        let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y, DVec2::ZERO];
+        let edges = corners.windows(2).map(|edge| (edge[0], edge[1]));
+        let edge: Vec<DVec2> = edges
+            .flat_map(|(from, to)| {
+                let part = move |number| f64::from(number) / f64::from(POINTS);
+                (0..POINTS).map(move |number| from.lerp(to, part(number)))
+            })
+            .collect();
+        for blend in self.blends()? {
+            let mut members = blend.members.iter();
+            let Some(own) = members.find(|one| one.projector.name == projector) else {
+                continue;
+            };
+            let others = blend.members.iter().filter(|one| one.number != own.number);
+            let outline = |other: &Member<'_>| {
+                let points = edge
+                    .iter()
+                    .filter_map(|&at| own.map.at(other.map.place(at)?));
+                points.collect()
+            };
+            return Ok(others.map(outline).collect());
+        }
+        Ok(Vec::new())
     }
 
     /// Returns which projectors light a screen together: one blend for each screen and eye.

@@ -20,6 +20,7 @@ use crate::cli::prelude::*;
 use crate::cli::tracker::{Interrupt, TrackerName};
 use crate::live::{Latch, SessionSettings, Share, SwapLock, eyes_of};
 use crate::outputs::Outputs;
+use crate::projection::Projection;
 use crate::render::{CaptureOptions, Observer};
 use crate::show::stereo::Stereo;
 use files::Log;
@@ -174,7 +175,8 @@ impl Arguments {
         let names: Vec<&str> = cave.screens().map(Screen::name).collect();
         let pictures = eyes_of(&cave, &eyes, share).map(|(screen, eye)| (names[screen], eye));
         let pictures: Vec<(&str, Eye)> = pictures.collect();
-        self.outputs.open(&names, &pictures, self.stereo)
+        let projections = Projection::all(&cave)?;
+        (self.outputs).open(&names, &pictures, &projections, self.stereo)
     }
 
     fn live(&self) -> LiveArguments {

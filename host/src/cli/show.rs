@@ -9,6 +9,7 @@ use crate::files::explain;
 use crate::live::Refresh;
 use crate::outputs::{Outputs, OutputsReport};
 use crate::picture::Picture;
+use crate::projection::Projection;
 use crate::scene::texture::Image;
 use crate::show::stereo::Stereo;
 use palette::Srgb;
@@ -23,6 +24,9 @@ pub(super) struct Arguments {
     folder: PathBuf,
     #[command(flatten)]
     outputs: OutputsArguments,
+    /// TOML file of the room that has the projectors of --outputs
+    #[arg(long, value_name = "FILE")]
+    walls: Option<PathBuf>,
     /// How monitors show two eyes, where their output does not say: mono (the left one alone),
     /// sequential (by turns), side-by-side, top-bottom or anaglyph
     #[arg(long, value_name = "FORMAT", default_value_t = Stereo::Mono)]
@@ -42,7 +46,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let of: Vec<(&str, Eye)> = (found.keys())
         .map(|(screen, eye)| (screen.as_str(), Eye::ALL[*eye]))
         .collect();
-    let opened = arguments.outputs.open(&screens, &of, arguments.stereo)?;
+    let first = found.values().next();
+    let size = first.map_or([1; 2], |picture| [picture.width, picture.height]);
+    let room = arguments
+        .walls
+        .as_deref()
+        .map(|path| Cave::load(path, size));
+    let projections = match room.transpose()? {
+        Some(room) => Projection::all(&room)?,
+        None => Vec::new(),
+    };
+    let opened = (arguments.outputs).open(&screens, &of, &projections, arguments.stereo)?;
     let mut outputs = opened.ok_or_else(|| {
         misuse!(
             "give --outputs, such as --outputs {}=HDMI-1",
@@ -51,12 +65,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     })?;
     let pictures: Vec<Picture> = found.into_values().collect();
     outputs.prepare(&pictures);
-    let report = hold(&mut outputs, arguments.seconds);
+    let report = hold(&mut outputs, arguments.seconds, Outputs::prepare_again);
     print(&report, arguments.json)
 }
 
-/// Shows what was prepared at each refresh, for some time or until the program is interrupted.
-pub(super) fn hold(outputs: &mut Outputs, seconds: Option<Duration>) -> OutputsReport {
+/// Shows what was prepared, and what `prepare` does for each further refresh, for some time or
+/// until the program is interrupted.
+pub(super) fn hold(
+    outputs: &mut Outputs,
+    seconds: Option<Duration>,
+    prepare: impl Fn(&mut Outputs),
+) -> OutputsReport {
     let interrupt = Interrupt::watched();
     let end = seconds.map(|span| Instant::now() + span);
     let mut next = Instant::now();
@@ -71,7 +90,7 @@ pub(super) fn hold(outputs: &mut Outputs, seconds: Option<Duration>) -> OutputsR
         if is_over || interrupt.came() || !outputs.is_open() {
             return outputs.report();
         }
-        outputs.prepare_again();
+        prepare(outputs);
     }
 }
 

@@ -1,17 +1,24 @@
 //! `shisen test-pattern`: pictures that show whether a room is set up right.
 
-use crate::cave::Screen;
+use crate::cave::{Eye, Screen};
+use crate::cli::arguments::outputs::OutputsArguments;
 use crate::cli::arguments::room::{RoomArguments, ViewArguments};
+use crate::cli::arguments::span;
 use crate::cli::cave::pictures::Writer;
 use crate::cli::prelude::*;
-use crate::picture::Picture;
+use crate::cli::show::hold;
+use crate::outputs::{Outputs, OutputsReport};
+use crate::picture::{Picture, PictureError};
+use crate::projection::Projection;
 use crate::render::{Frame, Observer, WallPicture};
-use crate::show::ShowError;
 use crate::show::overview::viewer::ViewerCamera;
 use crate::show::pattern::{Drawing, OutputView, PATTERNS, Pattern, Refresh, ScreenView};
 use crate::show::stereo::Stereo;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use glam::DVec2;
 use shisen_core::frame::Statistics;
+use std::collections::HashMap;
+use std::sync::mpsc::{Receiver, channel};
 
 /// Writes a test picture for the screens of a room
 #[derive(Debug, Args)]
@@ -28,9 +35,15 @@ pub(super) struct Arguments {
     #[command(flatten)]
     view: ViewArguments,
     /// Also write both eyes' views for a display of one picture: sequential (one file an eye),
-    /// side-by-side, top-bottom or anaglyph (for red-cyan glasses); mono writes none
+    /// side-by-side, top-bottom or anaglyph (for red-cyan glasses); mono writes none. With --outputs
+    /// it is how monitors show two eyes
     #[arg(long, value_name = "FORMAT", default_value_t = Stereo::Mono)]
     stereo: Stereo,
+    #[command(flatten)]
+    outputs: OutputsArguments,
+    /// With --outputs, end after S seconds [default: at Ctrl-C]
+    #[arg(long, value_name = "S", value_parser = span, requires = "outputs")]
+    seconds: Option<Duration>,
     /// Folder of the pictures; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "shisen-out")]
     out: PathBuf,
@@ -61,6 +74,8 @@ pub(super) struct Report {
     images: Vec<Image>,
     /// Files of all screens in one picture.
     overviews: Vec<String>,
+    /// What the monitors of --outputs showed, or null.
+    outputs: Option<OutputsReport>,
 }
 
 /// All test pictures.
@@ -117,6 +132,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let cave = arguments.room.cave()?;
     let name = pattern.name;
+    if arguments.outputs.is_given() {
+        let report = Report {
+            pattern: pattern.into(),
+            images: Vec::new(),
+            overviews: Vec::new(),
+            outputs: Some(show(arguments, &cave, pattern)?),
+        };
+        return print(&report, arguments.json);
+    }
     let (images, overviews) = match pattern.drawing {
         Drawing::Screen { draw, is_stereo } => {
             let is_single = arguments.room.eyes(arguments.room.head()).count() == 1;
@@ -159,8 +183,103 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         pattern: pattern.into(),
         images,
         overviews,
+        outputs: None,
     };
     print(&report, arguments.json)
+}
+
+/// Shows a pattern on monitors.
+fn show(arguments: &Arguments, cave: &Cave, pattern: &Pattern) -> Result<OutputsReport, Failure> {
+    let room = &arguments.room;
+    let pose = room.head();
+    room.check_eyes(cave, pose)?;
+    let screens: Vec<Screen<'_>> = cave.screens().collect();
+    let names: Vec<&str> = screens.iter().map(|screen| screen.name()).collect();
+    let eyes = room.eyes(pose).map(|(eye, _)| eye);
+    let views: Vec<ScreenView<'_>> = (screens.iter())
+        .flat_map(|&screen| {
+            let viewer = room.viewer(pose);
+            eyes.clone().map(move |eye| ScreenView {
+                screen,
+                viewer,
+                eye,
+            })
+        })
+        .collect();
+    let of: Vec<(&str, Eye)> = views
+        .iter()
+        .map(|view| (view.screen.name(), view.eye))
+        .collect();
+    let projections = Projection::all(cave)?;
+    let opened = (arguments.outputs).open(&names, &of, &projections, arguments.stereo)?;
+    let Some(mut outputs) = opened else {
+        return Err(misuse!("give --outputs"));
+    };
+    let seconds = arguments.seconds;
+    match pattern.drawing {
+        Drawing::Screen { draw, .. } => {
+            let pictures = views.iter().map(|view| draw(view).or_fail());
+            outputs.prepare(&pictures.collect::<Result<Vec<_>, _>>()?);
+            Ok(hold(&mut outputs, seconds, Outputs::prepare_again))
+        }
+        Drawing::Output { draw, is_moving } => {
+            let outlines = neighbours(cave, &projections)?;
+            let all: Vec<&str> = projections
+                .iter()
+                .map(Projection::name)
+                .chain(names)
+                .collect();
+            let events = is_moving.then(enters);
+            let paint = |outputs: &mut Outputs| {
+                let is_event = (events.as_ref()).is_some_and(|enters| enters.try_recv().is_ok());
+                outputs.prepare_own(|output, size, msc| {
+                    let name = output.show.as_str();
+                    let view = OutputView {
+                        name,
+                        number: all.iter().position(|one| *one == name).unwrap_or_default(),
+                        size,
+                        neighbours: outlines.get(name).map_or(&[], Vec::as_slice),
+                    };
+                    draw(&view, Refresh { msc, is_event }).pixels().to_vec()
+                });
+            };
+            paint(&mut outputs);
+            if is_moving {
+                say("the pattern takes a line of standard input, such as Enter, for an event");
+                Ok(hold(&mut outputs, seconds, paint))
+            } else {
+                Ok(hold(&mut outputs, seconds, Outputs::prepare_again))
+            }
+        }
+    }
+}
+
+/// Returns the lines of standard input as they come.
+fn enters() -> Receiver<()> {
+    let (send, receive) = channel();
+    // It ends with the program: nothing else stops a read.
+    std::thread::spawn(move || {
+        for _ in std::io::stdin().lines() {
+            if send.send(()).is_err() {
+                return;
+            }
+        }
+    });
+    receive
+}
+
+/// Returns the outlines of other projectors in each projector's pixels, by its name.
+fn neighbours(
+    cave: &Cave,
+    projections: &[Projection],
+) -> Result<HashMap<String, Vec<Vec<DVec2>>>, Failure> {
+    let all = projections.iter().map(|projection| {
+        let size = DVec2::from(projection.resolution().map(f64::from));
+        let outlines = cave.outlines(projection.name())?.into_iter();
+        let outlines = outlines.map(|outline| outline.into_iter().map(|at| at * size).collect());
+        Ok((projection.name().to_owned(), outlines.collect()))
+    });
+    all.collect()
 }
 
 /// Writes a pattern of the screens' pictures; returns their files, and those of all screens.
@@ -168,7 +287,7 @@ fn write_screens(
     arguments: &Arguments,
     cave: &Cave,
     name: &str,
-    draw: fn(&ScreenView<'_>) -> Result<Picture, ShowError>,
+    draw: fn(&ScreenView<'_>) -> Result<Picture, PictureError>,
 ) -> Result<(Vec<Image>, Vec<String>), Failure> {
     let pose = arguments.room.head();
     arguments.room.check_eyes(cave, pose)?;

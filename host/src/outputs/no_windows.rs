@@ -4,6 +4,7 @@ use super::{Output, OutputsReport, Placing};
 use crate::cave::Eye;
 use crate::live::Refresh;
 use crate::picture::Picture;
+use crate::projection::Projection;
 use crate::show::stereo::Stereo;
 use miette::Diagnostic;
 use std::convert::Infallible;
@@ -38,6 +39,10 @@ impl Outputs {
     }
 
     pub fn prepare(&mut self, _: &[Picture]) {
+        match self.0 {}
+    }
+
+    pub fn prepare_own(&mut self, _: impl FnMut(&Output, [u32; 2], u64) -> Vec<u32>) {
         match self.0 {}
     }
 

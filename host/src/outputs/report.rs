@@ -21,8 +21,8 @@ pub struct OutputsReport {
 /// What a monitor showed.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PaneReport {
-    /// The screen.
-    pub screen: String,
+    /// The screen or the projector.
+    pub shows: String,
     /// The monitor.
     pub monitor: String,
     /// Refreshes per second, as measured from the server's times.
@@ -44,11 +44,11 @@ impl fmt::Display for OutputsReport {
         write!(
             f,
             "{:20} {:>12} {:>9} {:>7} {:>7} {:>9} {:>7}",
-            "screen", "monitor", "Hz", "shown", "late", "repeated", "missed"
+            "shows", "monitor", "Hz", "shown", "late", "repeated", "missed"
         )?;
         for one in &self.outputs {
             let PaneReport {
-                screen,
+                shows,
                 monitor,
                 hz,
                 shown,
@@ -59,7 +59,7 @@ impl fmt::Display for OutputsReport {
             } = one;
             write!(
                 f,
-                "\n{screen:20} {monitor:>12} {hz:9.3} {shown:7} {late:7} {repeated:9} {missed:7}"
+                "\n{shows:20} {monitor:>12} {hz:9.3} {shown:7} {late:7} {repeated:9} {missed:7}"
             )?;
             if let Some(wrong) = wrong_eyes {
                 write!(f, ", the wrong eye at {wrong} refreshes")?;

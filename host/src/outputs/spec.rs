@@ -10,8 +10,8 @@ use std::str::FromStr;
 /// A full-screen window: what it shows, where, and how.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Output {
-    /// The name of a screen of the room.
-    pub screen: String,
+    /// The name of a screen or a projector of the room.
+    pub show: String,
     /// The name of a monitor of the X server, as `xrandr --listmonitors` has it.
     pub monitor: String,
     /// The X server; `None` for that of `DISPLAY`.
@@ -54,7 +54,7 @@ named!(Corner {
     LowerRight => "lower-right",
 });
 
-const SYNTAX: &str = "an output is an [[output]] with screen and monitor (names) and, if wanted, \
+const SYNTAX: &str = "an output is an [[output]] with show (a screen or a projector) and monitor (names) and, if wanted, \
     server (such as \":0\"), stereo (mono, sequential, side-by-side, top-bottom or anaglyph), eye \
     (left or right), swap_eyes (true or false) and sync_patch (upper-left, upper-right, lower-left \
     or lower-right)";
@@ -69,7 +69,7 @@ struct Entries {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Entry {
-    screen: String,
+    show: String,
     monitor: String,
     server: Option<String>,
     stereo: Option<String>,
@@ -83,10 +83,10 @@ impl Output {
     /// Reads a list such as `front=HDMI-1,right=DP-2`; `None` where the text is no such list.
     pub fn list(text: &str) -> Option<Vec<Self>> {
         let one = |pair: &str| {
-            let (screen, monitor) = pair.split_once('=')?;
-            let (screen, monitor) = (screen.trim(), monitor.trim());
-            (!screen.is_empty() && !monitor.is_empty()).then(|| Self {
-                screen: screen.to_owned(),
+            let (show, monitor) = pair.split_once('=')?;
+            let (show, monitor) = (show.trim(), monitor.trim());
+            (!show.is_empty() && !monitor.is_empty()).then(|| Self {
+                show: show.to_owned(),
                 monitor: monitor.to_owned(),
                 server: None,
                 stereo: None,
@@ -102,7 +102,7 @@ impl Output {
     ///
     /// ```toml
     /// [[output]]
-    /// screen = "front"
+    /// show = "front"              # a screen or a projector
     /// monitor = "HDMI-1"          # a name of `xrandr --listmonitors`
     /// server = ":0"               # optional: DISPLAY
     /// stereo = "side-by-side"     # optional: as --stereo says
@@ -115,7 +115,7 @@ impl Output {
     /// A file that cannot be read, or the first fault and its place: text that is not TOML,
     /// unknown or missing keys, no output, a value that is none of those allowed.
     pub fn load(path: &Path) -> Result<Vec<Self>, FileError<RoomError>> {
-        let help = "give SCREEN=MONITOR,… or the path of a TOML file of outputs";
+        let help = "give NAME=MONITOR,… or the path of a TOML file of outputs";
         let text = read_description(path, "the outputs", help)?;
         Ok(Self::from_toml(&text, &path.to_string_lossy())?)
     }
@@ -130,7 +130,7 @@ impl Output {
             source.parse(SYNTAX, |message, help| RoomError::new("", message, help))?;
         if entries.output.is_empty() {
             let message = "the file describes no outputs".to_owned();
-            let help = "add an [[output]] with screen and monitor";
+            let help = "add an [[output]] with show and monitor";
             return Err(Located::new(
                 RoomError::new("", message, help),
                 &source,
@@ -147,18 +147,18 @@ impl Output {
         outputs.collect()
     }
 
-    /// Checks that outputs show screens of these names, each monitor once.
+    /// Checks that outputs show screens or projectors of these names, each monitor once.
     ///
     /// # Errors
     /// The first output that does not.
-    pub fn check(outputs: &[Self], screens: &[&str]) -> Result<(), RoomError> {
+    pub fn check(outputs: &[Self], names: &[&str]) -> Result<(), RoomError> {
         for (number, output) in outputs.iter().enumerate() {
-            let (screen, monitor) = (&output.screen, &output.monitor);
-            if !screens.contains(&screen.as_str()) {
+            let (show, monitor) = (&output.show, &output.monitor);
+            if !names.contains(&show.as_str()) {
                 return Err(RoomError::new(
-                    "screen",
-                    format!("monitor {monitor} is to show \"{screen}\", which there is not"),
-                    format!("there are {}", screens.join(", ")),
+                    "show",
+                    format!("monitor {monitor} is to show \"{show}\", which there is not"),
+                    format!("there are {}", names.join(", ")),
                 ));
             }
             let same = |one: &&Self| one.monitor == *monitor && one.server == output.server;
@@ -166,8 +166,8 @@ impl Output {
                 return Err(RoomError::new(
                     "monitor",
                     format!(
-                        "monitor {monitor} is to show \"{}\" and \"{screen}\"",
-                        other.screen
+                        "monitor {monitor} is to show \"{}\" and \"{show}\"",
+                        other.show
                     ),
                     "give each output a monitor of its own; xrandr --listmonitors names them",
                 ));
@@ -198,7 +198,7 @@ impl Entry {
             ));
         }
         Ok(Output {
-            screen: self.screen,
+            show: self.show,
             monitor: self.monitor,
             server: self.server,
             stereo,
@@ -228,7 +228,7 @@ fn read<T>(
 /// `--outputs`: a list, or a file.
 #[derive(Debug, Clone)]
 pub enum OutputsName {
-    /// `SCREEN=MONITOR,…`.
+    /// `NAME=MONITOR,…`.
     List(Vec<Output>),
     /// A TOML file.
     File(std::path::PathBuf),

@@ -12,13 +12,15 @@ use super::{Output, OutputsReport, PaneReport, Placing};
 use crate::cave::Eye;
 use crate::live::{Refresh, lock};
 use crate::picture::Picture;
+use crate::projection::Projection;
 use crate::show::stereo::Stereo;
 use crate::show::window::WindowError;
-use compose::{Eyes, compose, patch};
+use compose::{compose, patch};
 use counts::Counts;
 use monitors::Monitor;
 use pane::{Pane, Sheets};
 use server::{Heard, MemoryWay, Request, Server, Shared};
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
@@ -45,11 +47,15 @@ struct Shown {
     pane: usize,
     /// The numbers of the left eye's picture and of the right one's.
     pictures: [usize; 2],
+    /// What a projector shows of them.
+    projection: Option<Projection>,
     output: Output,
     /// The pixels of both eyes where it shows them by turns, else of one picture.
     pixels: Vec<Vec<u32>>,
     /// The pixmaps that are filled, of those at the monitor's size.
     ready: Option<(Arc<Sheets>, Vec<usize>)>,
+    /// Whether it was told why it shows nothing.
+    is_told: bool,
     /// The refresh that the frame is for, until it was shown.
     awaited: Option<u64>,
     /// When the newest frame was shown, and at which refresh.
@@ -58,27 +64,33 @@ struct Shown {
 
 impl Outputs {
     /// Opens windows for those outputs whose screens are among `pictures`, which are of a screen
-    /// and an eye each.
+    /// and an eye each. Outputs that show none of these screens show one of the projectors.
     ///
     /// # Errors
-    /// A server that cannot be reached or does not answer, a monitor that is not there.
+    /// A server that cannot be reached or does not answer, a monitor that is not there or has
+    /// another size than its projector.
     pub fn open(
         outputs: &[Output],
         pictures: &[(&str, Eye)],
+        projections: &[Projection],
         stereo: Stereo,
         placing: Placing,
     ) -> Result<Self, WindowError> {
         let (said, heard) = channel();
+        let projection = |output: &Output| {
+            let mut all = projections.iter();
+            all.find(|one| one.name() == output.show)
+        };
         let wanted = |output: &Output| {
+            let projection = projection(output);
+            let name = projection.map_or(output.show.as_str(), Projection::screen);
             let of = |one: Eye| {
                 let mut all = pictures.iter();
-                all.position(|&(screen, eye)| {
-                    screen == output.screen && (eye == one || eye == Eye::Centre)
-                })
+                all.position(|&(screen, eye)| screen == name && (eye == one || eye == Eye::Centre))
             };
             let [left, right] = [of(Eye::Left), of(Eye::Right)];
             let is_mono = output.stereo.unwrap_or(stereo) == Stereo::Mono;
-            match output.eye {
+            match output.eye.or(projection.and_then(Projection::eye)) {
                 Some(Eye::Right) => right.map(|one| [one; 2]),
                 Some(_) => left.map(|one| [one; 2]),
                 None if is_mono => left.map(|one| [one; 2]),
@@ -108,16 +120,22 @@ impl Outputs {
                     server: number,
                     pane,
                     pictures,
+                    projection: projection(output).cloned(),
                     output: output.clone(),
                     pixels: vec![Vec::new(); 1 + usize::from(takes_turns(output))],
                     ready: None,
+                    is_told: false,
                     awaited: None,
                     newest: None,
                 });
             }
+            let resolutions: HashMap<String, [u32; 2]> = (projections.iter())
+                .map(|one| (one.name().to_owned(), one.resolution()))
+                .collect();
             let make = move |shared: &Shared, monitors: &[Monitor]| {
                 let panes = own.into_iter().map(|output| {
                     let monitor = named(monitors, &output.monitor, &shared.name)?;
+                    check_size(resolutions.get(&output.show), &output, monitor)?;
                     let by_turns = takes_turns(&output);
                     Pane::new(shared, output, monitor, placing, by_turns)
                 });
@@ -194,11 +212,36 @@ impl Outputs {
             };
             let size = size.map(u32::from);
             let stereo = shown.output.stereo.unwrap_or(self.stereo);
-            let eyes = Eyes { left, right };
+            let projection = shown.projection.as_ref();
             for (pixels, eye) in shown.pixels.iter_mut().zip(Eye::STEREO) {
                 pixels.resize(size[0] as usize * size[1] as usize, 0);
-                compose(&shown.output, stereo, eyes, eye, size, pixels);
+                let (output, eyes) = (&shown.output, [left, right]);
+                let made = compose(output, projection, stereo, eyes, eye, size, pixels);
+                if let Err(error) = made
+                    && !std::mem::replace(&mut shown.is_told, true)
+                {
+                    self.said
+                        .push(format!("monitor {}: {error}", output.monitor));
+                }
             }
+        }
+        self.prepare_again();
+    }
+
+    /// Fills a pixmap of each window with pixels of its own, 0xRRGGBB in rows, which `draw` makes for
+    /// an output, the size of its monitor and the refresh at which it is shown, as far as that is
+    /// known.
+    pub fn prepare_own(&mut self, mut draw: impl FnMut(&Output, [u32; 2], u64) -> Vec<u32>) {
+        for number in 0..self.panes.len() {
+            let shown = &self.panes[number];
+            let Some(size) = self.pane(shown).sheets().map(|sheets| sheets.size) else {
+                continue;
+            };
+            let next = lock(&self.pane(shown).clock).first_after(Instant::now());
+            let size = size.map(u32::from);
+            let pixels = draw(&shown.output, size, next.unwrap_or_default());
+            let shown = &mut self.panes[number];
+            shown.pixels.fill(pixels);
         }
         self.prepare_again();
     }
@@ -228,7 +271,7 @@ impl Outputs {
                     Ok(()) => drop(server.ask(Request::Fill(Arc::clone(&sheets), number))),
                     Err(error) => self.said.push(format!(
                         "\"{}\" is not shown: its memory cannot be written ({error})",
-                        output.screen
+                        output.show
                     )),
                 }
             }
@@ -408,6 +451,25 @@ impl Outputs {
         });
         self.counts.all(panes.collect())
     }
+}
+
+/// Refuses a monitor on which a projector's pixels would not be its own.
+fn check_size(
+    resolution: Option<&[u32; 2]>,
+    output: &Output,
+    monitor: &Monitor,
+) -> Result<(), WindowError> {
+    let size = monitor.size.map(u32::from);
+    let Some([columns, rows]) = resolution.filter(|resolution| **resolution != size) else {
+        return Ok(());
+    };
+    Err(WindowError::no_window(
+        &format!(
+            "projector {} has {columns} × {rows} pixels, and monitor {} {} × {}",
+            output.show, output.monitor, size[0], size[1]
+        ),
+        "give the monitor this mode by xrandr, or write its size as the projector's resolution",
+    ))
 }
 
 fn named<'m>(

@@ -8,8 +8,7 @@ mod screen;
 mod sheet;
 
 use crate::cave::{Eye, Screen, Viewer};
-use crate::picture::Picture;
-use crate::show::ShowError;
+use crate::picture::{Picture, PictureError};
 use crate::show::dashboard::Canvas;
 use glam::DVec2;
 
@@ -53,7 +52,7 @@ pub(crate) enum Drawing {
     /// In a screen's picture.
     Screen {
         /// Draws it for one eye.
-        draw: fn(&ScreenView<'_>) -> Result<Picture, ShowError>,
+        draw: fn(&ScreenView<'_>) -> Result<Picture, PictureError>,
         /// Whether it shows nothing to a single eye.
         is_stereo: bool,
     },
@@ -86,12 +85,12 @@ impl Pattern {
     }
 }
 
-const fn screen(draw: fn(&ScreenView<'_>) -> Result<Picture, ShowError>) -> Drawing {
+const fn screen(draw: fn(&ScreenView<'_>) -> Result<Picture, PictureError>) -> Drawing {
     let is_stereo = false;
     Drawing::Screen { draw, is_stereo }
 }
 
-const fn stereo(draw: fn(&ScreenView<'_>) -> Result<Picture, ShowError>) -> Drawing {
+const fn stereo(draw: fn(&ScreenView<'_>) -> Result<Picture, PictureError>) -> Drawing {
     let is_stereo = true;
     Drawing::Screen { draw, is_stereo }
 }
@@ -285,7 +284,7 @@ pub(crate) const PATTERNS: [Pattern; 24] = [
 const fn flat(
     name: &'static str,
     purpose: &'static str,
-    draw: fn(&ScreenView<'_>) -> Result<Picture, ShowError>,
+    draw: fn(&ScreenView<'_>) -> Result<Picture, PictureError>,
 ) -> Pattern {
     Pattern {
         name,

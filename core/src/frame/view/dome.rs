@@ -20,15 +20,22 @@ pub(crate) struct Dome {
     projection: DomeProjection,
     pub(super) pose: DomePose,
     /// Columns and rows; as many for all but cylinders.
-    pub(super) size: [u32; 2],
-    /// First guess for the exact mapping, from `SpheroidMirror::exact_start`.
-    start: [f32; 3],
-    /// The centre of a screen from the eye, in radii; `None` for pictures of directions.
-    centre: Option<Vec3>,
+    pub(super) size: [u16; 2],
+    screen: Shape,
     /// Largest distance from the centre at which pixels are seen; past 1 they show the rim.
     seen_to: f32,
-    /// How pixels lie on a cylinder in place of the projection.
-    cylinder: Option<Unrolled>,
+}
+
+/// What the picture is on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Shape {
+    /// Nothing: it is of directions, with the first guess for the exact mapping, from
+    /// `SpheroidMirror::exact_start`.
+    None([f32; 3]),
+    /// A dome with this centre from the eye, in radii.
+    Dome(Vec3),
+    /// A cylinder, in place of the projection, the same way.
+    Cylinder(Vec3, Unrolled),
 }
 
 /// The pixels of a cylinder's inside.
@@ -89,11 +96,10 @@ impl Dome {
         Ok(Self {
             projection,
             pose,
-            size: [side; 2],
-            start,
-            centre: None,
+            // At most `View::MOST_PIXELS`.
+            size: [side as u16; 2],
+            screen: Shape::None(start),
             seen_to: 1.0,
-            cylinder: None,
         })
     }
 
@@ -126,7 +132,7 @@ impl Dome {
         };
         Ok(Self {
             pose,
-            centre: Some(centre),
+            screen: Shape::Dome(centre),
             ..dome
         })
     }
@@ -171,20 +177,22 @@ impl Dome {
         };
         Ok(Self {
             pose,
-            size,
-            centre: Some(centre),
-            cylinder: Some(Unrolled {
-                column: angle / columns as f32,
-                top: (low + height) - 0.5 * row,
-                row,
-            }),
+            size: size.map(|side| side as u16),
+            screen: Shape::Cylinder(
+                centre,
+                Unrolled {
+                    column: angle / columns as f32,
+                    top: (low + height) - 0.5 * row,
+                    row,
+                },
+            ),
             ..dome
         })
     }
 
     fn side(&self) -> f32 {
         let [side, _] = self.size;
-        side as f32
+        f32::from(side)
     }
 
     /// Returns the ray through a point of the picture, in pixels; `None` outside the rim.
@@ -259,9 +267,9 @@ impl Dome {
         let x = turned(l, axes, 0, direction);
         let y = turned(l, axes, 1, direction);
         let z = turned(l, axes, 2, direction);
-        match self.centre {
-            None => [x, y, z],
-            Some(centre) => {
+        match self.screen {
+            Shape::None(_) => [x, y, z],
+            Shape::Dome(centre) | Shape::Cylinder(centre, _) => {
                 let [cx, cy, cz] = centre.to_array();
                 [
                     l.add(l.splat(cx), x),
@@ -278,7 +286,7 @@ impl Dome {
     fn place<const W: usize, L: Lanes<W>>(&self, l: L, x: L::F, y: L::F) -> [L::F; 3] {
         let (side, two) = (l.splat(self.side()), l.splat(2.0));
         let last = l.splat(self.side() - 1.0);
-        if let Some(cylinder) = &self.cylinder {
+        if let Shape::Cylinder(_, cylinder) = &self.screen {
             let middle = l.mul(l.splat(0.5), last);
             let angle = l.mul(l.sub(x, middle), l.splat(cylinder.column));
             let height = l.sub(l.splat(cylinder.top), l.mul(y, l.splat(cylinder.row)));
@@ -297,12 +305,16 @@ impl Dome {
         l: L,
         pixel: [L::F; 3],
     ) -> (Option<[L::F; 3]>, [L::F; 3]) {
-        if self.cylinder.is_some() {
-            let [angle, height, zero] = pixel;
-            let (sin, cos) = sines_and_cosines(l, l.min(l.abs(angle), l.splat(PI)));
-            let sin = l.select(l.le(angle, zero), l.sub(zero, sin), sin);
-            return (None, [sin, height, l.sub(zero, cos)]);
-        }
+        let start = match self.screen {
+            Shape::None(start) => start,
+            Shape::Dome(_) => [0.0; 3],
+            Shape::Cylinder(..) => {
+                let [angle, height, zero] = pixel;
+                let (sin, cos) = sines_and_cosines(l, l.min(l.abs(angle), l.splat(PI)));
+                let sin = l.select(l.le(angle, zero), l.sub(zero, sin), sin);
+                return (None, [sin, height, l.sub(zero, cos)]);
+            }
+        };
         match &self.projection {
             DomeProjection::Mirror(camera) => {
                 let [u, v, radius] = pixel;
@@ -312,7 +324,7 @@ impl Dome {
                     u
                 };
                 let pixel = [u, v, radius];
-                let lines = camera.mirror.pixels(l, pixel, camera.mapping, self.start);
+                let lines = camera.mirror.pixels(l, pixel, camera.mapping, start);
                 let [x, y, z] = lines.point;
                 let scale = l.splat(camera.radius);
                 // The position is added last, in the room, since the mirror may be far
@@ -495,7 +507,7 @@ impl Kernel<8> for Extremes<'_> {
 impl Directions for Dome {
     #[inline(always)]
     fn directions<L: Lanes<8>>(&self, l: L, (x, y): (u32, u32)) -> [L::F; 3] {
-        let [last, lowest] = self.size.map(|side| side - 1);
+        let [last, lowest] = self.size.map(|side| u32::from(side) - 1);
         let mut columns = [0.0; 8];
         for (column, place) in (x..).zip(&mut columns) {
             *place = column.min(last) as f32;
@@ -505,7 +517,7 @@ impl Directions for Dome {
     }
 
     fn direction(&self, (x, y): (u32, u32)) -> Vec3 {
-        let [last, lowest] = self.size.map(|side| side - 1);
+        let [last, lowest] = self.size.map(|side| u32::from(side) - 1);
         let (x, y) = ([x.min(last) as f32], [y.min(lowest) as f32]);
         let [[x], [y], [z]] = self.nearest_directions(Portable, x, y);
         Vec3::new(x, y, z)

@@ -304,7 +304,7 @@ impl Survey {
             Quantity::Flatness(_) => [0; 2],
         };
         let mut others = self.measurements.iter().skip(first);
-        match others.find(|other| ends(other) == ends(&new)) {
+        match others.rfind(|other| ends(other) == ends(&new)) {
             None => Ok(new),
             Some(other) => Err(RoomError::new(
                 "lengths_m",

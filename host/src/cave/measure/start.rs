@@ -74,7 +74,7 @@ fn oriented(survey: &Survey, mut places: Vec<DVec3>) -> Vec<DVec3> {
     let walls = survey.walls.iter();
     let walls = walls.map(|wall| facing(wall.corners.map(|corner| places[corner]), whole));
     if walls.sum::<f64>() < 0.0 {
-        for place in &mut places {
+        for place in &mut *places {
             place.z = -place.z;
         }
     }

@@ -4,13 +4,14 @@ use crate::cave::Eye;
 use crate::cli::arguments::choices;
 use crate::cli::prelude::*;
 use crate::outputs::{Output, Outputs, OutputsName, Placing};
+use crate::projection::Projection;
 use crate::show::stereo::Stereo;
 
 #[derive(Debug, Clone, Args)]
 pub struct OutputsArguments {
-    /// Screens full-screen on monitors, as xrandr --listmonitors names them, presented on their
-    /// refresh: front=HDMI-1,right=DP-2, or a TOML file of outputs
-    #[arg(long, value_name = "SCREEN=MONITOR,…|FILE")]
+    /// Screens and projectors full-screen on monitors, as xrandr --listmonitors names them, presented
+    /// on their refresh: front=HDMI-1,right=DP-2, or a TOML file of outputs
+    #[arg(long, value_name = "NAME=MONITOR,…|FILE")]
     outputs: Option<OutputsName>,
     /// Who places the windows of --outputs
     #[arg(long, value_enum, default_value = "override", requires = "outputs")]
@@ -28,24 +29,35 @@ impl OutputsArguments {
     }
 
     /// Opens windows for the outputs of those pictures that there are, of a screen and an eye each.
-    /// `screens` are all there could be.
+    /// `screens` are all there could be, and `projections` what their projectors show.
     pub fn open(
         &self,
         screens: &[&str],
         pictures: &[(&str, Eye)],
+        projections: &[Projection],
         stereo: Stereo,
     ) -> Result<Option<Outputs>, Failure> {
         let Some(name) = &self.outputs else {
             return Ok(None);
         };
         let outputs = name.load()?;
-        Output::check(&outputs, screens)?;
-        let shows = |name: &&&str| outputs.iter().any(|output| output.screen == **name);
-        let hidden: Vec<&str> = screens
+        let names: Vec<&str> = projections.iter().map(Projection::name).collect();
+        Output::check(&outputs, &[screens, &names].concat())?;
+        let shows = |name: &str| outputs.iter().any(|output| output.show == name);
+        let of = |screen: &str| {
+            let own = projections.iter().filter(|one| one.screen() == screen);
+            let all: Vec<&str> = own.map(Projection::name).collect();
+            all
+        };
+        // A screen is shown as it is, or by all of its projectors.
+        let hidden = screens
             .iter()
-            .filter(|name| !shows(name))
-            .copied()
-            .collect();
+            .filter(|screen| !shows(screen))
+            .flat_map(|screen| {
+                let own = of(screen);
+                if own.is_empty() { vec![*screen] } else { own }
+            });
+        let hidden: Vec<&str> = hidden.filter(|name| !shows(name)).collect();
         if !hidden.is_empty() {
             let hidden = hidden.join(", ");
             warn(&format!(
@@ -53,11 +65,13 @@ impl OutputsArguments {
                  where it takes time"
             ));
         }
+        let placing = self.window;
         Ok(Some(Outputs::open(
             &outputs,
             pictures,
+            projections,
             stereo,
-            self.window,
+            placing,
         )?))
     }
 }

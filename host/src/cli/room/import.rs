@@ -1,14 +1,14 @@
-//! `shisen room import`: walls from rooms of other programs.
+//! `shisen room import`: walls from rooms of nDisplay.
 
 use crate::cave::Wall;
 use crate::cave::import::ImportedRoom;
 use crate::cli::prelude::*;
 use crate::files::{UNREAD, read_text, write_atomically};
 
-/// Takes the walls from a room of nDisplay, Vrui, VR Juggler or MiddleVR
+/// Takes the walls from a room of nDisplay
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
-    /// A .ndisplay, a Vrui.cfg, a .jconf of VR Juggler or a .vrx of MiddleVR
+    /// The .ndisplay file
     file: PathBuf,
     /// File of the room to write, for --walls
     #[arg(short, long, value_name = "FILE")]
@@ -17,9 +17,6 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "PIXELS", default_value_t = 1024,
           value_parser = whole::<u32>(1..=Wall::MOST_PIXELS))]
     size: u32,
-    /// Root section of a Vrui.cfg with several rooms
-    #[arg(long, value_name = "NAME")]
-    section: Option<String>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -28,8 +25,6 @@ pub(in crate::cli) struct Arguments {
 /// An imported room.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(in crate::cli) struct Report {
-    /// Program whose room it is: nDisplay, Vrui, VR Juggler or MiddleVR.
-    program: &'static str,
     /// Names of the walls.
     walls: Vec<String>,
     /// What the file has besides, which is not taken.
@@ -45,13 +40,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let text = read_text(file).map_err(|reason| {
         Fault::new(format!("{}: cannot read: {reason}", file.display()), UNREAD)
     })?;
-    let room = ImportedRoom::from_text(&text, arguments.section.as_deref(), [arguments.size; 2])?;
+    let room = ImportedRoom::from_ndisplay(&text, [arguments.size; 2])?;
     let path = &arguments.out;
     write_atomically(path, |out| out.write_all(room.to_toml().as_bytes()))
         .map_err(Fault::write(path))?;
     let cave = Cave::new(room.walls)?;
     let report = Report {
-        program: room.program,
         walls: cave.walls.iter().map(|wall| wall.name.clone()).collect(),
         ignored: room.ignored,
         remarks: cave.skewed().into_iter().chain(cave.open_seams()).collect(),
@@ -62,8 +56,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (path, program, walls) = (&self.path, self.program, self.walls.join(", "));
-        write!(f, "{path}: the walls of a {program} room: {walls}")?;
+        let (path, walls) = (&self.path, self.walls.join(", "));
+        write!(f, "{path}: the walls {walls}")?;
         write!(f, "\nnot taken: {}", self.ignored.join("; "))?;
         self.remarks
             .iter()

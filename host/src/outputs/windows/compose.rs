@@ -3,120 +3,119 @@
 use crate::cave::Eye;
 use crate::outputs::{Corner, Output};
 use crate::picture::{Picture, srgb_of_pixel};
-use crate::show::stereo::{Stereo, anaglyph};
+use crate::projection::Projection;
+use crate::show::ShowError;
+use crate::show::stereo::Stereo;
 use rayon::prelude::*;
 
 /// The side of a sync patch as a part of the shorter side of the monitor.
 const PATCH: u32 = 12;
 
-/// The pictures of a screen: of one eye, or of the left one and the right one.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Eyes<'p> {
-    pub(super) left: &'p Picture,
-    pub(super) right: &'p Picture,
-}
-
-/// Puts pictures into rows of 0xRRGGBB, `size` columns and rows. `eye` is that of a monitor that
-/// shows the eyes by turns.
+/// Puts the pictures of the left eye and of the right one into rows of 0xRRGGBB, as a projector has
+/// to show them or stretched over the monitor. `eye` is that of a monitor that shows the eyes by
+/// turns.
+///
+/// # Errors
+/// Pictures of another size than the projector's screen has, or the other eye's.
 pub(super) fn compose(
     output: &Output,
+    projection: Option<&Projection>,
     stereo: Stereo,
-    eyes: Eyes<'_>,
+    [left, right]: [&Picture; 2],
     eye: Eye,
-    [columns, rows]: [u32; 2],
+    size: [u32; 2],
     pixels: &mut [u32],
-) {
-    let [left, right] = if output.swap_eyes {
-        [eyes.right, eyes.left]
-    } else {
-        [eyes.left, eyes.right]
+) -> Result<(), ShowError> {
+    let fill = |picture: &Picture, to: &mut [u32]| {
+        if let Some(projection) = projection {
+            return projection.show(picture, to).map_err(ShowError::from);
+        }
+        stretch(picture, size, to);
+        Ok(())
     };
-    let of = |eye| if eye == Eye::Right { right } else { left };
-    let width = columns.max(1) as usize;
-    let bands = pixels.par_chunks_mut(width).enumerate();
-    let [columns, rows] = [columns, rows].map(f64::from);
-    let halves = |count: f64| Across::new(count as usize, left.width);
-    match (output.eye, stereo) {
-        (Some(_), _) | (None, Stereo::Mono) => {
-            let across = halves(columns);
-            bands.for_each(|(y, to)| across.line(left, along(y, rows), to));
+    let [first, second] = if output.swap_eyes {
+        [right, left]
+    } else {
+        [left, right]
+    };
+    match stereo {
+        _ if output.eye.is_some() => fill(left, pixels),
+        Stereo::Mono => fill(first, pixels),
+        Stereo::Sequential => fill(if eye == Eye::Right { second } else { first }, pixels),
+        Stereo::Anaglyph => {
+            let both = stereo.compose(first, second)?;
+            fill(&both[0].picture, pixels)
         }
-        (None, Stereo::Sequential) => {
-            let across = halves(columns);
-            bands.for_each(|(y, to)| across.line(of(eye), along(y, rows), to));
-        }
-        (None, Stereo::SideBySide) => {
-            let [first, second] = [columns / 2.0, columns - (columns / 2.0).floor()].map(halves);
-            bands.for_each(|(y, to)| {
-                let (to_left, to_right) = to.split_at_mut(to.len() / 2);
-                first.line(left, along(y, rows), to_left);
-                second.line(right, along(y, rows), to_right);
-            });
-        }
-        (None, Stereo::TopBottom) => {
-            let across = halves(columns);
-            bands.for_each(|(y, to)| {
-                let at = 2.0 * along(y, rows);
-                let picture = if at < 1.0 { left } else { right };
-                across.line(picture, at.fract(), to);
-            });
-        }
-        (None, Stereo::Anaglyph) => {
-            let across = halves(columns);
-            bands.for_each(|(y, to)| {
-                let [left, right] = [left, right].map(|one| across.lights(one, along(y, rows)));
-                for (to, (left, right)) in to.iter_mut().zip(left.zip(right)) {
-                    *to = code(anaglyph(left, right));
-                }
-            });
+        Stereo::SideBySide | Stereo::TopBottom => {
+            let mut other = vec![0; pixels.len()];
+            fill(first, pixels)?;
+            fill(second, &mut other)?;
+            pack(stereo, pixels, &mut other, size[0] as usize);
+            Ok(())
         }
     }
 }
 
-/// Returns the middle of a pixel, 0 to 1 along `count` of them.
-fn along(number: usize, count: f64) -> f64 {
-    (number as f64 + 0.5) / count
+/// Puts two pictures of the monitor's size into one, each with half of its columns or rows.
+fn pack(stereo: Stereo, first: &mut [u32], second: &mut [u32], columns: usize) {
+    if stereo == Stereo::SideBySide {
+        let rows = first
+            .par_chunks_mut(columns)
+            .zip(second.par_chunks(columns));
+        rows.for_each(|(first, second)| {
+            let half = columns / 2;
+            for x in 0..half {
+                first[x] = mean(first[2 * x], first[2 * x + 1]);
+            }
+            for (x, pair) in second.chunks_exact(2).enumerate() {
+                first[half + x] = mean(pair[0], pair[1]);
+            }
+        });
+        return;
+    }
+    let half = first.len() / columns / 2;
+    for y in 0..half {
+        for x in 0..columns {
+            let [above, below] = [2 * y, 2 * y + 1].map(|row| row * columns + x);
+            first[y * columns + x] = mean(first[above], first[below]);
+            second[y * columns + x] = mean(second[above], second[below]);
+        }
+    }
+    let packed = half * columns;
+    first[packed..2 * packed].copy_from_slice(&second[..packed]);
 }
 
-/// Which columns of a picture, and how much of the second, each pixel of a row shows.
-struct Across(Vec<(u32, u32, f32)>);
+/// Returns the mean of two codes, channel by channel.
+const fn mean(one: u32, other: u32) -> u32 {
+    // Carries of a channel's lowest bit must not go into the next.
+    (one & other) + (((one ^ other) & 0x00FE_FEFE) >> 1)
+}
 
-impl Across {
-    /// Stretches so many columns of a picture over a row.
-    fn new(row: usize, columns: u32) -> Self {
-        let part = |x| {
-            let (first, second, part) = between(along(x, row as f64), columns);
-            (first as u32, second as u32, part)
-        };
-        Self((0..row).map(part).collect())
-    }
-
-    /// Returns the light of a line at a height, 0 to 1 from the top, bilinearly.
-    fn lights<'p>(&'p self, picture: &'p Picture, y: f64) -> impl Iterator<Item = [f32; 4]> + 'p {
-        let (first, second, down) = between(y, picture.height);
-        let width = picture.width as usize;
-        let line = move |row: usize| picture.pixels.get(row * width..).unwrap_or_default();
+/// Stretches a picture over columns and rows, bilinearly.
+fn stretch(picture: &Picture, [columns, rows]: [u32; 2], to: &mut [u32]) {
+    let part = |x| between(x, columns, picture.width);
+    let across: Vec<_> = (0..columns).map(part).collect();
+    let width = picture.width as usize;
+    let lines = to.par_chunks_mut((columns as usize).max(1)).zip(0..rows);
+    lines.for_each(|(to, y)| {
+        let (first, second, down) = between(y, rows, picture.height);
+        let line = |row: usize| picture.pixels.get(row * width..).unwrap_or_default();
         let lines = [line(first), line(second)];
-        self.0.iter().map(move |&(left, right, along)| {
+        for (to, &(left, right, along)) in to.iter_mut().zip(&across) {
             let [above, below] = lines.map(|line| {
-                let at = |x: u32| line.get(x as usize).copied().unwrap_or_default();
+                let at = |x: usize| line.get(x).copied().unwrap_or_default();
                 mixed(at(left), at(right), along)
             });
-            mixed(above, below, down)
-        })
-    }
-
-    fn line(&self, picture: &Picture, y: f64, to: &mut [u32]) {
-        for (to, light) in to.iter_mut().zip(self.lights(picture, y)) {
-            *to = code(light);
+            let [red, green, blue] = srgb_of_pixel(mixed(above, below, down));
+            *to = u32::from_be_bytes([0, red, green, blue]);
         }
-    }
+    });
 }
 
-/// Returns the two of `count` centres between which a place is, 0 to 1 along them, and how much of
-/// the second it has.
-fn between(place: f64, count: u32) -> (usize, usize, f32) {
+/// Returns the two of `count` centres between which one of `of` is, and its part of the second.
+fn between(number: u32, of: u32, count: u32) -> (usize, usize, f32) {
     let last = f64::from(count.saturating_sub(1));
+    let place = (f64::from(number) + 0.5) / f64::from(of);
     let at = (place * f64::from(count) - 0.5).clamp(0.0, last);
     // A picture of the same size is shown as it is.
     let whole = at.round();
@@ -141,11 +140,6 @@ fn mixed(one: [f32; 4], other: [f32; 4], part: f32) -> [f32; 4] {
     std::array::from_fn(|channel| one[channel] + (other[channel] - one[channel]) * part)
 }
 
-fn code(pixel: [f32; 4]) -> u32 {
-    let [red, green, blue] = srgb_of_pixel(pixel);
-    u32::from_be_bytes([0, red, green, blue])
-}
-
 /// Draws a square in a corner, white or black.
 pub(super) fn patch(corner: Corner, white: bool, [columns, rows]: [u32; 2], pixels: &mut [u32]) {
     let side = columns.min(rows) / PATCH;
@@ -164,10 +158,8 @@ mod tests {
     use super::*;
 
     fn output(text: &str) -> Output {
-        let outputs = Output::from_toml(
-            &format!("[[output]]\nscreen = \"front\"\nmonitor = \"A\"\n{text}"),
-            "outputs",
-        );
+        let text = format!("[[output]]\nshow = \"front\"\nmonitor = \"A\"\n{text}");
+        let outputs = Output::from_toml(&text, "outputs");
         outputs.expect("an output").remove(0)
     }
 
@@ -178,14 +170,12 @@ mod tests {
             Picture::from_pixels(4, 3, pixels).expect("a picture")
         };
         let (left, right) = (plain(1.0, 0.0), plain(0.0, 1.0));
-        let eyes = Eyes {
-            left: &left,
-            right: &right,
-        };
         let (red, green) = (0x00FF_0000, 0x0000_FF00);
         let shown = |output: &Output, stereo, eye| {
             let mut pixels = vec![7; 8 * 6];
-            compose(output, stereo, eyes, eye, [8, 6], &mut pixels);
+            let eyes = [&left, &right];
+            let made = compose(output, None, stereo, eyes, eye, [8, 6], &mut pixels);
+            made.expect("pixels");
             [0, 7, 5 * 8, 5 * 8 + 7].map(|at| pixels[at])
         };
         let (plain, swapped) = (output(""), output("swap_eyes = true"));
@@ -193,6 +183,7 @@ mod tests {
         assert_eq!(of(Stereo::Mono), [red; 4]);
         assert_eq!(of(Stereo::SideBySide), [red, green, red, green]);
         assert_eq!(of(Stereo::TopBottom), [red, red, green, green]);
+        assert_eq!(of(Stereo::Anaglyph).map(|pixel| pixel >> 16), [255; 4]);
         let by_turns = Stereo::Sequential;
         assert_eq!(shown(&plain, by_turns, Eye::Right), [green; 4]);
         assert_eq!(shown(&swapped, by_turns, Eye::Right), [red; 4]);
@@ -205,22 +196,24 @@ mod tests {
             [linear, linear, linear, 1.0]
         });
         let picture = Picture::from_pixels(16, 16, levels.collect()).expect("a picture");
-        let eyes = Eyes {
-            left: &picture,
-            right: &picture,
-        };
+        let (size, eyes) = ([16, 16], [&picture, &picture]);
         let mut pixels = vec![0; 256];
-        compose(
+        let made = compose(
             &output(""),
+            None,
             Stereo::Mono,
             eyes,
             Eye::Left,
-            [16, 16],
+            size,
             &mut pixels,
         );
-        let codes: Vec<u32> = picture.pixels.iter().map(|&pixel| code(pixel)).collect();
+        made.expect("pixels");
+        let codes: Vec<u32> = (picture.pixels.iter())
+            .map(|&pixel| srgb_of_pixel(pixel))
+            .map(|[red, green, blue]| u32::from_be_bytes([0, red, green, blue]))
+            .collect();
         assert_eq!(pixels, codes);
-        patch(Corner::LowerRight, true, [16, 16], &mut pixels);
+        patch(Corner::LowerRight, true, size, &mut pixels);
         assert_eq!(pixels[255], 0x00FF_FFFF);
         assert_eq!(pixels[..255], codes[..255]);
     }

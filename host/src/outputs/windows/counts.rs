@@ -74,7 +74,7 @@ impl Counts {
     pub(super) fn report(&self, pane: usize, output: &Output, hz: f64) -> PaneReport {
         let count = &self.panes[pane];
         PaneReport {
-            screen: output.screen.clone(),
+            shows: output.show.clone(),
             monitor: output.monitor.clone(),
             hz,
             shown: count.shown,

@@ -107,7 +107,7 @@ impl Pane {
         connection.free_pixmap(bare)?;
         let no_exposures = CreateGCAux::new().graphics_exposures(0);
         connection.create_gc(context, window, &no_exposures)?;
-        let name = format!("Shisen: {} on {}", output.screen, output.monitor);
+        let name = format!("Shisen: {} on {}", output.show, output.monitor);
         let (property, text) = (AtomEnum::WM_NAME, AtomEnum::STRING);
         connection.change_property8(PropMode::REPLACE, window, property, text, name.as_bytes())?;
         let class = b"shisen\0Shisen\0";
@@ -142,7 +142,7 @@ impl Pane {
         monitor: Option<&Monitor>,
     ) -> Result<Option<String>, WindowError> {
         let connection = &shared.connection;
-        let (name, screen) = (&self.output.monitor, &self.output.screen);
+        let (name, screen) = (&self.output.monitor, &self.output.show);
         let Some(monitor) = monitor else {
             self.free(shared, None)?;
             connection.unmap_window(self.window)?;

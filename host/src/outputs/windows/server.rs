@@ -392,7 +392,7 @@ impl Shared {
         };
         let mut turns = lock(turns);
         let (queued, change) = turns.see(serial, refresh);
-        let screen = &pane.output.screen;
+        let screen = &pane.output.show;
         let said = change.map(|change| match change {
             Change::Blanked => format!(
                 "\"{screen}\" showed the wrong eye in 3 of 60 refreshes: it is dark until the \

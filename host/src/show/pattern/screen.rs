@@ -12,8 +12,7 @@ pub(super) use {circles::RADII, grid::CELL};
 use super::ScreenView;
 use super::sheet::{BLACK, Colour, LINE, Sheet, WHITE, stroke};
 use crate::cave::Eye;
-use crate::picture::Picture;
-use crate::show::ShowError;
+use crate::picture::{Picture, PictureError};
 use fast_srgb8::srgb8_to_f32;
 use glam::DVec2;
 
@@ -23,9 +22,9 @@ fn light(codes: [u8; 3]) -> Colour {
 }
 
 /// Draws a field of sRGB codes.
-pub(super) fn flat(view: &ScreenView<'_>, codes: [u8; 3]) -> Result<Picture, ShowError> {
+pub(super) fn flat(view: &ScreenView<'_>, codes: [u8; 3]) -> Result<Picture, PictureError> {
     let colour = light(codes);
-    Ok(Sheet::new(view)?.paint(|_| colour)?)
+    Sheet::new(view).paint(|_| colour)
 }
 
 /// Writes the screen's name under an arrow up, and a line below.
@@ -45,8 +44,8 @@ fn resolution(sheet: &Sheet<'_>) -> String {
     format!("{}×{}", sheet.size.x, sheet.size.y)
 }
 
-pub(super) fn edges(view: &ScreenView<'_>) -> Result<Picture, ShowError> {
-    let sheet = Sheet::new(view)?;
+pub(super) fn edges(view: &ScreenView<'_>) -> Result<Picture, PictureError> {
+    let sheet = Sheet::new(view);
     let size = sheet.size;
     let is_dome = sheet.dome().is_some();
     let mut picture = sheet.paint(|at| {
@@ -106,10 +105,10 @@ impl Inset {
 }
 
 /// Draws codes 0 to 16 in fields on black, with numbers that are dark themselves.
-pub(super) fn near_black(view: &ScreenView<'_>) -> Result<Picture, ShowError> {
+pub(super) fn near_black(view: &ScreenView<'_>) -> Result<Picture, PictureError> {
     const CELLS: DVec2 = DVec2::new(6.0, 3.0);
     const DARK: [u8; 3] = [48; 3];
-    let sheet = Sheet::new(view)?;
+    let sheet = Sheet::new(view);
     let inset = Inset::new(&sheet);
     let mut picture = sheet.paint(|at| {
         let cell = inset.share(at) * CELLS;
@@ -149,10 +148,10 @@ const BARS: [(&str, [u8; 3]); 8] = [
 ];
 
 /// Draws bars of full colours, and below them a ramp of all codes for each channel and for grey.
-pub(super) fn bars(view: &ScreenView<'_>) -> Result<Picture, ShowError> {
+pub(super) fn bars(view: &ScreenView<'_>) -> Result<Picture, PictureError> {
     const RAMPS: [[u8; 3]; 4] = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]];
     const BARS_END: f64 = 0.7;
-    let sheet = Sheet::new(view)?;
+    let sheet = Sheet::new(view);
     let inset = Inset::new(&sheet);
     let mut picture = sheet.paint(|at| {
         let share = inset.share(at);
@@ -184,8 +183,8 @@ const CYAN: Colour = [0.0, 0.4, 0.4];
 
 /// Draws a red left half with an L for the left eye, and a cyan right half with an R for the right
 /// one. A single eye sees both.
-pub(super) fn stereo(view: &ScreenView<'_>) -> Result<Picture, ShowError> {
-    let sheet = Sheet::new(view)?;
+pub(super) fn stereo(view: &ScreenView<'_>) -> Result<Picture, PictureError> {
+    let sheet = Sheet::new(view);
     let shown = |eye| view.eye == eye || view.eye == Eye::Centre;
     let halves = [(Eye::Left, RED, "L", 0.25), (Eye::Right, CYAN, "R", 0.75)];
     let mut picture = sheet.paint(|at| {
@@ -212,10 +211,10 @@ pub(super) const LADDER: [(&str, f64, f64, Colour); 3] = [
 pub(super) const BACKGROUND: Colour = [0.02; 3];
 
 /// Draws bars of one apparent size at several distances, each eye's from its own place.
-pub(super) fn depth(view: &ScreenView<'_>) -> Result<Picture, ShowError> {
+pub(super) fn depth(view: &ScreenView<'_>) -> Result<Picture, PictureError> {
     // Dots across a bar.
     const WIDTH: f64 = 60.0;
-    let sheet = Sheet::new(view)?;
+    let sheet = Sheet::new(view);
     let mut picture = sheet.paint(|_| BACKGROUND)?;
     for (name, distance, x, paper) in LADDER {
         let at = sheet.place(x, 0.5);
@@ -231,7 +230,7 @@ pub(super) fn depth(view: &ScreenView<'_>) -> Result<Picture, ShowError> {
 }
 
 /// Draws white for the left eye, or a single one, and black for the right eye.
-pub(super) fn eye_swap(view: &ScreenView<'_>) -> Result<Picture, ShowError> {
+pub(super) fn eye_swap(view: &ScreenView<'_>) -> Result<Picture, PictureError> {
     let code = if view.eye == Eye::Right { 0 } else { 255 };
     flat(view, [code; 3])
 }

@@ -2,10 +2,9 @@
 
 use super::ScreenView;
 use crate::cave::look::ViewDirection;
-use crate::cave::{CylinderScreen, DomeScreen, Eye, Screen, WallPlane};
+use crate::cave::{DomeScreen, Eye, Screen};
 use crate::picture::glyph::{GLYPH, dots};
 use crate::picture::{Picture, PictureError};
-use crate::show::ShowError;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -24,101 +23,89 @@ const SAMPLES: u32 = 4;
 
 /// A screen's picture in the room. Places in the picture are in pixels from its upper left corner.
 pub(super) struct Sheet<'a> {
-    shape: Shape<'a>,
+    screen: Screen<'a>,
     /// Columns and rows.
     pub(super) size: DVec2,
     /// The midpoint between the viewer's eyes: metres, in the room.
     pub(super) head: DVec3,
 }
 
-enum Shape<'a> {
-    Wall(WallPlane),
-    Dome(&'a DomeScreen),
-    Cylinder(&'a CylinderScreen),
-}
-
 impl<'a> Sheet<'a> {
-    pub(super) fn new(view: &ScreenView<'a>) -> Result<Self, ShowError> {
-        let [columns, rows] = view.screen.size();
-        let shape = match view.screen {
-            Screen::Wall(wall) => Shape::Wall(WallPlane::new(wall)?),
-            Screen::Dome(dome) => Shape::Dome(dome),
-            Screen::Cylinder(cylinder) => Shape::Cylinder(cylinder),
-        };
-        Ok(Self {
-            shape,
-            size: DVec2::new(f64::from(columns), f64::from(rows)),
+    pub(super) fn new(view: &ScreenView<'a>) -> Self {
+        let [columns, rows] = view.screen.size().map(f64::from);
+        Self {
+            screen: view.screen,
+            size: DVec2::new(columns, rows),
             head: view.viewer.eye(Eye::Centre),
-        })
+        }
     }
 
     /// Returns the dome, if the screen is one.
     pub(super) const fn dome(&self) -> Option<&'a DomeScreen> {
-        match self.shape {
-            Shape::Dome(dome) => Some(dome),
-            Shape::Wall(_) | Shape::Cylinder(_) => None,
+        match self.screen {
+            Screen::Dome(dome) => Some(dome),
+            Screen::Wall(_) | Screen::Cylinder(_) => None,
         }
     }
 
-    /// Returns the point of the room at a place in the picture: metres. A wall's plane and a dome's
-    /// sphere go on outside the picture.
+    /// Returns whether the screen is a wall.
+    pub(super) const fn is_flat(&self) -> bool {
+        matches!(self.screen, Screen::Wall(_))
+    }
+
+    /// Returns the point of the room at a place in the picture: metres. The screen goes on outside
+    /// the picture.
     pub(super) fn point(&self, at: DVec2) -> DVec3 {
-        let at = at / self.size;
-        match &self.shape {
-            Shape::Wall(plane) => plane.upper_left + at.x * plane.right + at.y * plane.down,
-            Shape::Dome(dome) => dome.point(disc(at)),
-            Shape::Cylinder(cylinder) => cylinder.point(at),
-        }
+        self.screen.point(at / self.size)
     }
 
-    /// Returns the place in the picture where a line of sight meets the screen, also outside the
-    /// picture; `None` where it meets nothing ahead.
+    /// Returns the vectors along a wall's upper edge and down its left one: metres.
+    fn edges(&self) -> [DVec3; 2] {
+        let corner = self.screen.point(DVec2::ZERO);
+        [DVec2::X, DVec2::Y].map(|end| self.screen.point(end) - corner)
+    }
+
+    /// Returns the place in the picture where a line of sight from inside meets the screen, also
+    /// outside the picture; `None` where it meets nothing ahead.
     pub(super) fn meet(&self, from: DVec3, direction: DVec3) -> Option<DVec2> {
-        let at = match &self.shape {
-            Shape::Wall(plane) => {
-                let (_, x, y) = plane.meet(from, direction)?;
-                DVec2::new(x, y)
-            }
-            Shape::Dome(dome) => {
-                let far = far_side(from - dome.centre, direction, dome.radius);
-                let disc = dome.place(from + far * direction)?;
-                0.5 + 0.5 * disc * DVec2::new(1.0, -1.0)
-            }
-            Shape::Cylinder(cylinder) => {
-                let level = DVec3::new(1.0, 0.0, 1.0);
-                let away = level * (from - cylinder.centre);
-                let far = far_side(away, level * direction, cylinder.radius);
-                cylinder.place(from + far * direction)?
-            }
+        let around = |centre: DVec3, radius: f64, axes: DVec3| {
+            let (from, along) = ((from - centre) * axes, direction * axes);
+            let (speed, half) = (along.length_squared(), from.dot(along));
+            let square = half * half + speed * (radius * radius - from.length_squared());
+            (square.max(0.0).sqrt() - half) / speed
         };
-        Some(at * self.size)
-    }
-
-    /// Returns whether a place in the picture is on the screen.
-    fn is_lit(&self, at: DVec2) -> bool {
-        self.dome().is_none() || disc(at / self.size).length() <= 1.0
+        let distance = match self.screen {
+            Screen::Wall(_) => {
+                let [right, down] = self.edges();
+                let normal = right.cross(down);
+                (self.screen.point(DVec2::ZERO) - from).dot(normal) / direction.dot(normal)
+            }
+            Screen::Dome(dome) => around(dome.centre, dome.radius, DVec3::ONE),
+            Screen::Cylinder(one) => around(one.centre, one.radius, DVec3::new(1.0, 0.0, 1.0)),
+        };
+        let is_ahead = distance.is_finite() && distance > 0.0;
+        let point = is_ahead.then(|| from + distance * direction)?;
+        Some(self.screen.place(point)? * self.size)
     }
 
     /// Returns metres per column and per row; of a dome, along its meridians.
     pub(super) fn pitch(&self) -> DVec2 {
-        match &self.shape {
-            Shape::Wall(plane) => DVec2::new(plane.right.length(), plane.down.length()) / self.size,
-            Shape::Dome(dome) => dome.width() / self.size,
-            Shape::Cylinder(cylinder) => {
-                let [low, high] = cylinder.height;
-                DVec2::new(cylinder.width(), high - low) / self.size
-            }
-        }
+        let extent = match self.screen {
+            Screen::Wall(_) => DVec2::from_array(self.edges().map(DVec3::length)),
+            Screen::Dome(dome) => DVec2::splat(dome.width()),
+            Screen::Cylinder(one) => DVec2::new(one.width(), one.height[1] - one.height[0]),
+        };
+        extent / self.size
     }
 
-    /// Returns the width and the height of a wall, or of the part of a dome that a viewer looks
+    /// Returns the width and the height of a wall or cylinder, or of the part of a dome that a viewer looks
     /// at: metres.
     pub(super) fn span(&self) -> DVec2 {
         let part = if self.dome().is_some() { 0.5 } else { 1.0 };
         part * self.pitch() * self.size
     }
 
-    /// Returns a place in the picture: shares of a wall's width and height from its upper left
+    /// Returns a place in the picture: shares of a wall's or cylinder's width and height from its upper left
     /// corner. On a dome, `x` goes around it from its left (0) over its front (½) to its right
     /// (1), and `y` from the zenith down to the rim.
     pub(super) fn place(&self, x: f64, y: f64) -> DVec2 {
@@ -147,16 +134,16 @@ impl<'a> Sheet<'a> {
     /// `hold` of the text, from its upper left corner, is at a place in the picture. On a wall
     /// dots are whole pixels, and all of them are inside the picture.
     pub(super) fn sign(&self, text: &str, at: DVec2, hold: DVec2, dot: f64) -> Sign {
-        let (corner, right, down) = match &self.shape {
-            Shape::Wall(plane) => {
+        let (corner, right, down) = match self.screen {
+            Screen::Wall(_) => {
                 let steps = (dot / self.pitch()).round().max(DVec2::ONE);
                 let extent = steps * extent(text);
                 let corner = (at - hold * steps).round().min(self.size - extent);
                 let corner = self.point(corner.max(DVec2::ZERO));
-                let steps = steps / self.size;
-                (corner, steps.x * plane.right, steps.y * plane.down)
+                let (steps, [right, down]) = (steps / self.size, self.edges());
+                (corner, steps.x * right, steps.y * down)
             }
-            Shape::Dome(_) | Shape::Cylinder(_) => {
+            Screen::Dome(_) | Screen::Cylinder(_) => {
                 let point = self.point(at);
                 let sight = ViewDirection::new(point - self.head);
                 let basis = sight.unwrap_or(ViewDirection::FRONT).basis();
@@ -182,7 +169,7 @@ impl<'a> Sheet<'a> {
         rows.enumerate().for_each(|(y, row)| {
             for (x, pixel) in row.iter_mut().enumerate() {
                 let at = DVec2::new(x as f64, y as f64) + 0.5;
-                if self.is_lit(at) {
+                if self.screen.has(at / self.size) {
                     let [red, green, blue] = colour(at);
                     *pixel = [red, green, blue, 1.0];
                 }
@@ -229,20 +216,6 @@ impl<'a> Sheet<'a> {
         let (low, high) = ((low - slack).floor(), (high + slack).ceil().min(self.size));
         [low.x as u32..high.x as u32, low.y as u32..high.y as u32]
     }
-}
-
-/// Returns how often a direction leads from a place, from the centre, to the far side of a sphere or
-/// a cylinder around it.
-fn far_side(from: DVec3, direction: DVec3, radius: f64) -> f64 {
-    let square = direction.length_squared();
-    let half = from.dot(direction) / square;
-    let root = half * half + (radius * radius - from.length_squared()) / square;
-    root.max(0.0).sqrt() - half
-}
-
-/// Returns the place in a dome's unit disc, upwards, of one in a unit square, downwards.
-fn disc(at: DVec2) -> DVec2 {
-    (2.0 * at - 1.0) * DVec2::new(1.0, -1.0)
 }
 
 /// A line of text on a board that stands in the room.

@@ -1,7 +1,6 @@
 //! Circles of constant angle about directions from the eye.
 
-use crate::picture::Picture;
-use crate::show::ShowError;
+use crate::picture::{Picture, PictureError};
 use crate::show::pattern::ScreenView;
 use crate::show::pattern::sheet::{BLACK, Colour, Sheet, Sign, WHITE, mixed, stroke};
 use glam::{DVec2, DVec3};
@@ -35,8 +34,8 @@ fn centres() -> Vec<(DVec3, Colour)> {
     coloured.collect()
 }
 
-pub(crate) fn circles(view: &ScreenView<'_>) -> Result<Picture, ShowError> {
-    let sheet = Sheet::new(view)?;
+pub(crate) fn circles(view: &ScreenView<'_>) -> Result<Picture, PictureError> {
+    let sheet = Sheet::new(view);
     let eye = view.viewer.eye(view.eye);
     let width = (sheet.size.min_element() / 350.0).max(1.5);
     let centres = centres();

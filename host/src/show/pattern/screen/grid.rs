@@ -2,8 +2,7 @@
 
 use super::resolution;
 use crate::cave::DomeScreen;
-use crate::picture::Picture;
-use crate::show::ShowError;
+use crate::picture::{Picture, PictureError};
 use crate::show::pattern::ScreenView;
 use crate::show::pattern::sheet::{LINE, Sheet, stroke};
 use glam::DVec2;
@@ -24,8 +23,8 @@ const THIN: f32 = 0.15;
 /// The place of a crossing in its number, in dots: two to the right of the line, two above it.
 const BESIDE: DVec2 = DVec2::new(-2.0, LINE + 2.0);
 
-pub(crate) fn grid(view: &ScreenView<'_>) -> Result<Picture, ShowError> {
-    let sheet = Sheet::new(view)?;
+pub(crate) fn grid(view: &ScreenView<'_>) -> Result<Picture, PictureError> {
+    let sheet = Sheet::new(view);
     let thickness = (sheet.size.min_element() / 600.0).round().max(1.0);
     let title = format!("↑ {} {}", view.screen.name(), resolution(&sheet));
     match sheet.dome() {
@@ -34,7 +33,7 @@ pub(crate) fn grid(view: &ScreenView<'_>) -> Result<Picture, ShowError> {
     }
 }
 
-fn of_wall(sheet: &Sheet<'_>, thickness: f64, title: &str) -> Result<Picture, ShowError> {
+fn of_wall(sheet: &Sheet<'_>, thickness: f64, title: &str) -> Result<Picture, PictureError> {
     let (pitch, span) = (sheet.pitch(), sheet.span());
     let mut cell = CELL;
     while cell < LEAST * pitch.max_element() {
@@ -66,10 +65,15 @@ fn of_wall(sheet: &Sheet<'_>, thickness: f64, title: &str) -> Result<Picture, Sh
         }
     }
     // The lowest cells have no numbers.
-    let title = format!("{title}, cells of {cell} m");
-    if let Some(dot) = sheet.fit(&title, DVec2::new(0.9 * span.x, 0.6 * cell)) {
+    let (title, width) = if sheet.is_flat() {
+        (&format!("{title}, cells of {cell} m"), 0.9 * span.x)
+    } else {
+        // Letters on a straight line leave their row on a curved screen.
+        (&title.to_owned(), 4.0 * cell)
+    };
+    if let Some(dot) = sheet.fit(title, DVec2::new(width, 0.6 * cell)) {
         let at = DVec2::new(0.5, 1.0 - 0.5 * cell / span.y) * sheet.size;
-        let sign = sheet.centred(&title, at, dot);
+        let sign = sheet.centred(title, at, dot);
         sheet.show(&mut picture, &sign, sheet.head);
     }
     Ok(picture)
@@ -99,7 +103,7 @@ fn of_dome(
     dome: &DomeScreen,
     thickness: f64,
     title: &str,
-) -> Result<Picture, ShowError> {
+) -> Result<Picture, PictureError> {
     let half_field = 0.5 * dome.field_of_view_degrees;
     let pixels_per_degree = 0.5 * sheet.size.x / half_field;
     let mut picture = sheet.paint(|at| {
