@@ -25,14 +25,23 @@ pub(in crate::cli) struct Arguments {
 /// An imported room.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(in crate::cli) struct Report {
-    /// Names of the walls.
-    walls: Vec<String>,
+    /// Walls.
+    walls: Vec<WallReport>,
     /// What the file has besides, which is not taken.
     ignored: Vec<String>,
     /// Sentences about walls not at right angles and open seams.
     remarks: Vec<String>,
     /// File of the room.
     path: String,
+}
+
+/// An imported wall.
+#[derive(Debug, Serialize, JsonSchema)]
+struct WallReport {
+    /// Name.
+    name: String,
+    /// Columns and rows.
+    pixels: [u32; 2],
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -45,8 +54,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     write_atomically(path, |out| out.write_all(room.to_toml().as_bytes()))
         .map_err(Fault::write(path))?;
     let cave = Cave::new(room.walls)?;
+    let walls = cave.walls.iter().map(|wall| WallReport {
+        name: wall.name.clone(),
+        pixels: wall.pixels,
+    });
     let report = Report {
-        walls: cave.walls.iter().map(|wall| wall.name.clone()).collect(),
+        walls: walls.collect(),
         ignored: room.ignored,
         remarks: cave.skewed().into_iter().chain(cave.open_seams()).collect(),
         path: path.display().to_string(),
@@ -56,8 +69,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (path, walls) = (&self.path, self.walls.join(", "));
-        write!(f, "{path}: the walls {walls}")?;
+        let names: Vec<&str> = self.walls.iter().map(|wall| wall.name.as_str()).collect();
+        write!(f, "{}: the walls {}", self.path, names.join(", "))?;
         write!(f, "\nnot taken: {}", self.ignored.join("; "))?;
         self.remarks
             .iter()
