@@ -156,6 +156,7 @@ pub(super) fn patch(corner: Corner, white: bool, [columns, rows]: [u32; 2], pixe
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::show::stereo::anaglyph;
 
     fn output(text: &str) -> Output {
         let text = format!("[[output]]\nshow = \"front\"\nmonitor = \"A\"\n{text}");
@@ -183,7 +184,11 @@ mod tests {
         assert_eq!(of(Stereo::Mono), [red; 4]);
         assert_eq!(of(Stereo::SideBySide), [red, green, red, green]);
         assert_eq!(of(Stereo::TopBottom), [red, red, green, green]);
-        assert_eq!(of(Stereo::Anaglyph).map(|pixel| pixel >> 16), [255; 4]);
+        let [red_part, ..] = srgb_of_pixel(anaglyph([1., 0., 0., 1.], [0., 1., 0., 1.]));
+        assert_eq!(
+            of(Stereo::Anaglyph).map(|pixel| pixel >> 16),
+            [red_part.into(); 4]
+        );
         let by_turns = Stereo::Sequential;
         assert_eq!(shown(&plain, by_turns, Eye::Right), [green; 4]);
         assert_eq!(shown(&swapped, by_turns, Eye::Right), [red; 4]);
