@@ -187,7 +187,7 @@ mod tests {
         let [red_part, ..] = srgb_of_pixel(anaglyph([1., 0., 0., 1.], [0., 1., 0., 1.]));
         assert_eq!(
             of(Stereo::Anaglyph).map(|pixel| pixel >> 16),
-            [red_part.into(); 4]
+            [u32::from(red_part); 4]
         );
         let by_turns = Stereo::Sequential;
         assert_eq!(shown(&plain, by_turns, Eye::Right), [green; 4]);
