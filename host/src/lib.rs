@@ -48,6 +48,11 @@
 //!                           ┌────────▼────────┐
 //!                           │ render  threads │ host
 //!                           │ live    budget  ├─────► PNG, EXR, window, other machines
+//!                           └────────┬────────┘
+//!                                    │ pictures of screens
+//!                           ┌────────▼────────┐
+//!                           │ projection      │ host
+//!                           │ outputs refresh ├─────► monitors, projectors
 //!                           └─────────────────┘
 //! ```
 //!
@@ -78,7 +83,7 @@
 //!
 //! | Feature | What it adds |
 //! |---|---|
-//! | `window`, by default | the window of `shisen run` on an X server, on Unix |
+//! | `window`, by default | the window of `shisen run` and those on monitors, on X servers, on Unix |
 //! | `cluster` | `live::Mpi`: walls on several machines; links a library of the system's for MPI |
 
 /// Gives an enum its variants in order, and their names on command lines and in reports.
