@@ -73,7 +73,7 @@ fn usage_is_that_of_the_command_asked_for() {
 const USAGE: &str = r#"
     run --fill previous --lod off => with --lod off no ray is skipped
     cave --fill previous --lod foveated => with --lod foveated no ray is skipped
-    run --scene A --fill previous => with --view none nothing is shown
+    run --scene A --fill previous => --outputs: nothing is shown
     run --look floor => where the tracker says
     bench latency --as hid => does not go over a serial line
     cave --size 0 => --size

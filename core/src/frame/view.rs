@@ -102,7 +102,7 @@ impl View {
     pub const fn columns(&self) -> u32 {
         match &self.0 {
             Kind::Screen(screen) => screen.columns,
-            Kind::Dome(dome) => dome.size[0] as u32,
+            Kind::Dome(dome) => dome.last[0] as u32 + 1,
         }
     }
 
@@ -110,7 +110,7 @@ impl View {
     pub const fn rows(&self) -> u32 {
         match &self.0 {
             Kind::Screen(screen) => screen.rows,
-            Kind::Dome(dome) => dome.size[1] as u32,
+            Kind::Dome(dome) => dome.last[1] as u32 + 1,
         }
     }
 

@@ -19,8 +19,8 @@ use glam::{Mat3, Vec3};
 pub(crate) struct Dome {
     projection: DomeProjection,
     pub(super) pose: DomePose,
-    /// Columns and rows; as many for all but cylinders.
-    pub(super) size: [u16; 2],
+    /// The last column and row; as many for all but cylinders.
+    pub(super) last: [u16; 2],
     screen: Shape,
     /// Largest distance from the centre at which pixels are seen; past 1 they show the rim.
     seen_to: f32,
@@ -96,8 +96,8 @@ impl Dome {
         Ok(Self {
             projection,
             pose,
-            // At most `View::MOST_PIXELS`.
-            size: [side as u16; 2],
+            // At most `View::MOST_PIXELS` less 1.
+            last: [(side - 1) as u16; 2],
             screen: Shape::None(start),
             seen_to: 1.0,
         })
@@ -177,7 +177,7 @@ impl Dome {
         };
         Ok(Self {
             pose,
-            size: size.map(|side| side as u16),
+            last: size.map(|side| (side - 1) as u16),
             screen: Shape::Cylinder(
                 centre,
                 Unrolled {
@@ -191,8 +191,8 @@ impl Dome {
     }
 
     fn side(&self) -> f32 {
-        let [side, _] = self.size;
-        f32::from(side)
+        let [last, _] = self.last;
+        f32::from(last) + 1.0
     }
 
     /// Returns the ray through a point of the picture, in pixels; `None` outside the rim.
@@ -507,7 +507,7 @@ impl Kernel<8> for Extremes<'_> {
 impl Directions for Dome {
     #[inline(always)]
     fn directions<L: Lanes<8>>(&self, l: L, (x, y): (u32, u32)) -> [L::F; 3] {
-        let [last, lowest] = self.size.map(|side| u32::from(side) - 1);
+        let [last, lowest] = self.last.map(u32::from);
         let mut columns = [0.0; 8];
         for (column, place) in (x..).zip(&mut columns) {
             *place = column.min(last) as f32;
@@ -517,7 +517,7 @@ impl Directions for Dome {
     }
 
     fn direction(&self, (x, y): (u32, u32)) -> Vec3 {
-        let [last, lowest] = self.size.map(|side| u32::from(side) - 1);
+        let [last, lowest] = self.last.map(u32::from);
         let (x, y) = ([x.min(last) as f32], [y.min(lowest) as f32]);
         let [[x], [y], [z]] = self.nearest_directions(Portable, x, y);
         Vec3::new(x, y, z)
