@@ -12,6 +12,7 @@ use std::time::Instant;
 use thiserror::Error;
 
 /// Windows on monitors, of which this build has none.
+#[derive(Debug)]
 pub struct Outputs(Infallible);
 
 /// Why there are no windows.
@@ -26,7 +27,13 @@ pub struct NoWindows;
     reason = "those of a build with windows"
 )]
 impl Outputs {
-    pub fn open(_: &[Output], _: &[(&str, Eye)], _: Stereo, _: Placing) -> Result<Self, NoWindows> {
+    pub fn open(
+        _: &[Output],
+        _: &[(&str, Eye)],
+        _: &[Projection],
+        _: Stereo,
+        _: Placing,
+    ) -> Result<Self, NoWindows> {
         Err(NoWindows)
     }
 
