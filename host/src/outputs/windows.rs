@@ -90,7 +90,7 @@ impl Outputs {
             };
             let [left, right] = [of(Eye::Left), of(Eye::Right)];
             let is_mono = output.stereo.unwrap_or(stereo) == Stereo::Mono;
-            match output.eye.or(projection.and_then(Projection::eye)) {
+            match output.eye {
                 Some(Eye::Right) => right.map(|one| [one; 2]),
                 Some(_) => left.map(|one| [one; 2]),
                 None if is_mono => left.map(|one| [one; 2]),
@@ -100,10 +100,24 @@ impl Outputs {
         let takes_turns = move |output: &Output| {
             output.eye.is_none() && output.stereo.unwrap_or(stereo) == Stereo::Sequential
         };
-        let here: Vec<(&Output, [usize; 2])> = outputs
-            .iter()
-            .filter_map(|output| Some((output, wanted(output)?)))
-            .collect();
+        let (mut here, mut lacking): (Vec<(Output, [usize; 2])>, Vec<String>) = Default::default();
+        for output in outputs {
+            let projection = projection(output);
+            let mut output = output.clone();
+            output.eye = output.eye.or(projection.and_then(Projection::eye));
+            let screen = projection.map_or(output.show.as_str(), Projection::screen);
+            let is_here = pictures.iter().any(|(name, _)| *name == screen);
+            match wanted(&output) {
+                Some(pictures) => here.push((output, pictures)),
+                None if is_here => lacking.push(format!(
+                    "monitor {} shows nothing: there is no picture of \"{screen}\" for each eye \
+                     that it shows",
+                    output.monitor
+                )),
+                // Another machine has its pictures.
+                None => {}
+            }
+        }
         let mut names: Vec<Option<&str>> = Vec::new();
         for (output, _) in &here {
             let name = output.server.as_deref();
@@ -114,12 +128,12 @@ impl Outputs {
         let (mut servers, mut panes) = (Vec::new(), Vec::new());
         for (number, &name) in names.iter().enumerate() {
             let of_server = here.iter().filter(|(one, _)| one.server.as_deref() == name);
-            let own: Vec<Output> = of_server.clone().map(|&(one, _)| one.clone()).collect();
-            for (pane, &(output, pictures)) in of_server.enumerate() {
+            let own: Vec<Output> = of_server.clone().map(|(one, _)| one.clone()).collect();
+            for (pane, (output, pictures)) in of_server.enumerate() {
                 panes.push(Shown {
                     server: number,
                     pane,
-                    pictures,
+                    pictures: *pictures,
                     projection: projection(output).cloned(),
                     output: output.clone(),
                     pixels: vec![Vec::new(); 1 + usize::from(takes_turns(output))],
@@ -150,7 +164,7 @@ impl Outputs {
             heard,
             stereo,
             frame: 0,
-            said: Vec::new(),
+            said: lacking,
         };
         all.tell_of_ways();
         Ok(all)
@@ -331,8 +345,12 @@ impl Outputs {
                 }
                 ([], _) => continue,
             };
+            let is_single = matches!(request, Request::Present { .. });
             if server.ask(request) {
                 shown.awaited = refresh;
+            } else if is_single {
+                // It was not sent, and no server will say that it has been read.
+                server.shared.panes[shown.pane].note_reader(pixmaps[0], false);
             }
         }
         self.wait(at + period * PATIENCE);

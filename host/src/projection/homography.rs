@@ -53,7 +53,7 @@ impl Homography {
             let [from, to] = [0, 1].map(|side| normalisation(pins, side));
             let (from, to) = (from?, to?);
             let to_screen = to.inverse() * solved(pins, from, to)? * from;
-            // Of positive third coordinates in the pins' middle.
+            // The third coordinate is positive in the pins' middle.
             let middle = pins.iter().map(|[at, _]| *at).sum::<DVec2>() / pins.len() as f64;
             let sign = (to_screen * middle.extend(1.0)).z.signum();
             let size = to_screen.to_cols_array().into_iter().map(f64::abs);

@@ -15,7 +15,7 @@ pub(super) struct Adjusted {
     columns: Vec<Option<usize>>,
     /// The derivatives of residuals by the free coordinates.
     rows: Vec<Vec<f64>>,
-    /// Of the rows' products.
+    /// The eigenvectors of the matrix of the rows' products.
     eigen: Eigen,
 }
 

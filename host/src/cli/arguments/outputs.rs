@@ -61,8 +61,7 @@ impl OutputsArguments {
         if !hidden.is_empty() {
             let hidden = hidden.join(", ");
             warn(&format!(
-                "no monitor shows {hidden}: add it to --outputs, or leave it out of --walls, \
-                 where it takes time"
+                "no monitor shows {hidden}: add NAME=MONITOR to --outputs where one should"
             ));
         }
         let placing = self.window;

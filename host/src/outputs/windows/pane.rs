@@ -322,13 +322,13 @@ impl Sheet {
     }
 
     /// Writes rows of pixels, 0xRRGGBB each, in the server's order of bytes.
-    pub(super) fn write(&self, shared: &Shared, pixels: &mut [u32]) -> std::io::Result<()> {
+    pub(super) fn write(&self, shared: &Shared, pixels: &[u32]) -> std::io::Result<()> {
         let is_big = shared.connection.setup().image_byte_order == ImageOrder::MSB_FIRST;
+        let mut swapped = Vec::new();
         if is_big != cfg!(target_endian = "big") {
-            for pixel in &mut *pixels {
-                *pixel = pixel.swap_bytes();
-            }
+            swapped.extend(pixels.iter().map(|pixel| pixel.swap_bytes()));
         }
+        let pixels = if swapped.is_empty() { pixels } else { &swapped };
         match &self.memory {
             Memory::Shared { file, .. } => file.write_all_at(pixels.as_bytes(), 0),
             Memory::Own(bytes) => {
