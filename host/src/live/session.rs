@@ -438,7 +438,8 @@ impl Session<'_> {
             self.governor.follow(self.gaze(&look));
             let decision = self.governor.decide(self.tracing_allowance());
             let due = self.pacing.next + self.refreshes() - 1;
-            let since = (due - self.time_at) as f64 * self.pacing.period.as_secs_f64();
+            // A shorter budget may be due before the last one was.
+            let since = (due as f64 - self.time_at as f64) * self.pacing.period.as_secs_f64();
             self.time = if let FrameBudget::Steps(_) = self.settings.budget {
                 // Steps give the same frames, whatever the clock says.
                 self.report.frames as f64 * self.nominal.as_secs_f64()
