@@ -42,8 +42,8 @@ pub use square::{LARGEST_UNIT, foveated_samples};
 use tile::{BLOCK, Block, Target};
 pub use tile::{Tile, TileError};
 pub use view::{
-    CylinderScreen, DomeError, DomePose, DomeProjection, DomeScreen, FlatScreen, MirrorCamera,
-    View, ViewError,
+    Beam, CylinderScreen, DomeError, DomePose, DomeProjection, DomeScreen, FlatScreen,
+    MirrorCamera, View, ViewError,
 };
 
 use crate::gaze::{Gaze, LineOfSight, Region};

@@ -39,6 +39,7 @@
 pub mod warp;
 
 mod blend;
+mod direct;
 mod entry;
 mod homography;
 mod map;
@@ -48,6 +49,7 @@ mod show;
 mod transfer;
 
 pub use blend::Blend;
+pub use direct::DirectProjector;
 pub(crate) use entry::{ProjectorEntry, SYNTAX, fault_at};
 pub use homography::Homography;
 pub use map::Map;

@@ -29,7 +29,7 @@ mod ledger;
 mod observer;
 
 use crate::bake::AnyScene;
-use crate::cave::{Cave, Eye, RoomError, Screen};
+use crate::cave::{Cave, Eye, Pictured, RoomError};
 use crate::picture::{Picture, PictureError};
 use crate::render::spectrum::Dispersion;
 use crate::with_scene;
@@ -102,7 +102,7 @@ impl Options {
 /// The picture of one wall or dome for one eye.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WallPicture {
-    /// Index of the screen among [`Cave::screens`]: walls come first.
+    /// Index of the screen among [`Cave::pictured`]: walls come first.
     pub wall: usize,
     /// The eye.
     pub eye: Eye,
@@ -234,9 +234,9 @@ where
     let spectrum = options.dispersion.spectrum(&mut storage);
     let mut views = Vec::new();
     let mut pictures = Vec::new();
-    for (number, screen) in cave.screens().enumerate() {
+    for (number, pictured) in cave.pictured().enumerate() {
         for observer in eyes {
-            let view = view(screen, observer)?;
+            let view = view(pictured, observer)?;
             pictures.push(WallPicture {
                 wall: number,
                 eye: observer.eye,
@@ -504,12 +504,12 @@ where
     renderer.without(others).with_spectrum(spectrum)
 }
 
-/// Returns the rays through a screen's pixels from an eye.
+/// Returns the rays through a picture's pixels from an eye.
 ///
 /// # Errors
 /// An eye that does not see the screen, or too near to it to trace its rays.
-pub fn view<'a>(screen: impl Into<Screen<'a>>, observer: &Observer) -> Result<View, RoomError> {
-    screen.into().view_from(observer.place)
+pub fn view<'a>(of: impl Into<Pictured<'a>>, observer: &Observer) -> Result<View, RoomError> {
+    of.into().view_from(observer.place)
 }
 
 /// Returns the tiles of a view, in rows.

@@ -1,11 +1,13 @@
 //! Where a picture's rays start and where they go.
 
+mod beam;
 mod cylinder_screen;
 mod dome;
 mod dome_screen;
 mod flat_screen;
 mod screen;
 
+pub use beam::Beam;
 pub use cylinder_screen::CylinderScreen;
 pub(super) use dome::{Dome, RayRow};
 pub use dome::{DomeError, DomePose, DomeProjection, MirrorCamera};
@@ -92,6 +94,19 @@ impl View {
         size: [u32; 2],
     ) -> Result<Self, DomeError> {
         Dome::on_cylinder(screen, eye, size).map(|dome| Self(Kind::Dome(dome)))
+    }
+
+    /// Returns the rays from the same eye to the places that a projector's pixels light on the
+    /// [dome](Self::dome_screen) or the [cylinder](Self::cylinder_screen) of this view. Pixels that
+    /// miss it look past it: nothing is masked.
+    ///
+    /// # Errors
+    /// A size or a beam that cannot be, a view of anything else.
+    pub fn lit_by(&self, beam: Beam) -> Result<Self, DomeError> {
+        match &self.0 {
+            Kind::Dome(dome) => Ok(Self(Kind::Dome(dome.lit_by(beam)?))),
+            Kind::Screen(_) => Err(DomeError::Beam),
+        }
     }
 
     pub(super) const fn kind(&self) -> &Kind {

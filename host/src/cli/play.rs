@@ -62,6 +62,9 @@ pub struct LiveArguments {
     /// How to capture the surroundings, if at all.
     #[arg(skip)]
     capture: Option<CaptureOptions>,
+    /// The projectors whose own pixels are traced.
+    #[arg(skip)]
+    pub direct: Vec<String>,
 }
 
 /// `--lod` for commands whose frames follow the gaze by default.
@@ -128,9 +131,10 @@ impl LiveArguments {
             _ => None,
         };
         let budget = time.frame_budget(&self.scene, table)?;
-        let cave = self.room.cave()?;
+        let mut cave = self.room.cave()?;
         self.room.check_eyes(&cave, self.room.head())?;
         let model = self.model.within(&cave);
+        cave.trace_directly(&self.direct)?;
         let Ready {
             baked,
             shown,
@@ -285,7 +289,7 @@ impl Prepared {
         let (room, lod) = (&arguments.room, &arguments.lod);
         let start = room.head();
         let eyes = lod.observers(room.eyes(start), room.directions(start), 0.0)?;
-        let (ranks, pictures) = (share.ranks(), cave.screens().count() * eyes.len());
+        let (ranks, pictures) = (share.ranks(), cave.pictured().count() * eyes.len());
         if ranks > pictures {
             return Err(Failure::from_error(SwapError(format!(
                 "{ranks} processes are too many for {pictures} pictures (walls times eyes): start \
@@ -293,12 +297,12 @@ impl Prepared {
             ))));
         }
         let warner = Warner::start();
-        let mut named = vec![false; cave.screens().count()];
+        let mut named = vec![false; cave.pictured().count()];
         let mut observe = |look: &Look, eyes: &mut Vec<Observer>| {
             let places = room.eyes(look.head);
             let (mut all, mut any) = (true, false);
-            for (screen, named) in cave.screens().zip(&mut named) {
-                let mut views = places.clone().map(|(_, place)| screen.view_from(place));
+            for (pictured, named) in cave.pictured().zip(&mut named) {
+                let mut views = places.clone().map(|(_, place)| pictured.view_from(place));
                 let Some(fault) = views.find_map(Result::err) else {
                     any = true;
                     continue;

@@ -11,9 +11,9 @@ mod together;
 )]
 mod watch;
 
-use crate::cave::{Eye, Screen};
+use crate::cave::{Eye, Pictured, Screen};
 use crate::cli::arguments::filling::{CaptureDetail, Fill};
-use crate::cli::arguments::outputs::OutputsArguments;
+use crate::cli::arguments::outputs::{OutputsArguments, ProjectArguments};
 use crate::cli::arguments::{SceneName, choices, span};
 use crate::cli::play::{Change, LiveArguments, TimeArguments, live_lod};
 use crate::cli::prelude::*;
@@ -61,6 +61,8 @@ pub(super) struct Arguments {
     stereo: Stereo,
     #[command(flatten)]
     outputs: OutputsArguments,
+    #[command(flatten)]
+    project: ProjectArguments,
     /// What shows where the gaze skips rays
     #[arg(long, value_enum, default_value = "background")]
     fill: Fill,
@@ -167,21 +169,30 @@ impl Arguments {
             return Ok(None);
         }
         let room = &self.live.room;
-        let cave = room.cave()?;
+        let mut cave = room.cave()?;
+        cave.trace_directly(&self.direct(&cave)?)?;
         let eyes: Vec<_> = room
             .eyes(room.head())
             .map(|(eye, place)| Observer::new(eye, place))
             .collect();
         let names: Vec<&str> = cave.screens().map(Screen::name).collect();
-        let pictures = eyes_of(&cave, &eyes, share).map(|(screen, eye)| (names[screen], eye));
+        let sources: Vec<&str> = cave.pictured().map(Pictured::name).collect();
+        let pictures = eyes_of(&cave, &eyes, share).map(|(number, eye)| (sources[number], eye));
         let pictures: Vec<(&str, Eye)> = pictures.collect();
         let projections = Projection::all(&cave)?;
         (self.outputs).open(&names, &pictures, &projections, self.stereo)
     }
 
-    fn live(&self) -> LiveArguments {
-        self.live
-            .changed(Change::Capture(self.capture_for(self.fill)))
+    fn direct(&self, cave: &Cave) -> Result<Vec<String>, Failure> {
+        let needs_screens = self.view() != View::None;
+        self.project.direct(&self.outputs, cave, needs_screens)
+    }
+
+    fn live(&self) -> Result<LiveArguments, Failure> {
+        let capture = Change::Capture(self.capture_for(self.fill));
+        let mut live = self.live.changed(capture);
+        live.direct = self.direct(&live.room.cave()?)?;
+        Ok(live)
     }
 
     fn capture_for(&self, fill: Fill) -> Option<CaptureOptions> {
@@ -203,7 +214,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let outputs = arguments.open_outputs(lock.share())?;
     let prepared = arguments
-        .live()
+        .live()?
         .prepare(&arguments.time(outputs.as_ref()))?;
     let interrupt = Interrupt::watched();
     let mut frames = Frames::open(
@@ -224,7 +235,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let log = arguments.record.as_deref().map(Log::create).transpose()?;
     let outputs = arguments.open_outputs(lock.share())?;
     let time = arguments.time(outputs.as_ref());
-    let mut prepared = arguments.live().prepare(&time)?;
+    let mut prepared = arguments.live()?.prepare(&time)?;
     let interrupt = Interrupt::watched();
     let mut frames = Frames::open(arguments, &interrupt, log, &prepared, lock.share(), outputs)?;
     let tracker = arguments.live.listen(&arguments.tracker.spec)?;

@@ -566,7 +566,7 @@ where
     }
 }
 
-/// Returns the screens and eyes of a share's pictures, by screen, then eye.
+/// Returns the numbers among [`Cave::pictured`] and the eyes of a share's pictures.
 pub fn eyes_of<'e>(
     cave: &'e Cave,
     eyes: &'e [Observer],

@@ -179,6 +179,9 @@ pub fn run(
         report: SessionReport::default(),
         rung: 0,
     };
+    if session.display.waits() {
+        session.pacing.keep_lead();
+    }
     // Measures before anything is shown.
     if settings.budget == FrameBudget::PaperScaled {
         session.report.plain_seconds = Some(session.plain(&first)?);
@@ -328,7 +331,10 @@ impl Session<'_> {
 
     fn tracing_allowance(&self) -> Allowance {
         match self.report.allowance {
-            Allowance::Time(time) => Allowance::Time(time.saturating_sub(self.other_time)),
+            Allowance::Time(time) => {
+                let time = time.min(self.pacing.time(self.refreshes()));
+                Allowance::Time(time.saturating_sub(self.other_time))
+            }
             other => other,
         }
     }
@@ -461,11 +467,16 @@ impl Session<'_> {
                 1 => self.pacing.at(shown).max(now),
                 _ => now,
             };
+            let possible = self.pacing.shown(now);
             let refresh = self.display.present(self.engine, &look, &self.eyes, at);
             let after = refresh.map(|refresh| refresh.shown.saturating_duration_since(now));
             self.lock.note_shown(after);
             let (shown, present) = match refresh {
-                Some(refresh) => (self.pacing.follow(refresh).max(shown), refresh.shown),
+                Some(refresh) => {
+                    let number = self.pacing.follow(refresh);
+                    self.pacing.learn_lead(number > possible);
+                    (number.max(shown), refresh.shown)
+                }
                 None => (shown, Instant::now()),
             };
             let at = |instant| tracker.at(instant).0;

@@ -25,6 +25,8 @@ pub struct PaneReport {
     pub shows: String,
     /// The monitor.
     pub monitor: String,
+    /// Whether rays went through its own pixels; null for a screen.
+    pub direct: Option<bool>,
     /// Refreshes per second, as measured from the server's times.
     pub hz: f64,
     /// Frames shown.
@@ -50,6 +52,7 @@ impl fmt::Display for OutputsReport {
             let PaneReport {
                 shows,
                 monitor,
+                direct,
                 hz,
                 shown,
                 late,
@@ -61,6 +64,14 @@ impl fmt::Display for OutputsReport {
                 f,
                 "\n{shows:20} {monitor:>12} {hz:9.3} {shown:7} {late:7} {repeated:9} {missed:7}"
             )?;
+            if let Some(is_direct) = direct {
+                let way = if *is_direct {
+                    "traced directly"
+                } else {
+                    "warped"
+                };
+                write!(f, ", {way}")?;
+            }
             if let Some(wrong) = wrong_eyes {
                 write!(f, ", the wrong eye at {wrong} refreshes")?;
             }

@@ -83,7 +83,7 @@ impl Outputs {
         };
         let wanted = |output: &Output| {
             let projection = projection(output);
-            let name = projection.map_or(output.show.as_str(), Projection::screen);
+            let name = projection.map_or(output.show.as_str(), Projection::source);
             let of = |one: Eye| {
                 let mut all = pictures.iter();
                 all.position(|&(screen, eye)| screen == name && (eye == one || eye == Eye::Centre))
@@ -105,7 +105,7 @@ impl Outputs {
             let projection = projection(output);
             let mut output = output.clone();
             output.eye = output.eye.or(projection.and_then(Projection::eye));
-            let screen = projection.map_or(output.show.as_str(), Projection::screen);
+            let screen = projection.map_or(output.show.as_str(), Projection::source);
             let is_here = pictures.iter().any(|(name, _)| *name == screen);
             match wanted(&output) {
                 Some(pictures) => here.push((output, pictures)),
@@ -464,6 +464,7 @@ impl Outputs {
             let report = self.counts.report(number, &shown.output, hz);
             PaneReport {
                 wrong_eyes,
+                direct: shown.projection.as_ref().map(Projection::is_direct),
                 ..report
             }
         });

@@ -36,6 +36,10 @@ impl Homography {
         (distance > 1.0e-9).then(|| Self::new(screen.inverse() * lens.frame()))?
     }
 
+    pub(super) const fn to_screen(self) -> DMat3 {
+        self.to_screen
+    }
+
     /// Returns the map onto a part of the screen's picture: its left, upper, right and lower edges.
     pub(super) fn of_part([left, top, right, bottom]: [f64; 4]) -> Option<Self> {
         let columns = DVec3::new(right - left, 0.0, 0.0);

@@ -12,11 +12,11 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub struct Map<'a> {
     screen: Screen<'a>,
-    kind: Kind,
+    pub(super) kind: Kind,
 }
 
 #[derive(Debug)]
-enum Kind {
+pub(super) enum Kind {
     Flat(Homography),
     Curved(Lens),
     Mesh(Cells, Arc<Mesh>),

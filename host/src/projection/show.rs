@@ -13,6 +13,8 @@ use std::sync::Arc;
 pub struct Projection {
     name: String,
     screen: String,
+    /// Whether its pictures are of its own pixels, not of its screen's.
+    is_direct: bool,
     eye: Option<Eye>,
     resolution: [u32; 2],
     /// Columns and rows of the screen's picture.
@@ -62,7 +64,8 @@ pub(super) struct Light {
 
 impl Projection {
     /// Returns what each of a room's projectors shows, in the order of its projectors. To show
-    /// frames, pictures must have their screens' sizes.
+    /// frames, pictures must have their screens' sizes, or that of a projector whose own pixels are
+    /// traced ([`Cave::trace_directly`]).
     ///
     /// # Errors
     /// As [`Cave::blends`]; a screen of one column or row.
@@ -71,7 +74,9 @@ impl Projection {
         for blend in cave.blends()? {
             check_size(&blend)?;
             for (member, lights) in blend.members.iter().zip(lights_of(&blend)) {
-                found.push((member.number, Self::new(member, &lights)));
+                let mut direct = cave.direct.iter();
+                let is_direct = direct.any(|one| one.name == member.projector.name);
+                found.push((member.number, Self::new(member, &lights, is_direct)));
             }
         }
         found.sort_by_key(|(number, _)| *number);
@@ -81,15 +86,22 @@ impl Projection {
             .collect())
     }
 
-    fn new(member: &Member<'_>, lights: &[Option<Light>]) -> Self {
+    fn new(member: &Member<'_>, lights: &[Option<Light>], is_direct: bool) -> Self {
         let (projector, screen) = (member.projector, member.map.screen());
-        let picture = screen.size();
+        let resolution = projector.resolution;
+        let picture = if is_direct { resolution } else { screen.size() };
+        let own = |number: usize| {
+            let columns = resolution[0] as usize;
+            let pixel = DVec2::new((number % columns) as f64, (number / columns) as f64);
+            (pixel + 0.5) / DVec2::from(resolution.map(f64::from))
+        };
         let lifts = lights.iter().flatten().map(|light| light.lift);
         let most = lifts.fold(0.0, f64::max);
         let fixed = |share: f64| (65_535.0 * share).round_ties_even().min(65_535.0) as u16;
-        let pixel = |light: &Option<Light>| {
+        let pixel = |(number, light): (usize, &Option<Light>)| {
             light.map_or_else(Pixel::default, |light| {
-                let [x, y] = [0, 1].map(|axis| between(light.place[axis], picture[axis]));
+                let place = if is_direct { own(number) } else { light.place };
+                let [x, y] = [0, 1].map(|axis| between(place[axis], picture[axis]));
                 Pixel {
                     first: y.0 * picture[0] + x.0,
                     shares: [x.1, y.1],
@@ -114,10 +126,11 @@ impl Projection {
         Self {
             name: projector.name.clone(),
             screen: screen.name().to_owned(),
+            is_direct,
             eye: projector.eye,
-            resolution: projector.resolution,
+            resolution,
             picture,
-            pixels: lights.iter().map(pixel).collect(),
+            pixels: lights.iter().enumerate().map(pixel).collect(),
             lifts: lifts.iter().map(lift).collect(),
             units: [unit, unit * most as f32],
             codes: projector.gamma.each_ref().map(codes),
@@ -132,6 +145,20 @@ impl Projection {
     /// Returns the screen's name.
     pub fn screen(&self) -> &str {
         &self.screen
+    }
+
+    /// Returns whether its own pixels are traced.
+    pub const fn is_direct(&self) -> bool {
+        self.is_direct
+    }
+
+    /// Returns whose pictures it shows: the screen's name, or its own where its pixels are traced.
+    pub fn source(&self) -> &str {
+        if self.is_direct {
+            &self.name
+        } else {
+            &self.screen
+        }
     }
 
     /// Returns the eye whose pictures it shows; `None` for both.
@@ -169,9 +196,9 @@ impl Projection {
                     to.len()
                 ),
                 format!(
-                    "give a picture of {columns} × {rows} pixels, as screen \"{}\" has, and {} \
-                     pixels to fill",
-                    self.screen,
+                    "give a picture of {columns} × {rows} pixels, as \"{}\" has, and {} pixels to \
+                     fill",
+                    self.source(),
                     self.pixels.len()
                 ),
             ));

@@ -101,6 +101,64 @@ fn places_and_weights_are_those_of_the_tables() {
     }
 }
 
+#[test]
+fn rays_through_a_projectors_pixels_go_to_the_places_that_they_light() {
+    let eye = DVec3::new(0.2, 1.2, 0.3);
+    for (name, screen) in [
+        ("flat2", WALL),
+        ("keystone2", WALL),
+        ("dome3", DOME),
+        ("cylinder3", CYLINDER),
+    ] {
+        let mut room = room(screen, &set(name, 16), [64; 2], "");
+        let names: Vec<String> = room.projectors.iter().map(|one| one.name.clone()).collect();
+        room.trace_directly(&names).unwrap();
+        let pictured: Vec<_> = room.pictured().collect();
+        assert_eq!(pictured.len(), names.len());
+        let mut count = 0;
+        for (pictured, projector) in pictured.iter().zip(&room.projectors) {
+            let view = pictured.view_from(eye).unwrap();
+            let screen = room.screen_of(projector).unwrap();
+            let map = Map::new(screen, projector).unwrap();
+            let towards = |x: f32, y: f32| view.direction(x, y).unwrap().as_dvec3().normalize();
+            for (x, y) in (0..1024)
+                .step_by(31)
+                .flat_map(|x| (0..768).step_by(29).map(move |y| (x, y)))
+            {
+                let at = (DVec2::new(f64::from(x), f64::from(y)) + 0.5) / DVec2::new(1024.0, 768.0);
+                let Some(place) = map.place(at) else { continue };
+                let expected = (screen.point(place) - eye).normalize();
+                let (x, y) = (x as f32, y as f32);
+                let found = towards(x, y);
+                let steps =
+                    [towards(x + 1.0, y), towards(x, y + 1.0)].map(|one| one.distance(found));
+                let apart = found.distance(expected) / steps[0].min(steps[1]);
+                assert!(apart < 0.02, "{name} {} {x} {y}: {apart}", projector.name);
+                count += 1;
+            }
+        }
+        assert!(count > 300, "{name}: {count}");
+        // A pixel shows the picture's pixel: where no other projector lights the place, its code.
+        let (projections, mut picture) = (
+            Projection::all(&room).unwrap(),
+            Picture::new(1024, 768).unwrap(),
+        );
+        for (number, pixel) in picture.pixels.iter_mut().enumerate() {
+            *pixel = [Transfer::Srgb.light((number % 251) as f64 / 255.0) as f32; 4];
+        }
+        let mut codes = vec![0; 1024 * 768];
+        projections[0].show(&picture, &mut codes).unwrap();
+        let is_own = |(number, code): (usize, &u32)| *code == (number % 251) as u32 * 0x0001_0101;
+        let own = codes.iter().enumerate().filter(|one| is_own(*one)).count();
+        assert!(own > codes.len() / 4, "{name}: {own}");
+    }
+    let pinned = "[[projector]]\nname = \"pinned\"\nresolution = [64, 48]\n\
+                  corner_pins = [[[0, 0], [0, 0]], [[1, 0], [1, 0]], [[0, 1], [0, 1]], [[1, 1], [1, 1]]]\n";
+    let room = Cave::from_toml(&format!("{CYLINDER}{pinned}"), "room.toml", [16; 2]).unwrap();
+    let error = room.can_be_direct(&room.projectors[0]).unwrap_err();
+    assert!(error.to_string().contains("pinned"), "{error}");
+}
+
 /// The light of projectors' codes at a place: by rays of this module, bilinear between pixels.
 struct Simulation {
     /// Position; right, top and ahead; half width and half height at distance 1.

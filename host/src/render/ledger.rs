@@ -47,9 +47,9 @@ where
     let spectrum = options.dispersion.spectrum(&mut storage);
     let mut jobs = Vec::new();
     let mut pixels = 0;
-    for screen in cave.screens() {
+    for pictured in cave.pictured() {
         for observer in eyes {
-            let view = view(screen, observer)?;
+            let view = view(pictured, observer)?;
             let renderer = renderer(scene, observer, options, spectrum)?;
             pixels += u64::from(view.columns()) * u64::from(view.rows());
             jobs.extend(tiles(&view, options.tile).map(|tile| (view, renderer, tile)));

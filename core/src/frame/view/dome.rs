@@ -6,7 +6,7 @@ pub use error::DomeError;
 pub use projection::{DomePose, DomeProjection, MirrorCamera};
 pub(crate) use ray_row::RayRow;
 
-use super::{CylinderScreen, Directions, DomeScreen, OnePoint, View};
+use super::{Beam, CylinderScreen, Directions, DomeScreen, OnePoint, View};
 use crate::capture::{equidistant, fisheye_equisolid, mirror_ball};
 use crate::frame::tile::BLOCK;
 use crate::numeric::{largest_magnitude, map3, max, min, sines_and_cosines, sqrt};
@@ -36,6 +36,9 @@ enum Shape {
     Dome(Vec3),
     /// A cylinder, in place of the projection, the same way.
     Cylinder(Vec3, Unrolled),
+    /// What a beam lights, whose steps are in place of the axes: the centre the same way, the lens
+    /// from there, in radii, and whether it is a cylinder about the room's +Y.
+    Lit(Vec3, Vec3, bool),
 }
 
 /// The pixels of a cylinder's inside.
@@ -190,6 +193,38 @@ impl Dome {
         })
     }
 
+    /// Returns the rays from the same eye to what a beam's pixels light of the screen.
+    pub(super) fn lit_by(&self, beam: Beam) -> Result<Self, DomeError> {
+        let (centre, is_cylinder) = match self.screen {
+            Shape::Dome(centre) => (centre, false),
+            Shape::Cylinder(centre, _) if self.pose.room_from_capture.y_axis == Vec3::Y => {
+                (centre, true)
+            }
+            _ => return Err(DomeError::Beam),
+        };
+        let mut sides = beam.size.into_iter();
+        if let Some(size) = sides.find(|side| !(1..=View::MOST_PIXELS).contains(side)) {
+            return Err(DomeError::Size { size });
+        }
+        let last = beam.size.map(|side| (side - 1) as u16);
+        let axes = Mat3::from_cols(beam.column_step, beam.row_step, beam.first_pixel);
+        let lines = axes.determinant();
+        let is_traceable = largest_magnitude(beam.lens) <= CylinderScreen::HIGHEST;
+        if !(is_traceable && beam.lens.is_finite() && lines.is_finite() && lines != 0.0) {
+            return Err(DomeError::Beam);
+        }
+        let pose = DomePose {
+            room_from_capture: axes,
+            ..self.pose
+        };
+        Ok(Self {
+            pose,
+            last,
+            screen: Shape::Lit(centre, beam.lens, is_cylinder),
+            ..*self
+        })
+    }
+
     fn side(&self) -> f32 {
         let [last, _] = self.last;
         f32::from(last) + 1.0
@@ -264,12 +299,14 @@ impl Dome {
         axes: [[f32; 3]; 3],
         direction: [L::F; 3],
     ) -> [L::F; 3] {
-        let x = turned(l, axes, 0, direction);
-        let y = turned(l, axes, 1, direction);
-        let z = turned(l, axes, 2, direction);
+        let turned = map3([0, 1, 2], |axis| turned(l, axes, axis, direction));
+        let [x, y, z] = match self.screen {
+            Shape::Lit(_, lens, is_cylinder) => inside(l, lens, turned, is_cylinder),
+            _ => turned,
+        };
         match self.screen {
             Shape::None(_) => [x, y, z],
-            Shape::Dome(centre) | Shape::Cylinder(centre, _) => {
+            Shape::Dome(centre) | Shape::Cylinder(centre, _) | Shape::Lit(centre, ..) => {
                 let [cx, cy, cz] = centre.to_array();
                 [
                     l.add(l.splat(cx), x),
@@ -281,9 +318,12 @@ impl Dome {
     }
 
     /// Returns (u, v) for points of the picture, and their distances from its centre; on a cylinder
-    /// angles from the middle, heights, and 0.
+    /// angles from the middle, heights, and 0; of a beam pixels and 0.
     #[inline(always)]
     fn place<const W: usize, L: Lanes<W>>(&self, l: L, x: L::F, y: L::F) -> [L::F; 3] {
+        if let Shape::Lit(..) = &self.screen {
+            return [x, y, l.splat(0.0)];
+        }
         let (side, two) = (l.splat(self.side()), l.splat(2.0));
         let last = l.splat(self.side() - 1.0);
         if let Shape::Cylinder(_, cylinder) = &self.screen {
@@ -313,6 +353,10 @@ impl Dome {
                 let (sin, cos) = sines_and_cosines(l, l.min(l.abs(angle), l.splat(PI)));
                 let sin = l.select(l.le(angle, zero), l.sub(zero, sin), sin);
                 return (None, [sin, height, l.sub(zero, cos)]);
+            }
+            Shape::Lit(..) => {
+                let [x, y, _] = pixel;
+                return (None, [x, y, l.splat(1.0)]);
             }
         };
         match &self.projection {
@@ -373,6 +417,35 @@ fn back_inside<const W: usize, L: Lanes<W>>(l: L, [u, v, radius]: [L::F; 3]) -> 
     let past = l.mul(radius, l.splat(BACK_INSIDE));
     let past = l.select(l.le(radius, l.splat(1.0)), l.splat(1.0), past);
     [l.div(u, past), l.div(v, past), l.div(radius, past)]
+}
+
+/// Returns where lines from a lens leave the unit sphere, or the unit cylinder about +Y; for lines
+/// past it about where they come nearest. Lines along the axis end far away.
+#[inline(always)]
+fn inside<const W: usize, L: Lanes<W>>(
+    l: L,
+    lens: Vec3,
+    line: [L::F; 3],
+    is_cylinder: bool,
+) -> [L::F; 3] {
+    /// Least square of a line's length across the axis.
+    const ACROSS: f32 = 1.0e-12;
+    let along = l.splat(if is_cylinder { 0.0 } else { 1.0 });
+    let lens = map3(lens.to_array(), |part| l.splat(part));
+    let dot = |[ax, ay, az]: [L::F; 3], [bx, by, bz]: [L::F; 3]| {
+        let level = l.add(l.mul(ax, bx), l.mul(az, bz));
+        l.add(level, l.mul(along, l.mul(ay, by)))
+    };
+    let length = l.max(dot(line, line), l.splat(ACROSS));
+    let half = dot(lens, line);
+    let outside = l.sub(dot(lens, lens), l.splat(1.0));
+    let left = l.sub(l.mul(half, half), l.mul(length, outside));
+    let root = l.sqrt(l.max(left, l.splat(0.0)));
+    let t = l.div(l.sub(root, half), length);
+    map3([0, 1, 2], |axis: usize| {
+        let axis = axis % 3;
+        l.add(lens[axis], l.mul(t, line[axis]))
+    })
 }
 
 /// Returns one component of a vector along the axes.

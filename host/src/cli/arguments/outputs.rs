@@ -1,6 +1,6 @@
 //! Arguments of commands that show pictures on monitors.
 
-use crate::cave::Eye;
+use crate::cave::{Cave, Eye};
 use crate::cli::arguments::choices;
 use crate::cli::prelude::*;
 use crate::outputs::{Output, Outputs, OutputsName, Placing};
@@ -16,6 +16,90 @@ pub struct OutputsArguments {
     /// Who places the windows of --outputs
     #[arg(long, value_enum, default_value = "override", requires = "outputs")]
     window: Placing,
+}
+
+/// `--project`, for commands that trace what outputs show.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct ProjectArguments {
+    /// How the pixels of projectors are made [default: per screen what takes fewer rays]
+    #[arg(long, value_enum, requires = "outputs")]
+    project: Option<Project>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Project {
+    /// From the pictures of their screens
+    Warp,
+    /// By rays of their own, which needs --view none
+    Direct,
+}
+
+impl ProjectArguments {
+    /// Returns the names of the projectors whose own pixels are to be traced. Where screens are
+    /// looked at, too, (`needs_screens`) there are none.
+    pub fn direct(
+        self,
+        outputs: &OutputsArguments,
+        cave: &Cave,
+        needs_screens: bool,
+    ) -> Result<Vec<String>, Failure> {
+        let (is_asked, mut names) = (self.project == Some(Project::Direct), Vec::new());
+        let Some(outputs) = outputs
+            .outputs
+            .as_ref()
+            .filter(|_| self.project != Some(Project::Warp))
+        else {
+            return Ok(names);
+        };
+        if needs_screens {
+            return if is_asked {
+                Err(misuse!(
+                    "--project direct leaves no pictures of screens: give --view none"
+                ))
+            } else {
+                Ok(names)
+            };
+        }
+        let outputs = outputs.load()?;
+        let shows = |name: &str| outputs.iter().any(|output| output.show == name);
+        for screen in cave.screens() {
+            let mut own = Vec::new();
+            for projector in cave.projectors.iter().filter(|one| shows(&one.name)) {
+                if cave.screen_of(projector)? == screen {
+                    own.push(projector);
+                }
+            }
+            if own.is_empty() {
+                continue;
+            }
+            let mut able = own.iter().map(|projector| cave.can_be_direct(projector));
+            match able.find_map(Result::err) {
+                Some(fault) if is_asked => return Err(fault.into()),
+                None if is_asked && shows(screen.name()) => {
+                    return Err(misuse!(
+                        "--project direct leaves no picture of \"{}\", which a monitor shows as \
+                         it is: leave that output out, or give --project warp",
+                        screen.name()
+                    ));
+                }
+                Some(_) => {}
+                None => {
+                    let pixels = own.iter().map(|one| one.resolution.map(u64::from));
+                    let pixels: u64 = pixels.map(|[columns, rows]| columns * rows).sum();
+                    if is_asked || pixels <= screen.pixels() && !shows(screen.name()) {
+                        names.extend(own.iter().map(|one| one.name.clone()));
+                    }
+                }
+            }
+        }
+        if is_asked && names.is_empty() {
+            return Err(misuse!(
+                "--project direct is for projectors, and --outputs names none: name a projector of \
+                 the room"
+            ));
+        }
+        Ok(names)
+    }
 }
 
 choices!(Placing {

@@ -2,7 +2,7 @@
 
 use super::Arguments;
 use super::watch::Watched;
-use crate::cave::Screen;
+use crate::cave::Pictured;
 use crate::cli::arguments::filling::Fill;
 use crate::cli::arguments::lod::Choice;
 use crate::cli::arguments::source::Shown;
@@ -209,7 +209,7 @@ impl Report {
             shown: prepared.shown.clone(),
             tracker: arguments.tracker.to_string(),
             size: arguments.live.room.size,
-            pixels: prepared.cave.screens().map(Screen::pixels).sum(),
+            pixels: prepared.cave.pictured().map(Pictured::pixels).sum(),
             lod: prepared.arguments.lod.name(),
             hz: prepared.hz,
             budget: prepared.budget.to_string(),

@@ -3,7 +3,7 @@
 use super::capture::LiveCapture;
 use super::deal::{Group, LiveTile};
 use crate::bake::Stage;
-use crate::cave::{Cave, Screen};
+use crate::cave::{Cave, Pictured};
 use crate::live::lock;
 use crate::live::swap::Share;
 use crate::render::Observer;
@@ -44,15 +44,15 @@ impl<'s, const W: usize> Plan<'s, W> {
     }
 }
 
-/// Returns the screens and eyes of a share's pictures, with the number of the screen.
+/// Returns what a share's pictures are of, and the eyes, with the number of the first.
 pub(super) fn pairs<'c>(
     cave: &'c Cave,
     eyes: &'c [Observer],
     share: Share,
-) -> impl Iterator<Item = (usize, Screen<'c>, &'c Observer)> {
-    let count = cave.screens().count() * eyes.len();
-    let screens = cave.screens().enumerate();
-    let pairs = screens.flat_map(move |(n, screen)| eyes.iter().map(move |eye| (n, screen, eye)));
+) -> impl Iterator<Item = (usize, Pictured<'c>, &'c Observer)> {
+    let count = cave.pictured().count() * eyes.len();
+    let all = cave.pictured().enumerate();
+    let pairs = all.flat_map(move |(n, of)| eyes.iter().map(move |eye| (n, of, eye)));
     let own = pairs.enumerate();
     own.filter(move |(pair, _)| share.has(*pair, count))
         .map(|(_, pair)| pair)

@@ -11,8 +11,13 @@ const MARGIN: Duration = Duration::from_micros(700);
 
 const SHORTEST: Duration = Duration::from_micros(1);
 
+/// The time before a refresh at which a display has a frame: at first, and at least.
+const LEADS: [Duration; 2] = [Duration::from_millis(2), Duration::from_millis(1)];
+
 pub(super) struct Pacing {
     pub(super) period: Duration,
+    /// How long before its refresh a frame is done at the latest.
+    lead: Duration,
     start: Instant,
     /// The next refresh, counted from 1 after the start.
     pub(super) next: u64,
@@ -30,6 +35,7 @@ impl Pacing {
     pub(super) fn new(period: Duration) -> Self {
         Self {
             period: period.max(SHORTEST),
+            lead: Duration::ZERO,
             start: Instant::now(),
             next: 1,
             traced: [Duration::ZERO; REMEMBERED],
@@ -45,13 +51,33 @@ impl Pacing {
         self.known = 0;
     }
 
+    /// Keeps a lead from now on, for a display that is given frames before their refresh.
+    pub(super) const fn keep_lead(&mut self) {
+        [self.lead, _] = LEADS;
+    }
+
+    /// Learns whether a display showed a frame late that it had in time: longer leads are given
+    /// back slowly, so that one frame in some 200 is late where the least lead does not do.
+    pub(super) fn learn_lead(&mut self, is_late: bool) {
+        self.lead = if is_late {
+            (self.lead * 3 / 2).min(self.period / 2)
+        } else {
+            (self.lead * 511 / 512).max(LEADS[1].min(self.lead))
+        };
+    }
+
     pub(super) fn learn(&mut self, traced: Duration) {
-        self.traced[self.known % REMEMBERED] = traced;
+        self.traced[self.known % REMEMBERED] = traced + self.lead;
         self.known += 1;
     }
 
     pub(super) fn at(&self, refresh: u64) -> Instant {
         self.start + self.span(refresh)
+    }
+
+    /// Returns the time in which a frame of this many refreshes is done.
+    pub(super) const fn time(&self, refreshes: u64) -> Duration {
+        self.span(refreshes).saturating_sub(self.lead)
     }
 
     const fn span(&self, refreshes: u64) -> Duration {
@@ -96,7 +122,8 @@ impl Pacing {
 
     /// Returns the refresh at which a frame that is done at a time is shown.
     pub(super) fn shown(&self, done: Instant) -> u64 {
-        self.refreshes(self.elapsed(done)).max(self.next)
+        self.refreshes(self.elapsed(done) + self.lead)
+            .max(self.next)
     }
 
     /// Returns the refresh at which a frame is shown that was meant for `shown` but is only shown
@@ -210,6 +237,23 @@ mod tests {
             pacing.advance(4, at(now));
             assert_eq!(pacing.next, next);
         }
+        // A frame that is done within the lead is for the refresh after, and late frames begin
+        // earlier: as long as others are in time, by less and less.
+        let begin = pacing.schedule().begin;
+        pacing.keep_lead();
+        assert_eq!([pacing.shown(at(7.7)), pacing.shown(at(7.9))], [8, 9]);
+        for (is_late, count, lead) in [
+            (true, 1, 0.3),
+            (true, 9, 0.5),
+            (false, 200, 0.34),
+            (false, 2_000, 0.1),
+        ] {
+            (0..count).for_each(|_| pacing.learn_lead(is_late));
+            pacing.learn(periods(0.5));
+            let found = pacing.time(1).as_secs_f64() / PERIOD.as_secs_f64();
+            assert!((found - (1.0 - lead)).abs() < 0.01, "{found} {lead}");
+        }
+        assert!(pacing.schedule().begin < begin);
         // A display's refreshes are the truth.
         let refresh = Refresh {
             shown: at(7.4),

@@ -76,6 +76,7 @@ impl Counts {
         PaneReport {
             shows: output.show.clone(),
             monitor: output.monitor.clone(),
+            direct: None,
             hz,
             shown: count.shown,
             late: count.late,

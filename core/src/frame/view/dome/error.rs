@@ -66,6 +66,14 @@ pub enum DomeError {
         CylinderScreen::HIGHEST
     )]
     Heights { low: f32, height: f32 },
+    /// A beam whose pixels have no area or whose lens is more than [`CylinderScreen::HIGHEST`] radii
+    /// away, or a screen that is no dome and no cylinder about the room's +Y.
+    #[error(
+        "no beam lights the screen: give steps of pixels in three directions, a lens within {} \
+         radii, and a dome or an upright cylinder",
+        CylinderScreen::HIGHEST
+    )]
+    Beam,
     /// An eye farther from the screen's centre or axis than [`DomeScreen::FARTHEST_EYE`].
     #[error(
         "the eye is at {eye}, {distance} radii from the dome screen's centre: give a place within {} \
