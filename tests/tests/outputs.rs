@@ -19,17 +19,17 @@ struct Wall {
     connection: RustConnection,
     root: u32,
     /// Columns and rows of each.
-    side: u16,
+    size: [u16; 2],
 }
 
 impl Wall {
-    fn new(server: &Server, side: u16, monitors: &[&str]) -> Self {
+    fn new(server: &Server, size: [u16; 2], monitors: &[&str]) -> Self {
         let (connection, screen) = x11rb::connect(Some(&server.name)).expect("a server");
         let root = connection.setup().roots[screen].root;
         let wall = Self {
             connection,
             root,
-            side,
+            size,
         };
         for (number, name) in monitors.iter().enumerate() {
             wall.add(name, number);
@@ -47,10 +47,10 @@ impl Wall {
             name: self.atom(name),
             primary: false,
             automatic: false,
-            x: number as i16 * self.side as i16,
+            x: number as i16 * self.size[0] as i16,
             y: 0,
-            width: self.side,
-            height: self.side,
+            width: self.size[0],
+            height: self.size[1],
             width_in_millimeters: 300,
             height_in_millimeters: 300,
             outputs: Vec::new(),
@@ -69,10 +69,9 @@ impl Wall {
 
     /// Returns what a monitor shows: 0xRRGGBB, row by row.
     fn seen(&self, number: usize) -> Vec<u32> {
-        let (side, x) = (self.side, number as i16 * self.side as i16);
-        let image =
-            self.connection
-                .get_image(ImageFormat::Z_PIXMAP, self.root, x, 0, side, side, !0);
+        let ([width, height], x) = (self.size, number as i16 * self.size[0] as i16);
+        let format = ImageFormat::Z_PIXMAP;
+        let image = (self.connection).get_image(format, self.root, x, 0, width, height, !0);
         let bytes = image.expect("a request").reply().expect("a picture").data;
         let pixels = bytes.as_chunks().0.iter().copied().map(u32::from_le_bytes);
         pixels.map(|pixel| pixel & 0x00FF_FFFF).collect()
@@ -122,7 +121,7 @@ const THREE: &str = "--outputs front=wall0,right=wall1,floor=wall2";
 #[ignore = "tests/window/run runs it: it needs Xvfb"]
 fn each_monitor_shows_its_screen_and_all_show_a_frame_at_one_refresh() {
     let (folder, server) = (pictures(), Server::of("768x256"));
-    let wall = Wall::new(&server, 256, &["wall0", "wall1", "wall2"]);
+    let wall = Wall::new(&server, [256; 2], &["wall0", "wall1", "wall2"]);
     let shown = start(
         folder.path(),
         &server,
@@ -149,7 +148,7 @@ fn each_monitor_shows_its_screen_and_all_show_a_frame_at_one_refresh() {
 fn a_monitor_that_goes_and_comes_back_and_a_server_that_dies_are_told_of() {
     let (folder, server) = (pictures(), Server::of("768x256"));
     let other = Server::of("256x256");
-    let wall = Wall::new(&server, 256, &["wall0", "wall1"]);
+    let wall = Wall::new(&server, [256; 2], &["wall0", "wall1"]);
     let outputs = format!(
         "[[output]]\nshow = \"front\"\nmonitor = \"wall0\"\n\
          [[output]]\nshow = \"right\"\nmonitor = \"wall1\"\n\
@@ -186,7 +185,7 @@ fn a_monitor_that_goes_and_comes_back_and_a_server_that_dies_are_told_of() {
 #[ignore = "tests/window/run runs it: it needs Xvfb"]
 fn frames_follow_the_refresh_and_eyes_take_turns() {
     let (folder, server) = (folder(), Server::of("120x40"));
-    let wall = Wall::new(&server, 40, &["wall0", "wall1", "wall2"]);
+    let wall = Wall::new(&server, [40; 2], &["wall0", "wall1", "wall2"]);
     let words = format!(
         "run --scene A --size 40 {THREE} --stereo sequential --view none --seconds 5 --lod off \
          --budget 8ms --record log"
@@ -214,7 +213,7 @@ fn frames_follow_the_refresh_and_eyes_take_turns() {
 #[ignore = "tests/window/run runs it: it needs Xvfb"]
 fn a_monitor_that_is_not_there_is_named_beside_those_that_are() {
     let (folder, server) = (pictures(), Server::of("768x256"));
-    let _wall = Wall::new(&server, 256, &["wall0", "wall1"]);
+    let _wall = Wall::new(&server, [256; 2], &["wall0", "wall1"]);
     let mut command = line(folder.path(), "show shisen-out --outputs front=HDMI-7");
     let said = refusal(command.env("DISPLAY", &server.name), 1);
     for part in ["no monitor HDMI-7", "wall0 (256 × 256)", "wall1"] {
@@ -228,5 +227,90 @@ fn a_monitor_that_is_not_there_is_named_beside_those_that_are() {
     assert!(
         said.contains("wall0 is to show \"front\" and \"right\""),
         "{said}"
+    );
+}
+
+/// Positions of four projectors before a wall of 3.6 × 1.5 m at z = −2 that look straight at it, and
+/// half their picture's width at distance 1.
+const POSITIONS: [[f64; 3]; 4] = [
+    [-0.85, 1.1, 0.0],
+    [0.85, 1.1, 0.1],
+    [-0.85, 0.4, 0.05],
+    [0.85, 0.4, -0.05],
+];
+const HALF: f64 = 0.55;
+
+#[test]
+#[ignore = "tests/window/run runs it: it needs Xvfb"]
+fn the_light_of_what_monitors_are_given_adds_up() {
+    let (folder, server) = (folder(), Server::of("1024x192"));
+    let names = ["wall0", "wall1", "wall2", "wall3"];
+    let wall = Wall::new(&server, [256, 192], &names);
+    let mut room = "[[wall]]\nname = \"front\"\nlower_left = [-1.8, 0, -2]\n\
+                    lower_right = [1.8, 0, -2]\nupper_left = [-1.8, 1.5, -2]\n"
+        .to_owned();
+    for (name, position) in names.iter().zip(POSITIONS) {
+        room += &format!(
+            "[[projector]]\nname = \"{name}\"\nposition = {position:?}\nlook = [0, 0, -1]\n\
+             throw = {}\nresolution = [256, 192]\ngamma = 2.2\n",
+            0.5 / HALF
+        );
+    }
+    std::fs::write(folder.path().join("room.toml"), room).expect("a file");
+    let outputs = names.map(|name| format!("{name}={name}")).join(",");
+    let words = format!("test-pattern grey-100 --walls room.toml --outputs {outputs} --seconds 6");
+    let shown = start(folder.path(), &server, &words);
+    let all = || {
+        let all = [0, 1, 2, 3].map(|number| wall.seen(number));
+        all.iter()
+            .all(|one| one.contains(&0x00FF_FFFF))
+            .then_some(all)
+    };
+    let codes = until(all);
+    drop(finish(shown));
+    // The light at points of the wall, bilinear between the pixels of each picture.
+    let light = |number: usize, x: f64, y: f64| {
+        let [px, py, pz] = POSITIONS[number];
+        let half = HALF * (pz + 2.0);
+        let place = [(x - px) / half, (py - y) / (half * 0.75)].map(|at| 0.5 * at + 0.5);
+        let depth = place
+            .map(|at| at.min(1.0 - at))
+            .into_iter()
+            .fold(1.0, f64::min);
+        let [x, y] = [place[0] * 256.0 - 0.5, place[1] * 192.0 - 0.5];
+        let pixel = |x: f64, y: f64| {
+            let [x, y] = [x.clamp(0.0, 255.0), y.clamp(0.0, 191.0)];
+            let code = codes[number][y as usize * 256 + x as usize] & 0xFF;
+            (f64::from(code) / 255.0).powf(2.2)
+        };
+        let (left, above) = (x.floor(), y.floor());
+        let row = |y| pixel(left, y) + (x - left) * (pixel(left + 1.0, y) - pixel(left, y));
+        (
+            row(above) + (y - above) * (row(above + 1.0) - row(above)),
+            depth,
+        )
+    };
+    let (mut worst, mut tried) = (0.0_f64, 0);
+    for (column, row) in (0..180).flat_map(|x| (0..75).map(move |y| (x, y))) {
+        let (x, y) = (
+            0.02 * f64::from(column) - 1.79,
+            0.02 * f64::from(row) + 0.01,
+        );
+        let lights = [0, 1, 2, 3].map(|number| light(number, x, y));
+        let inside = lights.iter().filter(|(_, depth)| *depth > 0.02).count();
+        let near = lights
+            .iter()
+            .filter(|(_, depth)| depth.abs() <= 0.02)
+            .count();
+        if inside > 0 && near < 2 {
+            let lit = lights.iter().filter(|(_, depth)| *depth > 0.0);
+            let sum: f64 = lit.map(|(light, _)| light).sum();
+            worst = worst.max(255.0 * (sum.powf(1.0 / 2.2) - 1.0).abs());
+            tried += 1;
+        }
+    }
+    assert!(
+        worst <= 1.0 && tried > 8_000,
+        "{worst} codes at the worst of {tried} points"
     );
 }

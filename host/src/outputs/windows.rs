@@ -422,7 +422,9 @@ impl Outputs {
                 self.servers[server].silent = false;
                 let mut panes = self.panes.iter_mut();
                 let shown = panes.find(|one| one.server == server && one.pane == pane);
-                if let Some(shown) = shown.filter(|_| serial == turns::serial(self.frame, 0)) {
+                let shown = shown.filter(|_| serial == turns::serial(self.frame, 0));
+                // An eye that comes too late for its turn has another.
+                if let Some(shown) = shown.filter(|one| !skipped || one.pixels.len() == 1) {
                     let wanted = shown.awaited.take();
                     if !skipped {
                         shown.newest = Some((at, refresh));
