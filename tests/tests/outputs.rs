@@ -246,16 +246,16 @@ fn the_light_of_what_monitors_are_given_adds_up() {
     let (folder, server) = (folder(), Server::of("1024x192"));
     let names = ["wall0", "wall1", "wall2", "wall3"];
     let wall = Wall::new(&server, [256, 192], &names);
-    let mut room = "[[wall]]\nname = \"front\"\nlower_left = [-1.8, 0, -2]\n\
-                    lower_right = [1.8, 0, -2]\nupper_left = [-1.8, 1.5, -2]\n"
-        .to_owned();
-    for (name, position) in names.iter().zip(POSITIONS) {
-        room += &format!(
+    let screen = "[[wall]]\nname = \"front\"\nlower_left = [-1.8, 0, -2]\n\
+                  lower_right = [1.8, 0, -2]\nupper_left = [-1.8, 1.5, -2]\n";
+    let projectors = names.iter().zip(POSITIONS).map(|(name, position)| {
+        format!(
             "[[projector]]\nname = \"{name}\"\nposition = {position:?}\nlook = [0, 0, -1]\n\
              throw = {}\nresolution = [256, 192]\ngamma = 2.2\n",
             0.5 / HALF
-        );
-    }
+        )
+    });
+    let room = screen.to_owned() + &projectors.collect::<String>();
     std::fs::write(folder.path().join("room.toml"), room).expect("a file");
     let outputs = names.map(|name| format!("{name}={name}")).join(",");
     let words = format!("test-pattern grey-100 --walls room.toml --outputs {outputs} --seconds 6");

@@ -40,6 +40,8 @@ enum Format {
     Bourke,
     /// MPCDI 1.0, profile a3
     Mpcdi,
+    /// MPCDI 2.0, profile a3
+    Mpcdi2,
 }
 
 /// A warp.
@@ -47,7 +49,7 @@ enum Format {
 pub(in crate::cli) struct Report {
     /// File of the warp.
     path: String,
-    /// bourke or mpcdi.
+    /// bourke, mpcdi or mpcdi2.
     format: Format,
     /// Profile of MPCDI; null for bourke.
     profile: Option<&'static str>,
@@ -77,7 +79,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let resolution = projector.map_or([1; 2], |one| one.resolution);
     let (nodes, grid) = match arguments.format {
         Format::Bourke => (Nodes::Corners, [80, 60]),
-        Format::Mpcdi => (Nodes::Centres, resolution),
+        Format::Mpcdi | Format::Mpcdi2 => (Nodes::Centres, resolution),
     };
     let grid = arguments.grid.unwrap_or(grid);
     let warp = Warp::new(blend, &name, grid, nodes).map_err(|error| match error.key {
@@ -87,7 +89,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = &arguments.out;
     write_atomically(path, |file| match arguments.format {
         Format::Bourke => bourke::write(&warp, file),
-        Format::Mpcdi => mpcdi::write(&warp, file),
+        Format::Mpcdi => mpcdi::write(&warp, mpcdi::Version::One, file),
+        Format::Mpcdi2 => mpcdi::write(&warp, mpcdi::Version::Two, file),
     })
     .map_err(Fault::write(path))?;
     let drawn = warp.drawn();
@@ -95,7 +98,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let report = Report {
         path: path.display().to_string(),
         format: arguments.format,
-        profile: (arguments.format == Format::Mpcdi).then_some("a3"),
+        profile: (arguments.format != Format::Bourke).then_some("a3"),
         screen: warp.screen().name().to_owned(),
         projector: name,
         columns,

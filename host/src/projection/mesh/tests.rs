@@ -1,5 +1,6 @@
 use super::*;
 use crate::cave::Cave;
+use crate::projection::warp::mpcdi::Version;
 use crate::projection::warp::{self, Nodes, Warp};
 use std::fs;
 use std::io::{Cursor, Write as _};
@@ -30,9 +31,13 @@ fn meshes_are_read_as_they_are_written() {
     let mut bytes = Vec::new();
     warp::bourke::write(&warp([40, 30], Nodes::Corners), &mut bytes).unwrap();
     fs::write(folder.join("left.data"), &bytes).unwrap();
-    let mut archive = Cursor::new(Vec::new());
-    warp::mpcdi::write(&warp([64, 48], Nodes::Centres), &mut archive).unwrap();
-    fs::write(folder.join("left.mpcdi"), archive.get_ref()).unwrap();
+    let written = [(Version::One, "left.mpcdi"), (Version::Two, "two.mpcdi")];
+    let [archive, _] = written.map(|(version, name)| {
+        let mut archive = Cursor::new(Vec::new());
+        warp::mpcdi::write(&warp([64, 48], Nodes::Centres), version, &mut archive).unwrap();
+        fs::write(folder.join(name), archive.get_ref()).unwrap();
+        archive
+    });
     let unpacked = folder.join("unpacked");
     zip::ZipArchive::new(archive)
         .unwrap()
@@ -41,6 +46,7 @@ fn meshes_are_read_as_they_are_written() {
     for (mesh, near, light) in [
         ("left.data", 2e-4, 2e-2),
         ("left.mpcdi", 1e-5, 6e-3),
+        ("two.mpcdi", 1e-5, 6e-3),
         ("unpacked", 1e-5, 6e-3),
         ("unpacked/mpcdi.xml", 1e-5, 6e-3),
         ("unpacked/left.pfm", 1e-5, 1.0),

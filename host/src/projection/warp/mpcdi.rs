@@ -1,4 +1,4 @@
-//! MPCDI 1.0, VESA's interchange of projector calibrations: an archive of `mpcdi.xml`, a PFM of
+//! MPCDI 1.0 and 2.0, VESA's interchange of projector calibrations: an archive of `mpcdi.xml`, a PFM of
 //! points and a PNG of weights.
 //!
 //! The profile is `a3`, advanced 3D: each value of the PFM is where the middle of a cell of the
@@ -24,6 +24,15 @@ const DATE: &str = "1980-01-01 00:00:00";
 
 const DESCRIPTION: &str = "mpcdi.xml";
 
+/// The version of the format. They differ in the root's attributes and one's letters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Version {
+    /// 1.0, of 2013.
+    One,
+    /// 2.0, of 2015: geometry of level 2, colour of level 1.
+    Two,
+}
+
 /// Gamma of the maps' codes.
 const GAMMA: f64 = 2.2;
 
@@ -31,7 +40,7 @@ const GAMMA: f64 = 2.2;
 ///
 /// # Errors
 /// What writing reports.
-pub fn write(warp: &Warp<'_>, to: impl Write + Seek) -> io::Result<()> {
+pub fn write(warp: &Warp<'_>, version: Version, to: impl Write + Seek) -> io::Result<()> {
     let name = &warp.projector().name;
     let lights = lights_of(warp.blend);
     let lights = &lights[warp.member];
@@ -42,7 +51,8 @@ pub fn write(warp: &Warp<'_>, to: impl Write + Seek) -> io::Result<()> {
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(DateTime::default());
-    let xml = description(warp, &points, &weights, is_lifted.then_some(lifts.as_str()));
+    let lifts_file = is_lifted.then_some(lifts.as_str());
+    let xml = description(warp, version, &points, &weights, lifts_file);
     archive.start_file(DESCRIPTION, options)?;
     archive.write_all(xml.as_bytes())?;
     archive.start_file(points, options)?;
@@ -103,7 +113,22 @@ fn grey(
 }
 
 /// Returns the text of `mpcdi.xml`, without a line feed at its end.
-fn description(warp: &Warp<'_>, points: &str, weights: &str, lifts: Option<&str>) -> String {
+fn description(
+    warp: &Warp<'_>,
+    version: Version,
+    points: &str,
+    weights: &str,
+    lifts: Option<&str>,
+) -> String {
+    let (level, number, across, down) = match version {
+        Version::One => ("level=\"1\"", "1.0", "Xresolution", "Yresolution"),
+        Version::Two => (
+            "geometry=\"2\" color=\"1\"",
+            "2.0",
+            "xResolution",
+            "yResolution",
+        ),
+    };
     let projector = warp.projector();
     let [columns, rows] = projector.resolution;
     let screen = warp.screen().name();
@@ -113,10 +138,10 @@ fn description(warp: &Warp<'_>, points: &str, weights: &str, lifts: Option<&str>
     let beta = lifts.map_or_else(String::new, |lifts| map_element("betaMap", lifts));
     format!(
         r#"<?xml version="1.0" encoding="UTF-8"?>
-<MPCDI profile="a3" level="1" date="{DATE}" version="1.0">
+<MPCDI profile="a3" {level} date="{DATE}" version="{number}">
   <display>
-    <buffer id="{screen}" Xresolution="{columns}" Yresolution="{rows}">
-      <region id="{name}" Xresolution="{columns}" Yresolution="{rows}" x="0" y="0" xsize="1" ysize="1">
+    <buffer id="{screen}" {across}="{columns}" {down}="{rows}">
+      <region id="{name}" {across}="{columns}" {down}="{rows}" x="0" y="0" xsize="1" ysize="1">
 {pose}      </region>
     </buffer>
   </display>
