@@ -13,6 +13,7 @@ mod layout;
 mod levels;
 mod light;
 mod material;
+mod nested;
 mod stage;
 mod tangents;
 mod tree;
@@ -90,8 +91,8 @@ pub enum BakeError {
     )]
     Radius { object: usize },
     #[error(
-        "material {material} (counted from 0) has a priority, but only the first {MOST_NESTED} can: \
-         describe it before others"
+        "material {material} (counted from 0) has a priority, but only the first {MOST_NESTED} can: in \
+         a scene file they are in the order of their names, so give it one that sorts first"
     )]
     Nested { material: usize },
     #[error("the scene holds a value that the tracer refuses: {0}")]
@@ -209,6 +210,10 @@ where
         tables.ambient = scene.ambient;
         tables.stack_entries = stack_entries as u32;
         tables.add_default_material();
+        let has_priorities = tables.materials.iter().any(|one| one.priority > 0);
+        if !has_priorities && nested::may_nest(scene, &boxes) {
+            tables.nest_materials();
+        }
         let mut background = background(&scene.background);
         if let Some(environment) = &scene.environment {
             background.image = tables.add_environment(environment);

@@ -11,6 +11,7 @@ use shisen::scene::texture::{Pattern, Texture};
 use shisen::scene::{Background, Light, Scene, Shape};
 use shisen_core::Simd;
 use shisen_core::frame::{Budget, LEAST_WEIGHT, MAX_DEPTH, Pixel, Workspace};
+use shisen_core::scene::EffectSet;
 use shisen_core::shape::Ray;
 use shisen_core::trace::Tracer;
 use shisen_tests::scenes::{empty, object};
@@ -90,13 +91,23 @@ fn add_wall(scene: &mut Scene, half: f32, [from, to]: [f32; 2], material: Materi
 
 /// Returns what the eye sees, the same in both layouts.
 fn seen(scene: &Scene, depth: u8, origin: [f32; 3], direction: [f32; 3]) -> Pixel {
+    seen_without(EffectSet::empty(), scene, depth, origin, direction)
+}
+
+fn seen_without(
+    effects: EffectSet,
+    scene: &Scene,
+    depth: u8,
+    origin: [f32; 3],
+    direction: [f32; 3],
+) -> Pixel {
     let ray = Ray::new(origin.into(), direction.into()).expect("a ray");
     let (mut budget, mut workspace) = (Budget::UNLIMITED, Workspace::new());
     let fast = Baked::<8>::new(scene).expect("a scene");
-    let tracer = Tracer::new(fast.scene(), Simd::detect(), depth);
+    let tracer = Tracer::new(fast.scene(), Simd::detect(), depth).without(effects);
     let pixel = tracer.radiance(&ray, &mut budget, &mut workspace);
     let compact = Baked::<4>::new(scene).expect("a scene");
-    let tracer = Tracer::new(compact.scene(), Simd::PORTABLE, depth);
+    let tracer = Tracer::new(compact.scene(), Simd::PORTABLE, depth).without(effects);
     assert_eq!(pixel, tracer.radiance(&ray, &mut budget, &mut workspace));
     pixel
 }
@@ -470,13 +481,19 @@ fn water_within_glass_bends_light_by_the_ratio_of_their_indices() {
     };
     let blue = [2.0, 1.0, 0.1];
     let found = nested(of(1.5, 1, [0.0; 3]), of(1.333, 2, blue));
-    // A border says the same by the ratio alone.
+    // Without the effect a border says the same by the ratio alone.
     let expected = nested(of(1.5, 0, [0.0; 3]), of(1.333 / 1.5, 0, blue));
-    // The second of two of one priority fills the place; a lower one has no border.
+    // The second of two of one priority, or of none, fills the place; a lower one has no border.
     let equal = nested(of(1.5, 3, [0.0; 3]), of(1.333, 3, blue));
+    let unsaid = nested(of(1.5, 0, [0.0; 3]), of(1.333, 0, blue));
     let lower = nested(of(1.5, 3, [0.0; 3]), of(1.333, 1, blue));
     let mut solid = nested(of(1.5, 0, [0.0; 3]), of(1.333, 0, blue));
     solid.objects.pop();
+    // More of the same changes nothing.
+    let mut onion = solid.clone();
+    for radius in [0.9, 0.8, 0.7] {
+        add_sphere(&mut onion, radius, DVec3::ZERO, of(1.5, 0, [0.0; 3]));
+    }
     // A stone is seen through all that is before it.
     let mut stone = nested(of(1.5, 1, [0.0; 3]), of(1.333, 2, blue));
     add_sphere(&mut stone, 0.3, DVec3::new(0.1, 0.05, 0.0), matt([1.0; 3]));
@@ -484,19 +501,27 @@ fn water_within_glass_bends_light_by_the_ratio_of_their_indices() {
     for step in 0..200 {
         let height = -0.99 + f64::from(step) / 100.0;
         let from = [0.05, height as f32, 5.0];
-        let look = |scene: &Scene| {
-            let pixel = seen(scene, 5, from, [0.0, 0.0, -1.0]);
-            DVec3::new(pixel.red.into(), pixel.green.into(), pixel.blue.into())
-        };
-        let [expected, alone] = [&expected, &solid].map(look);
+        let of = |pixel: Pixel| DVec3::new(pixel.red.into(), pixel.green.into(), pixel.blue.into());
+        let look = |scene: &Scene| of(seen(scene, 5, from, [0.0, 0.0, -1.0]));
+        let ratio = EffectSet::NESTED_MEDIA;
+        let expected = of(seen_without(ratio, &expected, 5, from, [0.0, 0.0, -1.0]));
+        let alone = look(&solid);
+        let peeled = of(seen(&onion, 12, from, [0.0, 0.0, -1.0]));
+        let whole = of(seen(&solid, 12, from, [0.0, 0.0, -1.0]));
+        assert!(
+            (peeled - whole).abs().max_element() < 2e-4,
+            "{height}: {peeled} {whole}"
+        );
         assert!(
             (look(&found) - expected).abs().max_element() < 2e-4,
             "{height}"
         );
-        assert!(
-            (look(&equal) - expected).abs().max_element() < 2e-4,
-            "{height}"
-        );
+        for one in [&equal, &unsaid] {
+            assert!(
+                (look(one) - expected).abs().max_element() < 2e-4,
+                "{height}"
+            );
+        }
         assert!(
             (look(&lower) - alone).abs().max_element() < 1e-6,
             "{height}"

@@ -3,7 +3,8 @@
 
 use crate::scene::format::Material;
 
-/// Most bodies that a ray can be in; further ones are as if they were not there.
+/// Most bodies that a ray can be in; further ones are as if they were not there. A fifth of one
+/// material is left where the fourth would be.
 const MOST: usize = 4;
 
 /// The clear bodies that a ray is in, in the order in which it has entered them: the numbers of

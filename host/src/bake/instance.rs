@@ -54,8 +54,8 @@ pub(super) fn instance(
     Ok((instance, slack))
 }
 
-/// Returns how the object casts a shadow, and whether it is smooth. Its mesh and material exist.
-fn flags(scene: &Scene, object: &Object) -> u32 {
+/// Returns an object's materials: its own, or those of its mesh. They exist.
+pub(super) fn materials_of<'s>(scene: &'s Scene, object: &Object) -> &'s [Material] {
     let own = object
         .material
         .map(|number| std::slice::from_ref(&scene.materials[number]));
@@ -63,7 +63,12 @@ fn flags(scene: &Scene, object: &Object) -> u32 {
         Shape::Mesh(number) => &scene.meshes[number].materials[..],
         _ => &[],
     };
-    let materials = own.unwrap_or(of_mesh);
+    own.unwrap_or(of_mesh)
+}
+
+/// Returns how the object casts a shadow, and whether it is smooth. Its mesh and material exist.
+fn flags(scene: &Scene, object: &Object) -> u32 {
+    let materials = materials_of(scene, object);
     let is_clear = |m: &Material| m.transmission != [0.0; 3];
     let occludes = materials.is_empty() || !materials.iter().all(is_clear);
     let veils = materials.iter().any(|m| is_clear(m) || m.alpha.is_some());

@@ -5,7 +5,8 @@ use super::levels::Levels;
 use crate::scene::material::{Cover, Material};
 use crate::scene::texture::{Image, Pattern, Texture, Wrap};
 use shisen_core::scene::format::{
-    self, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, ROUGH, effect, kind, reading, texture, wrap,
+    self, MOST_NESTED, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, ROUGH, effect, kind, reading, texture,
+    wrap,
 };
 use shisen_core::spectrum::line;
 use std::sync::Arc;
@@ -25,6 +26,16 @@ impl<const W: usize> Tables<W> {
         }
         if used {
             self.add_material(&Material::default(), &mut Textures::default());
+        }
+    }
+
+    /// Makes clear bodies nest, all with the same priority.
+    pub(super) fn nest_materials(&mut self) {
+        for material in self.materials.iter_mut().take(MOST_NESTED) {
+            if material.effects & effect::REFRACTION != 0 && material.index_of_refraction != 1.0 {
+                material.priority = 1;
+                material.effects |= effect::NESTED_MEDIA;
+            }
         }
     }
 

@@ -23,6 +23,11 @@ impl Bounds {
         high: [f32::NEG_INFINITY; 3],
     };
 
+    /// Returns whether two boxes have a point in common.
+    pub(super) fn meets(&self, other: &Self) -> bool {
+        (0..3).all(|axis| self.low[axis] <= other.high[axis] && other.low[axis] <= self.high[axis])
+    }
+
     /// Returns the box of a mesh's triangle.
     pub(super) fn of_triangle(mesh: &TriangleMesh, number: usize) -> Self {
         Self::of_points(mesh.triangles[number].map(|c| mesh.positions[c as usize]))

@@ -183,6 +183,14 @@ impl Scene {
         let animations = entry.animation.iter();
         let animations = animations.map(|one| read_animation(&check, one, &names));
         let animations = animations.collect::<Result<Vec<_>, _>>()?;
+        for (number, (object, clip)) in animations.iter().enumerate() {
+            let mut before = animations[..number].iter();
+            if before.any(|(other, before)| other == object && before.vies_with(clip)) {
+                let message = format!("\"{}\" has two animations of one property", clip.name);
+                let help = "write all keys of a property into one [[animation]]";
+                return check.refuse(message, help, entry.animation[number].span());
+            }
+        }
         let textures = read_textures(&check, &entry.textures, base_dir)?;
         let environment = read_environment(&check, &entry, base_dir)?;
         if let Some(environment) = &environment {

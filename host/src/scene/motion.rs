@@ -18,6 +18,7 @@ pub use track::{Interpolation, Property, Track, TrackError};
 
 use super::Scene;
 use glam::{DAffine3, DMat3, DQuat, DVec3, EulerRot};
+use std::mem::discriminant;
 
 /// The least magnitude of a scale. A node of scale 0 is not seen, yet its map can be undone.
 const LEAST_SCALE: f64 = 1.0e-6;
@@ -111,6 +112,16 @@ impl Clip {
             Course::Spin { seconds, .. } => seconds.abs(),
         });
         ends.fold(0.0, f64::max)
+    }
+
+    /// Returns whether both change one property of one node by keys.
+    pub(super) fn vies_with(&self, other: &Self) -> bool {
+        let keys = |channel: &Channel| match &channel.course {
+            Course::Track(track) => Some((channel.node, discriminant(&track.property()))),
+            Course::Spin { .. } => None,
+        };
+        let mut own = self.channels.iter().filter_map(keys);
+        own.any(|one| other.channels.iter().filter_map(keys).any(|two| two == one))
     }
 
     /// Returns how many nodes it moves, and of how many it changes the weights of morph targets.

@@ -174,11 +174,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     options.tile = 8;
     let Output { quiet, json, .. } = arguments.output;
     let frames = arguments.frames.unwrap_or(path.frames());
-    if let (Some(time), true) = (arguments.model.time, frames > 1 && path.frames() <= 1) {
-        return Err(misuse!(
-            "--time {time} lets the scene stand still, so that all {frames} pictures would be \
-             equal: leave out --time or --frames"
-        ));
+    if frames > 1 && path.frames() <= 1 && moving.is_none() {
+        if let Some(time) = arguments.model.time {
+            return Err(misuse!(
+                "--time {time} lets the scene stand still, so that all {frames} pictures would be \
+                 equal: leave out --time or --frames"
+            ));
+        }
+        warn(&format!("nothing moves: all {frames} pictures are equal"));
     }
     let (mut images, mut exr) = (Vec::new(), Vec::new());
     let (mut statistics, mut seconds) = (Statistics::default(), 0.0);

@@ -168,7 +168,7 @@ fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
         }
         EffectSet::ENVIRONMENT => "the background is no image",
         EffectSet::NORMAL_MAP => "no material has an image of normals",
-        EffectSet::NESTED_MEDIA => "no clear material has a priority",
+        EffectSet::NESTED_MEDIA => "no clear material has a priority, and no clear bodies meet",
         EffectSet::GRATICULE => "no material has meridians and parallels",
         _ => "nothing in the scene asks for it",
     }

@@ -219,7 +219,8 @@ alpha = 1.0 | yaw_degrees = 90 | `yaw_degrees` is for a background with an `imag
 alpha = 1.0 | strength = 2 | `strength` is for a background with an `image` only
 texture = "tiles" | normal_scale = 1 | `normal_scale` is for materials
 object = "animal" | object = "anmal" | no object "anmal"
-times = [0, 1.5, 3] | times = [0, 3, 1.5] | key 2 is at 1.5 s, after 3 s
+times = [0, 1.5, 3] | times = [0, 3, 1.5] | key 2 at 1.5 s, and not at 3 s or later
+spin = { axis = [0, 1, 0], seconds_per_turn = 8 } | times = [0]\nposition = [[0, 0, 0]] | two animations of one property | *
 times = [0, 1.5, 3] | times = [] | has 3 keys, `times` 0
 times = [0, 1.5, 3] | | an animation has either | *
 interpolation = "cubic" | spin = { seconds_per_turn = 2 } | an animation has either | *

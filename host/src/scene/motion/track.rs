@@ -59,7 +59,7 @@ pub struct Track {
 pub enum TrackError {
     #[error("has no keys")]
     NoKeys,
-    #[error("goes back in time: key {key} is at {time} s, after {before} s")]
+    #[error("has key {key} at {time} s, and not at {before} s or later")]
     Time { key: usize, before: f64, time: f64 },
     #[error("has {found} numbers for its keys, which need {needed}")]
     Count { found: usize, needed: usize },

@@ -59,11 +59,21 @@ impl Movement {
                 else {
                     continue;
                 };
-                is_weighed[number] |= matches!(track.property(), Property::Weights(_));
-                clip.channels.push(Channel {
-                    node: number,
-                    course: Course::Track(track),
-                });
+                let is_of_weights = matches!(track.property(), Property::Weights(_));
+                let one = Clip {
+                    channels: vec![Channel {
+                        node: number,
+                        course: Course::Track(track),
+                    }],
+                    ..Clip::default()
+                };
+                if clip.vies_with(&one) {
+                    let kind = "animation channel{s} of a property that another one moves";
+                    importer.unused.add(kind, 1);
+                    continue;
+                }
+                is_weighed[number] |= is_of_weights;
+                clip.channels.extend(one.channels);
             }
             if clip.channels.is_empty() {
                 importer.unused.add("animation{s} that can move nothing", 1);

@@ -204,6 +204,7 @@ const WRONG: &str = r#"7,"componentType":5126,"count":2 => 7,"componentType":512
 "node":4 => "node":9 => 1 animation channel of unknown nodes or properties
 "node":4,"path":"rotation" => "path":"pointer" => 1 animation channel of unknown nodes or properties
 "node":4,"path":"rotation" => "node":0,"path":"weights" => no morph targets
+"sampler":1,"target":{"node":1,"path":"weights"} => "sampler":0,"target":{"node":4,"path":"rotation"} => 1 animation channel of a property that another one moves
 "sampler":1 => "sampler":5 => animations[0]
 {"children":[4]} => {"children":[4,3]} => 1 animation channel of nodes outside the scene
 {"mesh":0} => {"mesh":0,"children":[4]} => more than one parent"#;
@@ -229,7 +230,7 @@ fn what_is_wrong_in_animations_is_told() {
         .unwrap_err()
         .to_string();
     assert!(
-        error.contains(r#""bend": channel 0 goes back in time: key 1 is at 2 s, after 3 s"#),
+        error.contains(r#""bend": channel 0 has key 1 at 2 s, and not at 3 s or later"#),
         "{error}"
     );
 }
