@@ -83,7 +83,7 @@
 //!
 //! | Feature | What it adds |
 //! |---|---|
-//! | `window`, by default | the window of `shisen run` and those on monitors, on X servers, on Unix |
+//! | `window`, by default | the window of `shisen run` and outputs on monitors, on Unix: X servers, and on Linux graphics cards |
 //! | `cluster` | `live::Mpi`: walls on several machines; links a library of the system's for MPI |
 
 /// Gives an enum its variants in order, and their names on command lines and in reports.

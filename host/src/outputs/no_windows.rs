@@ -1,6 +1,6 @@
 //! In place of windows, for builds without them.
 
-use super::{Output, OutputsReport, Placing};
+use super::{Backend, Output, OutputsReport, Placing};
 use crate::cave::Eye;
 use crate::live::Refresh;
 use crate::picture::Picture;
@@ -32,6 +32,7 @@ impl Outputs {
         _: &[(&str, Eye)],
         _: &[Projection],
         _: Stereo,
+        _: Backend,
         _: Placing,
     ) -> Result<Self, NoWindows> {
         Err(NoWindows)

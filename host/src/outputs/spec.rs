@@ -12,7 +12,8 @@ use std::str::FromStr;
 pub struct Output {
     /// The name of a screen or a projector of the room.
     pub show: String,
-    /// The name of a monitor of the X server, as `xrandr --listmonitors` has it.
+    /// The name of a monitor of the X server, as `xrandr --listmonitors` has it, or of a connector,
+    /// as the kernel has it.
     pub monitor: String,
     /// The X server; `None` for that of `DISPLAY`.
     pub server: Option<String>,
@@ -25,6 +26,17 @@ pub struct Output {
     /// The corner of a square that is white in every other frame, for an instrument.
     pub sync_patch: Option<Corner>,
 }
+
+/// What shows the outputs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Backend {
+    /// Windows on X servers.
+    X11,
+    /// Connectors of graphics cards, by the Linux kernel's mode setting.
+    Kms,
+}
+
+named!(Backend { X11 => "x11", Kms => "kms" });
 
 /// Who places the window of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,14 +1,18 @@
-//! The windows of outputs on X servers.
+//! The windows of outputs on X servers, or their connectors on graphics cards.
 
+#[cfg_attr(not(target_os = "linux"), path = "windows/no_cards.rs")]
+mod cards;
 mod clock;
 mod compose;
 mod counts;
+mod display;
 mod monitors;
 mod pane;
 mod server;
 mod turns;
+mod window;
 
-use super::{Output, OutputsReport, PaneReport, Placing};
+use super::{Backend, Output, OutputsReport, PaneReport, Placing};
 use crate::cave::Eye;
 use crate::live::{Refresh, lock};
 use crate::picture::Picture;
@@ -17,13 +21,13 @@ use crate::show::stereo::Stereo;
 use crate::show::window::WindowError;
 use compose::{compose, patch};
 use counts::Counts;
-use monitors::Monitor;
-use pane::{Pane, Sheets};
-use server::{Heard, MemoryWay, Request, Server, Shared};
-use std::collections::HashMap;
+use display::{Display, Heard, MemoryWay, Request, Server};
+use pane::{NewPane, Pane, Sheets};
+use server::XServer;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
+use turns::Turn;
 
 /// Periods after its time at which a frame is no longer waited for.
 const PATIENCE: u32 = 6;
@@ -67,13 +71,14 @@ impl Outputs {
     /// and an eye each. Outputs that show none of these screens show one of the projectors.
     ///
     /// # Errors
-    /// A server that cannot be reached or does not answer, a monitor that is not there or has
-    /// another size than its projector.
+    /// A server or card that cannot be reached or does not answer, a monitor that is not there or
+    /// has another size than its projector.
     pub fn open(
         outputs: &[Output],
         pictures: &[(&str, Eye)],
         projections: &[Projection],
         stereo: Stereo,
+        backend: Backend,
         placing: Placing,
     ) -> Result<Self, WindowError> {
         let (said, heard) = channel();
@@ -97,7 +102,7 @@ impl Outputs {
                 None => left.zip(right).map(|(left, right)| [left, right]),
             }
         };
-        let takes_turns = move |output: &Output| {
+        let takes_turns = |output: &Output| {
             output.eye.is_none() && output.stereo.unwrap_or(stereo) == Stereo::Sequential
         };
         let (mut here, mut lacking): (Vec<(Output, [usize; 2])>, Vec<String>) = Default::default();
@@ -118,44 +123,45 @@ impl Outputs {
                 None => {}
             }
         }
-        let mut names: Vec<Option<&str>> = Vec::new();
+        if backend == Backend::Kms {
+            cards::assign(here.iter_mut().map(|(output, _)| output))?;
+        }
+        let mut names: Vec<Option<String>> = Vec::new();
         for (output, _) in &here {
-            let name = output.server.as_deref();
-            if !names.contains(&name) {
-                names.push(name);
+            if !names.contains(&output.server) {
+                names.push(output.server.clone());
             }
         }
         let (mut servers, mut panes) = (Vec::new(), Vec::new());
-        for (number, &name) in names.iter().enumerate() {
-            let of_server = here.iter().filter(|(one, _)| one.server.as_deref() == name);
-            let own: Vec<Output> = of_server.clone().map(|(one, _)| one.clone()).collect();
+        for (number, name) in names.iter().enumerate() {
+            let of_server = here.iter().filter(|(one, _)| one.server == *name);
+            let mut own = Vec::new();
             for (pane, (output, pictures)) in of_server.enumerate() {
+                let projection = projection(output);
+                let takes_turns = takes_turns(output);
+                own.push(NewPane {
+                    output: output.clone(),
+                    resolution: projection.map(Projection::resolution),
+                    takes_turns,
+                });
                 panes.push(Shown {
                     server: number,
                     pane,
                     pictures: *pictures,
-                    projection: projection(output).cloned(),
+                    projection: projection.cloned(),
                     output: output.clone(),
-                    pixels: vec![Vec::new(); 1 + usize::from(takes_turns(output))],
+                    pixels: vec![Vec::new(); 1 + usize::from(takes_turns)],
                     ready: None,
                     is_told: false,
                     awaited: None,
                     newest: None,
                 });
             }
-            let resolutions: HashMap<String, [u32; 2]> = (projections.iter())
-                .map(|one| (one.name().to_owned(), one.resolution()))
-                .collect();
-            let make = move |shared: &Shared, monitors: &[Monitor]| {
-                let panes = own.into_iter().map(|output| {
-                    let monitor = named(monitors, &output.monitor, &shared.name)?;
-                    check_size(resolutions.get(&output.show), &output, monitor)?;
-                    let by_turns = takes_turns(&output);
-                    Pane::new(shared, output, monitor, placing, by_turns)
-                });
-                panes.collect()
+            let display: Arc<dyn Display> = match (backend, name) {
+                (Backend::Kms, Some(card)) => cards::open(number, card, own, said.clone())?,
+                _ => Arc::new(XServer::open(number, name.as_deref(), own, placing)?),
             };
-            servers.push(Server::open(number, name, make, said.clone())?);
+            servers.push(Server::start(number, display, &said)?);
         }
         let mut all = Self {
             counts: Counts::new(panes.len()),
@@ -173,16 +179,16 @@ impl Outputs {
     /// Notes what a server lacks.
     fn tell_of_ways(&mut self) {
         for server in &self.servers {
-            let (name, shared) = (&server.shared.name, &server.shared);
-            if !shared.has_present {
+            let (name, display) = (server.display.name(), &server.display);
+            if !display.has_present() {
                 self.said.push(format!(
-                    "X server {name} has no Present: frames are shown when they are done, and \
+                    "{name} has no Present: frames are shown when they are done, and \
                      when is not known"
                 ));
             }
-            if shared.memory == MemoryWay::Sent {
+            if display.memory() == MemoryWay::Sent {
                 self.said.push(format!(
-                    "X server {name} shares no memory: each frame is sent, which takes longer; a \
+                    "{name} shares no memory: each frame is sent, which takes longer; a \
                      server on this machine with MIT-SHM 1.2 shares it"
                 ));
             }
@@ -208,7 +214,7 @@ impl Outputs {
     }
 
     fn pane(&self, shown: &Shown) -> &Pane {
-        &self.servers[shown.server].shared.panes[shown.pane]
+        self.servers[shown.server].display.pane(shown.pane)
     }
 
     /// Fills a pixmap of each window with a frame's pictures, in the order of those it was opened
@@ -266,7 +272,7 @@ impl Outputs {
         for shown in &mut self.panes {
             shown.ready = None;
             let server = &mut self.servers[shown.server];
-            let sheets = server.shared.panes[shown.pane].sheets();
+            let sheets = server.display.pane(shown.pane).sheets();
             let Some(sheets) = sheets.filter(|_| !server.gone) else {
                 continue;
             };
@@ -281,8 +287,10 @@ impl Outputs {
                 if let Some(corner) = output.sync_patch {
                     patch(corner, self.frame.is_multiple_of(2), size, pixels);
                 }
-                match sheets.all[number].write(&server.shared, pixels) {
-                    Ok(()) => drop(server.ask(Request::Fill(Arc::clone(&sheets), number))),
+                match sheets.all[number].write(pixels) {
+                    Ok(()) => {
+                        server.ask(Request::Fill(shown.pane, Arc::clone(&sheets), number));
+                    }
                     Err(error) => self.said.push(format!(
                         "\"{}\" is not shown: its memory cannot be written ({error})",
                         output.show
@@ -305,20 +313,19 @@ impl Outputs {
                 self.counts.note_hidden(number);
                 continue;
             };
-            let pane = &server.shared.panes[shown.pane];
+            let (number, display) = (shown.pane, &server.display);
+            let pane = display.pane(number);
             let pixmaps: Vec<u32> = free.iter().map(|&free| sheets.all[free].pixmap).collect();
             let clock = *lock(&pane.clock);
             period = period.max(clock.period());
-            let (window, size) = (pane.window, sheets.size);
             // Without a clock yet: at once.
             let refresh = clock.first_after(at).unwrap_or(0);
-            let (request, refresh) = match (pixmaps.as_slice(), server.shared.has_present) {
+            let (request, refresh) = match (pixmaps.as_slice(), display.has_present()) {
                 (&[left, right], true) => {
-                    let (pane, from) = (shown.pane, refresh.next_multiple_of(2));
-                    let (pair, frame) = ([left, right], self.frame);
+                    let (from, frame) = (refresh.next_multiple_of(2), self.frame);
                     let request = Request::Pair {
-                        pane,
-                        pair,
+                        pane: number,
+                        pair: [left, right],
                         frame,
                         from,
                     };
@@ -326,35 +333,34 @@ impl Outputs {
                 }
                 (&[pixmap, ..], true) => {
                     pane.note_reader(pixmap, true);
-                    let serial = turns::serial(self.frame, 0);
-                    let request = Request::Present {
-                        window,
+                    let turn = Turn {
                         pixmap,
-                        serial,
+                        serial: turns::serial(self.frame, 0),
                         refresh,
                     };
-                    (request, Some(refresh))
+                    (Request::Present(number, turn), Some(refresh))
                 }
                 (&[pixmap, ..], false) => {
                     let request = Request::Copy {
-                        window,
+                        pane: number,
                         pixmap,
-                        size,
+                        size: sheets.size,
                     };
                     (request, None)
                 }
                 ([], _) => continue,
             };
-            let is_single = matches!(request, Request::Present { .. });
+            let is_single = matches!(request, Request::Present(..));
             if server.ask(request) {
                 shown.awaited = refresh;
             } else if is_single {
                 // It was not sent, and no server will say that it has been read.
-                server.shared.panes[shown.pane].note_reader(pixmaps[0], false);
+                server.display.pane(number).note_reader(pixmaps[0], false);
             }
         }
         self.wait(at + period * PATIENCE);
-        self.counts.count(&self.panes, period);
+        let has_one_clock = self.servers.len() == 1 && self.servers[0].display.has_one_clock();
+        self.counts.count(&self.panes, period, has_one_clock);
         let Some(first) = self.panes.iter().find(|shown| shown.newest.is_some()) else {
             // Frames do not go on faster for that.
             std::thread::sleep(at.saturating_duration_since(Instant::now()));
@@ -394,9 +400,8 @@ impl Outputs {
             if shown.awaited.is_some() && !server.silent && !server.gone {
                 server.silent = true;
                 self.said.push(format!(
-                    "X server {} does not say that frames are shown: they go on without waiting \
-                     for it",
-                    server.shared.name
+                    "{} does not say that frames are shown: they go on without waiting for it",
+                    server.display.name()
                 ));
             }
         }
@@ -442,9 +447,9 @@ impl Outputs {
             Heard::Gone(server, why) => {
                 let server = &mut self.servers[server];
                 if !std::mem::replace(&mut server.gone, true) {
-                    let name = &server.shared.name;
+                    let name = server.display.name();
                     self.said.push(format!(
-                        "X server {name} has gone ({why}): its monitors show nothing more, others \
+                        "{name} has gone ({why}): its monitors show nothing more, others \
                          go on"
                     ));
                 }
@@ -472,51 +477,4 @@ impl Outputs {
         });
         self.counts.all(panes.collect())
     }
-}
-
-/// Refuses a monitor on which a projector's pixels would not be its own.
-fn check_size(
-    resolution: Option<&[u32; 2]>,
-    output: &Output,
-    monitor: &Monitor,
-) -> Result<(), WindowError> {
-    let size = monitor.size.map(u32::from);
-    let Some([columns, rows]) = resolution.filter(|resolution| **resolution != size) else {
-        return Ok(());
-    };
-    Err(WindowError::no_window(
-        &format!(
-            "projector {} has {columns} × {rows} pixels, and monitor {} {} × {}",
-            output.show, output.monitor, size[0], size[1]
-        ),
-        "give the monitor this mode by xrandr, or write its size as the projector's resolution",
-    ))
-}
-
-fn named<'m>(
-    monitors: &'m [Monitor],
-    name: &str,
-    server: &str,
-) -> Result<&'m Monitor, WindowError> {
-    let found = monitors.iter().find(|monitor| monitor.name == name);
-    found.ok_or_else(|| {
-        let all: Vec<String> = monitors
-            .iter()
-            .map(|monitor| {
-                format!(
-                    "{} ({} × {})",
-                    monitor.name, monitor.size[0], monitor.size[1]
-                )
-            })
-            .collect();
-        let there = if all.is_empty() {
-            "none".to_owned()
-        } else {
-            all.join(", ")
-        };
-        WindowError::no_window(
-            &format!("X server {server} has no monitor {name}; there are {there}"),
-            "give --outputs SCREEN=MONITOR with one of these names",
-        )
-    })
 }

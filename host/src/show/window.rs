@@ -69,6 +69,11 @@ impl WindowError {
         Self { message, help }
     }
 
+    pub(crate) const fn refused(message: String, help: &'static str) -> Self {
+        let help = Some(help);
+        Self { message, help }
+    }
+
     pub(crate) fn gone(reason: &str) -> Self {
         let (message, help) = (format!("the window system has gone: {reason}"), None);
         Self { message, help }
@@ -103,7 +108,7 @@ macro_rules! gone {
     };
 }
 
-gone!(ConnectionError, ReplyError, ReplyOrIdError);
+gone!(ConnectionError, ReplyError, ReplyOrIdError, std::io::Error);
 
 const ANSWER_SECONDS: u64 = 5;
 

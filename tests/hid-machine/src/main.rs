@@ -1,5 +1,5 @@
 //! hidapi and the tracker driver against virtual devices of the Linux kernel:
-//! an eye tracker of HID usage page 0x12, and an OSVR HDK.
+//! an eye tracker of HID usage page 0x12, and an OSVR HDK; and a show on its virtual display.
 //!
 //! Prints a line for each check, and "N passed, N failed" at the end.
 
@@ -14,6 +14,7 @@ macro_rules! ensure {
 }
 
 mod command;
+mod display;
 mod uhid;
 
 use hidapi::{HidApi, HidDevice};
@@ -483,6 +484,12 @@ fn main() -> Result {
         "the command finds it by its usage page" => command::finds_it_by_its_usage,
         "the command reads the descriptor of another at the same path" =>
             command::reads_another_descriptor,
+        "a display without a desktop shows frames on its refresh" =>
+            display::presents_on_the_refresh,
+        "it shows the eyes by turns" => display::alternates_eyes,
+        "a connector that is not there is told, with those that are" =>
+            display::names_the_connectors,
+        "a display is in use, unplugged and plugged in again" => display::survives_unplugging,
     };
     let mut failed = 0;
     for (name, check) in checks {

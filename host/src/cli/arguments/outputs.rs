@@ -3,7 +3,7 @@
 use crate::cave::{Cave, Eye};
 use crate::cli::arguments::choices;
 use crate::cli::prelude::*;
-use crate::outputs::{Output, Outputs, OutputsName, Placing};
+use crate::outputs::{Backend, Output, Outputs, OutputsName, Placing};
 use crate::projection::Projection;
 use crate::show::stereo::Stereo;
 
@@ -13,6 +13,9 @@ pub struct OutputsArguments {
     /// on their refresh: front=HDMI-1,right=DP-2, or a TOML file of outputs
     #[arg(long, value_name = "NAME=MONITOR,…|FILE")]
     outputs: Option<OutputsName>,
+    /// What shows --outputs
+    #[arg(long, value_enum, default_value = "x11", requires = "outputs")]
+    backend: Backend,
     /// Who places the windows of --outputs
     #[arg(long, value_enum, default_value = "override", requires = "outputs")]
     window: Placing,
@@ -102,6 +105,11 @@ impl ProjectArguments {
     }
 }
 
+choices!(Backend {
+    X11 => "Windows on X servers; on Wayland by XWayland, which the compositor delays",
+    Kms => "No desktop: each connector of the graphics cards, as the kernel names it (HDMI-A-1), flips by itself",
+});
+
 choices!(Placing {
     Override => "The program: windows without a frame that nothing covers",
     Managed => "The window manager, which is asked for the full screen",
@@ -148,13 +156,13 @@ impl OutputsArguments {
                 "no monitor shows {hidden}: add NAME=MONITOR to --outputs where one should"
             ));
         }
-        let placing = self.window;
-        Ok(Some(Outputs::open(
-            &outputs,
-            pictures,
-            projections,
-            stereo,
-            placing,
-        )?))
+        let (backend, placing) = (self.backend, self.window);
+        if (backend, placing) == (Backend::Kms, Placing::Managed) {
+            return Err(misuse!(
+                "--window managed is for X servers: with --backend kms there are no windows"
+            ));
+        }
+        let opened = Outputs::open(&outputs, pictures, projections, stereo, backend, placing)?;
+        Ok(Some(opened))
     }
 }

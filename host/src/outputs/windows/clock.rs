@@ -1,5 +1,6 @@
 //! The refreshes of a display, by the counts and times of those that were seen.
 
+use super::monitors::Monitor;
 use std::time::{Duration, Instant};
 
 /// Refreshes from which the period is measured rather than taken from the mode.
@@ -21,12 +22,17 @@ pub(super) struct RefreshClock {
 
 impl RefreshClock {
     /// Returns a clock of a nominal rate, above 0.
-    pub(super) fn new(hz: f64) -> Self {
+    fn new(hz: f64) -> Self {
         Self {
             period: Duration::from_secs_f64(1.0 / hz),
             first: None,
             newest: None,
         }
+    }
+
+    /// Returns a clock of the rate of a monitor's mode, or of 60 Hz.
+    pub(super) fn of(monitor: &Monitor) -> Self {
+        Self::new(monitor.hz.unwrap_or(60.0))
     }
 
     pub(super) const fn period(&self) -> Duration {
@@ -78,6 +84,35 @@ impl RefreshClock {
         let ahead = time.saturating_duration_since(newest).as_secs_f64();
         let refreshes = ahead / self.period.as_secs_f64() - 0.25;
         Some(of + refreshes.max(0.0).ceil() as u64)
+    }
+}
+
+/// A time of the system's monotonic clock in two forms.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Epoch {
+    instant: Instant,
+    microseconds: u64,
+}
+
+impl Epoch {
+    pub(super) fn now() -> Self {
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+        let [seconds, nanoseconds] =
+            [time.tv_sec, time.tv_nsec].map(|part| u64::try_from(part).unwrap_or(0));
+        Self {
+            instant: Instant::now(),
+            microseconds: seconds * 1_000_000 + nanoseconds / 1_000,
+        }
+    }
+
+    /// Returns the time of a count of microseconds of the monotonic clock, as displays give it.
+    pub(super) fn instant(&self, microseconds: u64) -> Instant {
+        let span = Duration::from_micros(microseconds.abs_diff(self.microseconds));
+        if microseconds >= self.microseconds {
+            self.instant + span
+        } else {
+            self.instant.checked_sub(span).unwrap_or(self.instant)
+        }
     }
 }
 

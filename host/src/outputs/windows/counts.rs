@@ -47,7 +47,8 @@ impl Counts {
     }
 
     /// Compares when outputs showed the newest frame, by the longest of their periods.
-    pub(super) fn count(&mut self, panes: &[Shown], period: Duration) {
+    /// With one clock, equal numbers are the same refresh.
+    pub(super) fn count(&mut self, panes: &[Shown], period: Duration, has_one_clock: bool) {
         for (count, shown) in self.panes.iter_mut().zip(panes) {
             count.missed += u64::from(shown.awaited.is_some());
         }
@@ -61,10 +62,9 @@ impl Counts {
         };
         let spread = last - first;
         self.compared += 1;
-        // Monitors of one server count the same refreshes; times are noted late.
+        // Times are noted late.
         let numbers = || times().map(|(_, number)| number);
-        let same = panes.iter().all(|one| one.server == panes[0].server)
-            && numbers().min() == numbers().max();
+        let same = has_one_clock && numbers().min() == numbers().max();
         self.parted += u64::from(!same && spread >= period / 2);
         if let Some(spreads) = &mut self.spread_us {
             spreads.saturating_record(spread.as_micros() as u64);

@@ -19,6 +19,35 @@ pub(super) struct Monitor {
     pub(super) hz: Option<f64>,
 }
 
+/// Returns the monitor of a name among those of a display.
+pub(super) fn named<'m>(
+    monitors: &'m [Monitor],
+    name: &str,
+    display: &str,
+) -> Result<&'m Monitor, WindowError> {
+    let found = monitors.iter().find(|monitor| monitor.name == name);
+    found.ok_or_else(|| {
+        let all: Vec<String> = monitors
+            .iter()
+            .map(|monitor| {
+                format!(
+                    "{} ({} × {})",
+                    monitor.name, monitor.size[0], monitor.size[1]
+                )
+            })
+            .collect();
+        let there = if all.is_empty() {
+            "none".to_owned()
+        } else {
+            all.join(", ")
+        };
+        WindowError::refused(
+            format!("{display} has no monitor {name}; there are {there}"),
+            "give --outputs SCREEN=MONITOR with one of these names",
+        )
+    })
+}
+
 /// Returns the monitors of a server that are inside its root window.
 pub(super) fn all(connection: &RustConnection, root: u32) -> Result<Vec<Monitor>, WindowError> {
     if connection.extension_information("RANDR")?.is_none() {

@@ -1,19 +1,17 @@
-//! An X server that shows outputs: a connection, a thread that sends to it, and one that listens.
-//!
-//! Who renders frames waits for neither: a server that hangs or goes away is told of, and the
-//! frames of other servers go on.
+//! An X server that shows outputs in windows.
 
-use super::clock::RefreshClock;
+use super::clock::Epoch;
+use super::display::{Display, Heard, MemoryWay, Request};
 use super::monitors::{self, Monitor};
-use super::pane::{Pane, Sheets};
-use super::turns::{Change, Turn};
+use super::pane::{NewPane, Pane};
+use super::turns::Turn;
+use super::window::Window;
 use crate::live::lock;
+use crate::outputs::Placing;
 use crate::show::window::{WindowError, in_time, screen};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, sync_channel};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::sync::mpsc::Sender;
+use std::time::Duration;
 use x11rb::connection::{Connection, RequestConnection};
 use x11rb::protocol::Event as Message;
 use x11rb::protocol::present::{
@@ -26,199 +24,28 @@ use x11rb::protocol::xproto::{
 };
 use x11rb::rust_connection::RustConnection;
 
-/// Messages that wait to be sent: more mean that the server hangs.
-const WAITING: usize = 64;
-
 /// How long monitors are left to settle after a change.
 const SETTLING: Duration = Duration::from_millis(20);
 
-/// How long the end of a thread is waited for.
-const PATIENCE: Duration = Duration::from_millis(500);
-
-/// What to send.
-pub(super) enum Request {
-    /// Puts rows of pixels into a pixmap, by the shared segment or else in the message.
-    Fill(Arc<Sheets>, usize),
-    /// Presents a pixmap at a refresh.
-    Present {
-        window: u32,
-        pixmap: u32,
-        serial: u32,
-        refresh: u64,
-    },
-    /// Presents two pixmaps by turns, from an even refresh on.
-    Pair {
-        pane: usize,
-        pair: [u32; 2],
-        frame: u32,
-        from: u64,
-    },
-    /// Copies a pixmap to a window now: for servers without Present.
-    Copy {
-        window: u32,
-        pixmap: u32,
-        size: [u16; 2],
-    },
-    End,
-}
-
-/// What a server says.
-#[derive(Debug)]
-pub(super) enum Heard {
-    /// A frame of a pane was shown at a refresh, or passed over for a newer one.
-    Shown {
-        server: usize,
-        pane: usize,
-        serial: u32,
-        at: Instant,
-        refresh: u64,
-        skipped: bool,
-    },
-    /// Something to be told.
-    Said(String),
-    /// The server has gone.
-    Gone(usize, String),
-}
-
-/// A connection and what its threads share.
-pub(super) struct Shared {
+/// An X server and the windows on it.
+pub(super) struct XServer {
     pub(super) connection: RustConnection,
     pub(super) root: u32,
     pub(super) depth: u8,
     /// Whether pictures go by shared memory, and whether that memory is the pixmap.
     pub(super) memory: MemoryWay,
-    pub(super) has_present: bool,
-    pub(super) panes: Vec<Pane>,
+    has_present: bool,
+    windows: Vec<Window>,
     /// This server's number and name.
     number: usize,
-    pub(super) name: String,
-    /// A time of the system's monotonic clock in two forms.
-    epoch: (Instant, u64),
-    over: AtomicBool,
-}
-
-/// How pixels get to a server.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum MemoryWay {
-    /// In shared memory that is the pixmap.
-    Pixmap,
-    /// In shared memory that is copied to the pixmap.
-    Copied,
-    /// In messages.
-    Sent,
-}
-
-pub(super) struct Server {
-    pub(super) shared: Arc<Shared>,
-    pub(super) requests: SyncSender<Request>,
-    threads: Vec<JoinHandle<()>>,
-    /// Whether it did not answer in time.
-    pub(super) silent: bool,
-    pub(super) gone: bool,
+    name: String,
+    epoch: Epoch,
 }
 
 /// Returns a connection to the server of a name, and the number of its screen.
-pub(super) fn connect(name: Option<&str>) -> Result<(RustConnection, usize), WindowError> {
+fn connect(name: Option<&str>) -> Result<(RustConnection, usize), WindowError> {
     let name = name.map(str::to_owned);
     in_time(move || Ok(x11rb::connect(name.as_deref())?))
-}
-
-impl Server {
-    /// Opens a window for each pane on its monitor. What happens to them goes to `heard`, with this
-    /// server's number.
-    pub(super) fn open(
-        number: usize,
-        name: Option<&str>,
-        make: impl FnOnce(&Shared, &[Monitor]) -> Result<Vec<Pane>, WindowError> + Send + 'static,
-        heard: Sender<Heard>,
-    ) -> Result<Self, WindowError> {
-        let (connection, of_screen) = connect(name)?;
-        let shown = name.map_or_else(
-            || std::env::var("DISPLAY").unwrap_or_default(),
-            str::to_owned,
-        );
-        let shared = in_time(move || {
-            let (root, depth) = screen(connection.setup(), of_screen)?;
-            let mut shared = Shared {
-                memory: memory_way(&connection)?,
-                has_present: connection.extension_information("Present")?.is_some(),
-                connection,
-                root,
-                depth,
-                panes: Vec::new(),
-                number,
-                name: shown,
-                epoch: (Instant::now(), monotonic_microseconds()),
-                over: AtomicBool::new(false),
-            };
-            if shared.has_present {
-                shared.connection.present_query_version(1, 2)?.reply()?;
-            }
-            let monitors = monitors::all(&shared.connection, root)?;
-            shared.panes = make(&shared, &monitors)?;
-            shared.listen()?;
-            shared.place_all(&monitors)?;
-            Ok(shared)
-        })?;
-        let shared = Arc::new(shared);
-        let (requests, due) = sync_channel(WAITING);
-        let (sender, listener) = (Arc::clone(&shared), Arc::clone(&shared));
-        let (said, more) = (heard.clone(), heard);
-        let threads = [
-            spawn("display", move || {
-                if let Err(error) = sender.send(&due) {
-                    let _ = said.send(Heard::Gone(number, error.to_string()));
-                }
-            })?,
-            spawn("refreshes", move || {
-                if let Err(error) = listener.hear(&more) {
-                    let _ = more.send(Heard::Gone(number, error.to_string()));
-                }
-            })?,
-        ];
-        Ok(Self {
-            shared,
-            requests,
-            threads: threads.into(),
-            silent: false,
-            gone: false,
-        })
-    }
-
-    /// Sends a request unless the server hangs; returns whether it did.
-    pub(super) fn ask(&mut self, request: Request) -> bool {
-        match self.requests.try_send(request) {
-            Ok(()) => true,
-            Err(TrySendError::Full(_)) => {
-                self.silent = true;
-                false
-            }
-            Err(TrySendError::Disconnected(_)) => false,
-        }
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        self.shared.over.store(true, Ordering::Relaxed);
-        let _ = self.requests.try_send(Request::End);
-        let last = Instant::now() + PATIENCE;
-        while Instant::now() < last && !self.threads.iter().all(JoinHandle::is_finished) {
-            std::thread::sleep(Duration::from_millis(1));
-        }
-    }
-}
-
-fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, WindowError> {
-    let thread = std::thread::Builder::new().name(name.to_owned()).spawn(run);
-    thread.map_err(|error| WindowError::gone(&error.to_string()))
-}
-
-fn monotonic_microseconds() -> u64 {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
-    let [seconds, nanoseconds] =
-        [time.tv_sec, time.tv_nsec].map(|part| u64::try_from(part).unwrap_or(0));
-    seconds * 1_000_000 + nanoseconds / 1_000
 }
 
 fn memory_way(connection: &RustConnection) -> Result<MemoryWay, WindowError> {
@@ -237,7 +64,48 @@ fn memory_way(connection: &RustConnection) -> Result<MemoryWay, WindowError> {
     })
 }
 
-impl Shared {
+impl XServer {
+    /// Opens a window for each pane on its monitor, on the server of a name and this number.
+    pub(super) fn open(
+        number: usize,
+        name: Option<&str>,
+        panes: Vec<NewPane>,
+        placing: Placing,
+    ) -> Result<Self, WindowError> {
+        let (connection, of_screen) = connect(name)?;
+        let shown = name.map_or_else(
+            || std::env::var("DISPLAY").unwrap_or_default(),
+            str::to_owned,
+        );
+        in_time(move || {
+            let (root, depth) = screen(connection.setup(), of_screen)?;
+            let mut server = Self {
+                memory: memory_way(&connection)?,
+                has_present: connection.extension_information("Present")?.is_some(),
+                connection,
+                root,
+                depth,
+                windows: Vec::new(),
+                number,
+                name: format!("X server {shown}"),
+                epoch: Epoch::now(),
+            };
+            if server.has_present {
+                server.connection.present_query_version(1, 2)?.reply()?;
+            }
+            let monitors = monitors::all(&server.connection, root)?;
+            let windows = panes.into_iter().map(|new| {
+                let monitor = monitors::named(&monitors, &new.output.monitor, &server.name)?;
+                new.check_size(monitor)?;
+                Window::new(&server, new, monitor, placing)
+            });
+            server.windows = windows.collect::<Result<_, _>>()?;
+            server.listen()?;
+            server.place_all(&monitors)?;
+            Ok(server)
+        })
+    }
+
     /// Asks to be told of changes of monitors and of what panes show.
     fn listen(&self) -> Result<(), WindowError> {
         let (connection, root) = (&self.connection, self.root);
@@ -249,10 +117,10 @@ impl Shared {
         // Monitors without outputs change with no other sign.
         let structure = ChangeWindowAttributesAux::new().event_mask(EventMask::STRUCTURE_NOTIFY);
         connection.change_window_attributes(root, &structure)?;
-        for pane in self.panes.iter().filter(|_| self.has_present) {
+        for window in self.windows.iter().filter(|_| self.has_present) {
             let mask = PresentMask::COMPLETE_NOTIFY | PresentMask::IDLE_NOTIFY;
             let id = connection.generate_id()?;
-            connection.present_select_input(id, pane.window, mask)?;
+            connection.present_select_input(id, window.number, mask)?;
         }
         // Nobody touches the keys of a show.
         connection.set_screen_saver(0, 0, Blanking::DEFAULT, Exposures::DEFAULT)?;
@@ -264,146 +132,17 @@ impl Shared {
     /// to be told.
     fn place_all(&self, monitors: &[Monitor]) -> Result<Vec<String>, WindowError> {
         let mut said = Vec::new();
-        for pane in &self.panes {
-            let monitor = monitors.iter().find(|one| one.name == pane.output.monitor);
-            said.extend(pane.place(self, monitor)?);
+        for window in &self.windows {
+            let name = &window.pane.output.monitor;
+            let monitor = monitors.iter().find(|one| one.name == *name);
+            said.extend(window.place(self, monitor)?);
             if monitor.is_some() && self.has_present {
                 self.connection
-                    .present_notify_msc(pane.window, 0, 0, 1, 0)?;
+                    .present_notify_msc(window.number, 0, 0, 1, 0)?;
             }
         }
         self.connection.flush()?;
         Ok(said)
-    }
-
-    fn send(&self, due: &Receiver<Request>) -> Result<(), WindowError> {
-        let connection = &self.connection;
-        while let Ok(request) = due.recv() {
-            match request {
-                Request::Fill(sheets, number) => sheets.fill(self, number)?,
-                Request::Present {
-                    window,
-                    pixmap,
-                    serial,
-                    refresh,
-                } => {
-                    self.present(window, pixmap, serial, refresh)?;
-                }
-                Request::Pair {
-                    pane,
-                    pair,
-                    frame,
-                    from,
-                } => {
-                    if let Some(pane) = self.panes.get(pane)
-                        && let Some(turns) = &pane.turns
-                    {
-                        let mut turns = lock(turns);
-                        let queued = turns.renew(pair, frame, from);
-                        self.queue(pane, &queued, turns.is_blank)?;
-                    }
-                }
-                Request::Copy {
-                    window,
-                    pixmap,
-                    size: [width, height],
-                } => {
-                    let pane = self.panes.iter().find(|pane| pane.window == window);
-                    if let Some(pane) = pane {
-                        connection.copy_area(
-                            pixmap,
-                            window,
-                            pane.context,
-                            0,
-                            0,
-                            0,
-                            0,
-                            width,
-                            height,
-                        )?;
-                    }
-                }
-                Request::End => {
-                    connection.set_screen_saver(-1, -1, Blanking::DEFAULT, Exposures::DEFAULT)?;
-                    for pane in &self.panes {
-                        connection.destroy_window(pane.window)?;
-                    }
-                    connection.flush()?;
-                    return Ok(());
-                }
-            }
-            connection.flush()?;
-        }
-        Ok(())
-    }
-
-    fn present(
-        &self,
-        window: u32,
-        pixmap: u32,
-        serial: u32,
-        refresh: u64,
-    ) -> Result<(), WindowError> {
-        let connection = &self.connection;
-        connection.present_pixmap(
-            window,
-            pixmap,
-            serial,
-            0,
-            0,
-            0,
-            0,
-            0,
-            0,
-            0,
-            0,
-            refresh,
-            0,
-            0,
-            &[],
-        )?;
-        Ok(())
-    }
-
-    /// Presents an eye's picture at its turn, or black.
-    fn queue(&self, pane: &Pane, queued: &[Turn], is_blank: bool) -> Result<(), WindowError> {
-        let black = pane
-            .sheets()
-            .and_then(|sheets| Some(sheets.all.last()?.pixmap));
-        for turn in queued {
-            let pixmap = black.filter(|_| is_blank).unwrap_or(turn.pixmap);
-            pane.note_reader(pixmap, true);
-            self.present(pane.window, pixmap, turn.serial, turn.refresh)?;
-        }
-        self.connection.flush()?;
-        Ok(())
-    }
-
-    /// Takes that an eye was shown at its turn, and queues the next ones.
-    fn take_turn(
-        &self,
-        pane: &Pane,
-        serial: u32,
-        refresh: u64,
-        heard: &Sender<Heard>,
-    ) -> Result<(), WindowError> {
-        let Some(turns) = &pane.turns else {
-            return Ok(());
-        };
-        let mut turns = lock(turns);
-        let (queued, change) = turns.see(serial, refresh);
-        let screen = &pane.output.show;
-        let said = change.map(|change| match change {
-            Change::Blanked => format!(
-                "\"{screen}\" showed the wrong eye in 3 of 60 refreshes: it is dark until the \
-                 eyes keep their turns; a machine with less to do, or --stereo side-by-side, does"
-            ),
-            Change::Unblanked => format!("the eyes of \"{screen}\" keep their turns again"),
-        });
-        if let Some(said) = said {
-            let _ = heard.send(Heard::Said(said));
-        }
-        self.queue(pane, &queued, turns.is_blank)
     }
 
     /// Puts rows of pixels into a pixmap by messages.
@@ -437,7 +176,125 @@ impl Shared {
         Ok(())
     }
 
-    fn hear(&self, heard: &Sender<Heard>) -> Result<(), WindowError> {
+    /// Takes an event; returns whether monitors changed.
+    fn take(&self, message: &Message, heard: &Sender<Heard>) -> Result<bool, WindowError> {
+        let number_of = |window| {
+            let mut windows = self.windows.iter();
+            windows.position(|one| one.number == window)
+        };
+        match message {
+            Message::PresentCompleteNotify(said) => {
+                let Some(number) = number_of(said.window) else {
+                    return Ok(false);
+                };
+                let at = self.epoch.instant(said.ust);
+                let skipped = said.mode == CompleteMode::SKIP;
+                if !skipped {
+                    lock(&self.pane(number).clock).hear(at, said.msc);
+                }
+                if said.kind == CompleteKind::PIXMAP {
+                    if !skipped {
+                        self.take_turn(number, said.serial, said.msc, heard)?;
+                    }
+                    let _ = heard.send(Heard::Shown {
+                        server: self.number,
+                        pane: number,
+                        serial: said.serial,
+                        at,
+                        refresh: said.msc,
+                        skipped,
+                    });
+                }
+                Ok(false)
+            }
+            Message::PresentIdleNotify(said) => {
+                if let Some(number) = number_of(said.window) {
+                    self.pane(number).note_reader(said.pixmap, false);
+                }
+                Ok(false)
+            }
+            Message::RandrNotify(_) | Message::RandrScreenChangeNotify(_) => Ok(true),
+            Message::ConfigureNotify(of) => Ok(of.window == self.root),
+            _ => Ok(false),
+        }
+    }
+}
+
+impl Display for XServer {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn pane(&self, number: usize) -> &Pane {
+        &self.windows[number].pane
+    }
+
+    fn memory(&self) -> MemoryWay {
+        self.memory
+    }
+
+    fn has_present(&self) -> bool {
+        self.has_present
+    }
+
+    fn has_one_clock(&self) -> bool {
+        true
+    }
+
+    fn present(&self, number: usize, turn: Turn) -> Result<(), WindowError> {
+        self.connection.present_pixmap(
+            self.windows[number].number,
+            turn.pixmap,
+            turn.serial,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            turn.refresh,
+            0,
+            0,
+            &[],
+        )?;
+        Ok(())
+    }
+
+    fn carry_out(&self, request: Request) -> Result<(), WindowError> {
+        let connection = &self.connection;
+        match request {
+            Request::Fill(pane, sheets, number) => {
+                sheets.fill(self, self.windows[pane].context, number)?;
+            }
+            Request::Copy {
+                pane,
+                pixmap,
+                size: [width, height],
+            } => {
+                let Window {
+                    number, context, ..
+                } = self.windows[pane];
+                connection.copy_area(pixmap, number, context, 0, 0, 0, 0, width, height)?;
+            }
+            Request::End => {
+                connection.set_screen_saver(-1, -1, Blanking::DEFAULT, Exposures::DEFAULT)?;
+                for window in &self.windows {
+                    connection.destroy_window(window.number)?;
+                }
+                self.flush()?;
+            }
+            Request::Present(..) | Request::Pair { .. } => {}
+        }
+        Ok(())
+    }
+
+    fn flush(&self) -> Result<(), WindowError> {
+        Ok(self.connection.flush()?)
+    }
+
+    fn hear(&self, heard: &Sender<Heard>, over: &AtomicBool) -> Result<(), WindowError> {
         loop {
             let mut next = Some(self.connection.wait_for_event()?);
             let mut changed = false;
@@ -457,66 +314,9 @@ impl Shared {
                     }
                 }
             }
-            if self.over.load(Ordering::Relaxed) {
+            if over.load(Ordering::Relaxed) {
                 return Ok(());
             }
         }
     }
-
-    /// Takes an event; returns whether monitors changed.
-    fn take(&self, message: &Message, heard: &Sender<Heard>) -> Result<bool, WindowError> {
-        let number_of = |window| self.panes.iter().position(|pane| pane.window == window);
-        match message {
-            Message::PresentCompleteNotify(said) => {
-                let Some(number) = number_of(said.window) else {
-                    return Ok(false);
-                };
-                let at = self.instant(said.ust);
-                let skipped = said.mode == CompleteMode::SKIP;
-                let pane = &self.panes[number];
-                if !skipped {
-                    lock(&pane.clock).hear(at, said.msc);
-                }
-                if said.kind == CompleteKind::PIXMAP {
-                    if !skipped {
-                        self.take_turn(pane, said.serial, said.msc, heard)?;
-                    }
-                    let _ = heard.send(Heard::Shown {
-                        server: self.number,
-                        pane: number,
-                        serial: said.serial,
-                        at,
-                        refresh: said.msc,
-                        skipped,
-                    });
-                }
-                Ok(false)
-            }
-            Message::PresentIdleNotify(said) => {
-                if let Some(number) = number_of(said.window) {
-                    self.panes[number].note_reader(said.pixmap, false);
-                }
-                Ok(false)
-            }
-            Message::RandrNotify(_) | Message::RandrScreenChangeNotify(_) => Ok(true),
-            Message::ConfigureNotify(of) => Ok(of.window == self.root),
-            _ => Ok(false),
-        }
-    }
-
-    /// Returns the time of a server's clock, which is the system's monotonic one.
-    fn instant(&self, microseconds: u64) -> Instant {
-        let (epoch, of) = self.epoch;
-        let span = Duration::from_micros(microseconds.abs_diff(of));
-        if microseconds >= of {
-            epoch + span
-        } else {
-            epoch.checked_sub(span).unwrap_or(epoch)
-        }
-    }
-}
-
-/// Returns a clock of the rate of a monitor's mode, or of 60 Hz.
-pub(super) fn clock_of(monitor: &Monitor) -> RefreshClock {
-    RefreshClock::new(monitor.hz.unwrap_or(60.0))
 }

@@ -1,0 +1,113 @@
+//! The checks of `--backend kms`, on the kernel's virtual display: 1024 × 768 pixels at 60 Hz.
+
+use super::{Result, SLOW};
+use hidapi::HidApi;
+use serde_json::Value;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread;
+use std::time::Duration;
+
+/// The display's state for the kernel: `off` is unplugged, `detect` is plugged in.
+const STATUS: &str = "/sys/class/drm/card0-Virtual-1/status";
+const SECONDS: u64 = 8;
+
+/// Returns the command that shows the pictures for some seconds.
+fn show(seconds: u64, words: &str) -> Command {
+    let words = format!("show /pictures --backend kms --seconds {seconds} --json {words}");
+    let mut command = Command::new("/bin/shisen");
+    command.args(words.split_whitespace());
+    command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
+/// Returns what one output's report says, having checked that its refreshes are the display's.
+fn report(output: &Output) -> Result<Value> {
+    let said = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "{said}");
+    let mut report: Value = serde_json::from_slice(&output.stdout)?;
+    let one = report["outputs"][0].take();
+    println!("        {one}");
+    let hz = one["hz"].as_f64().ok_or("no refreshes")?;
+    ensure!((hz - 60.0).abs() < 0.1, "{hz} Hz; {said}");
+    Ok(one)
+}
+
+fn count(report: &Value, key: &str) -> Result<u64> {
+    Ok(report[key].as_u64().ok_or("no count")?)
+}
+
+pub fn presents_on_the_refresh(_: &mut HidApi) -> Result {
+    let report = report(&show(SECONDS, "--outputs front=Virtual-1").output()?)?;
+    let of = |key| count(&report, key);
+    let (shown, late, repeated) = (of("shown")?, of("late")?, of("repeated")?);
+    ensure!(shown + repeated > 58 * SECONDS, "{shown} + {repeated}");
+    ensure!(4 * late < shown, "{late} of {shown} late");
+    ensure!(report["wrong_eyes"].is_null(), "{report}");
+    Ok(())
+}
+
+pub fn alternates_eyes(_: &mut HidApi) -> Result {
+    let report = report(&show(SECONDS, "--outputs front=Virtual-1 --stereo sequential").output()?)?;
+    let (shown, wrong) = (count(&report, "shown")?, count(&report, "wrong_eyes")?);
+    ensure!(shown > 20 * SECONDS, "{shown} shown");
+    ensure!(4 * wrong < 60 * SECONDS, "{wrong} wrong eyes");
+    Ok(())
+}
+
+pub fn names_the_connectors(_: &mut HidApi) -> Result {
+    for (words, expected) in [
+        (
+            "--outputs front=HDMI-A-1",
+            "there are Virtual-1 (1024 × 768)",
+        ),
+        (
+            "--outputs front=Virtual-1 --window managed",
+            "there are no windows",
+        ),
+    ] {
+        let output = show(1, words).output()?;
+        let said = String::from_utf8(output.stderr)?;
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        ensure!(!output.status.success(), "{words} is shown");
+        ensure!(said.contains(expected), "no {expected} in {said}");
+    }
+    Ok(())
+}
+
+/// Waits for a line of a program with these words.
+fn wait_for(lines: &mut impl Iterator<Item = std::io::Result<String>>, words: &str) -> Result {
+    for line in lines {
+        if line?.contains(words) {
+            return Ok(());
+        }
+    }
+    Err(format!("it does not say \"{words}\"").into())
+}
+
+pub fn survives_unplugging(_: &mut HidApi) -> Result {
+    let mut child: Child = show(SLOW.as_secs(), "--outputs front=Virtual-1").spawn()?;
+    let mut said = BufReader::new(child.stderr.take().ok_or("no errors")?).lines();
+    let driven = "/sys/class/drm/card0-Virtual-1/enabled";
+    for _ in 0..SLOW.as_secs() {
+        thread::sleep(Duration::from_secs(1));
+        if fs::read_to_string(driven)?.trim() == "enabled" {
+            break;
+        }
+    }
+    let second = show(1, "--outputs front=Virtual-1").output()?;
+    let refusal = String::from_utf8_lossy(&second.stderr);
+    ensure!(refusal.contains("is in use by"), "{refusal}");
+    fs::write(STATUS, "off")?;
+    wait_for(&mut said, "Virtual-1 has gone")?;
+    fs::write(STATUS, "detect")?;
+    wait_for(&mut said, "Virtual-1 is back")?;
+    let report = report(&child.wait_with_output()?)?;
+    let missed = count(&report, "missed")?;
+    ensure!(missed > 0, "no frame was missed");
+    Ok(())
+}
