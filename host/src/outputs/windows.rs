@@ -36,7 +36,7 @@ const PATIENCE: u32 = 6;
 #[expect(missing_debug_implementations, reason = "a connection has none")]
 pub struct Outputs {
     servers: Vec<Server>,
-    panes: Vec<Shown>,
+    panes: Vec<Showing>,
     heard: Receiver<Heard>,
     stereo: Stereo,
     /// The number of the next frame.
@@ -46,7 +46,7 @@ pub struct Outputs {
 }
 
 /// A pane as the renderer of frames sees it.
-struct Shown {
+struct Showing {
     server: usize,
     pane: usize,
     /// The numbers of the left eye's picture and of the right one's.
@@ -56,6 +56,8 @@ struct Shown {
     output: Output,
     /// The pixels of both eyes where it shows them by turns, else of one picture.
     pixels: Vec<Vec<u32>>,
+    /// How often these have changed.
+    version: u64,
     /// The pixmaps that are filled, of those at the monitor's size.
     ready: Option<(Arc<Sheets>, Vec<usize>)>,
     /// Whether it was told why it shows nothing.
@@ -82,47 +84,7 @@ impl Outputs {
         placing: Placing,
     ) -> Result<Self, WindowError> {
         let (said, heard) = channel();
-        let projection = |output: &Output| {
-            let mut all = projections.iter();
-            all.find(|one| one.name() == output.show)
-        };
-        let wanted = |output: &Output| {
-            let projection = projection(output);
-            let name = projection.map_or(output.show.as_str(), Projection::source);
-            let of = |one: Eye| {
-                let mut all = pictures.iter();
-                all.position(|&(screen, eye)| screen == name && (eye == one || eye == Eye::Centre))
-            };
-            let [left, right] = [of(Eye::Left), of(Eye::Right)];
-            let is_mono = output.stereo.unwrap_or(stereo) == Stereo::Mono;
-            match output.eye {
-                Some(Eye::Right) => right.map(|one| [one; 2]),
-                Some(_) => left.map(|one| [one; 2]),
-                None if is_mono => left.map(|one| [one; 2]),
-                None => left.zip(right).map(|(left, right)| [left, right]),
-            }
-        };
-        let takes_turns = |output: &Output| {
-            output.eye.is_none() && output.stereo.unwrap_or(stereo) == Stereo::Sequential
-        };
-        let (mut here, mut lacking): (Vec<(Output, [usize; 2])>, Vec<String>) = Default::default();
-        for output in outputs {
-            let projection = projection(output);
-            let mut output = output.clone();
-            output.eye = output.eye.or(projection.and_then(Projection::eye));
-            let screen = projection.map_or(output.show.as_str(), Projection::source);
-            let is_here = pictures.iter().any(|(name, _)| *name == screen);
-            match wanted(&output) {
-                Some(pictures) => here.push((output, pictures)),
-                None if is_here => lacking.push(format!(
-                    "monitor {} shows nothing: there is no picture of \"{screen}\" for each eye \
-                     that it shows",
-                    output.monitor
-                )),
-                // Another machine has its pictures.
-                None => {}
-            }
-        }
+        let (mut here, lacking) = with_pictures(outputs, pictures, projections, stereo);
         if backend == Backend::Kms {
             cards::assign(here.iter_mut().map(|(output, _)| output))?;
         }
@@ -137,20 +99,22 @@ impl Outputs {
             let of_server = here.iter().filter(|(one, _)| one.server == *name);
             let mut own = Vec::new();
             for (pane, (output, pictures)) in of_server.enumerate() {
-                let projection = projection(output);
-                let takes_turns = takes_turns(output);
+                let projection = projection_of(output, projections);
+                let takes_turns =
+                    output.eye.is_none() && output.stereo.unwrap_or(stereo) == Stereo::Sequential;
                 own.push(NewPane {
                     output: output.clone(),
                     resolution: projection.map(Projection::resolution),
                     takes_turns,
                 });
-                panes.push(Shown {
+                panes.push(Showing {
                     server: number,
                     pane,
                     pictures: *pictures,
                     projection: projection.cloned(),
                     output: output.clone(),
                     pixels: vec![Vec::new(); 1 + usize::from(takes_turns)],
+                    version: 0,
                     ready: None,
                     is_told: false,
                     awaited: None,
@@ -213,7 +177,7 @@ impl Outputs {
         1 + u32::from(panes.any(|shown| shown.pixels.len() > 1))
     }
 
-    fn pane(&self, shown: &Shown) -> &Pane {
+    fn pane(&self, shown: &Showing) -> &Pane {
         self.servers[shown.server].display.pane(shown.pane)
     }
 
@@ -233,6 +197,7 @@ impl Outputs {
             let size = size.map(u32::from);
             let stereo = shown.output.stereo.unwrap_or(self.stereo);
             let projection = shown.projection.as_ref();
+            shown.version += 1;
             for (pixels, eye) in shown.pixels.iter_mut().zip(Eye::STEREO) {
                 pixels.resize(size[0] as usize * size[1] as usize, 0);
                 let (output, eyes) = (&shown.output, [left, right]);
@@ -261,6 +226,7 @@ impl Outputs {
             let size = size.map(u32::from);
             let pixels = draw(&shown.output, size, next.unwrap_or_default());
             let shown = &mut self.panes[number];
+            shown.version += 1;
             shown.pixels.fill(pixels);
         }
         self.prepare_again();
@@ -281,11 +247,16 @@ impl Outputs {
             if free.len() < shown.pixels.len() {
                 continue;
             }
-            for (pixels, &number) in shown.pixels.iter_mut().zip(&free) {
+            let is_lit = output.sync_patch.is_some() && self.frame.is_multiple_of(2);
+            let first = 4 * shown.version + 2 * u64::from(is_lit) + 1;
+            for (content, (pixels, &number)) in (first..).zip(shown.pixels.iter_mut().zip(&free)) {
+                if !sheets.all[number].lacks(content) {
+                    continue;
+                }
                 // A monitor may have another size since the pictures came.
                 pixels.resize(size[0] as usize * size[1] as usize, 0);
                 if let Some(corner) = output.sync_patch {
-                    patch(corner, self.frame.is_multiple_of(2), size, pixels);
+                    patch(corner, is_lit, size, pixels);
                 }
                 match sheets.all[number].write(pixels) {
                     Ok(()) => {
@@ -477,4 +448,48 @@ impl Outputs {
         });
         self.counts.all(panes.collect())
     }
+}
+
+fn projection_of<'p>(output: &Output, projections: &'p [Projection]) -> Option<&'p Projection> {
+    projections.iter().find(|one| one.name() == output.show)
+}
+
+/// Returns the outputs whose pictures this machine has, each with the numbers of those for the left
+/// eye and for the right one, and what is to be told of others.
+fn with_pictures(
+    outputs: &[Output],
+    pictures: &[(&str, Eye)],
+    projections: &[Projection],
+    stereo: Stereo,
+) -> (Vec<(Output, [usize; 2])>, Vec<String>) {
+    let (mut here, mut lacking) = (Vec::new(), Vec::new());
+    for output in outputs {
+        let projection = projection_of(output, projections);
+        let source = projection.map_or(output.show.as_str(), Projection::source);
+        let mut output = output.clone();
+        output.eye = output.eye.or(projection.and_then(Projection::eye));
+        let of = |wanted: Eye| {
+            let mut all = pictures.iter();
+            all.position(|&(name, eye)| name == source && (eye == wanted || eye == Eye::Centre))
+        };
+        let [left, right] = [of(Eye::Left), of(Eye::Right)];
+        let is_mono = output.stereo.unwrap_or(stereo) == Stereo::Mono;
+        let found = match output.eye {
+            Some(Eye::Right) => right.map(|one| [one; 2]),
+            Some(_) => left.map(|one| [one; 2]),
+            None if is_mono => left.map(|one| [one; 2]),
+            None => left.zip(right).map(|(left, right)| [left, right]),
+        };
+        if let Some(pictures) = found {
+            here.push((output, pictures));
+        } else if pictures.iter().any(|(name, _)| *name == source) {
+            lacking.push(format!(
+                "monitor {} shows nothing: there is no picture of \"{source}\" for each eye that it \
+                 shows",
+                output.monitor
+            ));
+        }
+        // Else another machine has its pictures.
+    }
+    (here, lacking)
 }

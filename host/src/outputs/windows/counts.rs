@@ -1,6 +1,6 @@
 //! Counts of what monitors showed.
 
-use super::Shown;
+use super::Showing;
 use crate::outputs::{Output, OutputsReport, PaneReport};
 use hdrhistogram::Histogram;
 use std::time::Duration;
@@ -48,7 +48,7 @@ impl Counts {
 
     /// Compares when outputs showed the newest frame, by the longest of their periods.
     /// With one clock, equal numbers are the same refresh.
-    pub(super) fn count(&mut self, panes: &[Shown], period: Duration, has_one_clock: bool) {
+    pub(super) fn count(&mut self, panes: &[Showing], period: Duration, has_one_clock: bool) {
         for (count, shown) in self.panes.iter_mut().zip(panes) {
             count.missed += u64::from(shown.awaited.is_some());
         }

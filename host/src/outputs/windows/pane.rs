@@ -8,7 +8,7 @@ use crate::outputs::Output;
 use crate::show::window::WindowError;
 use std::fs::File;
 use std::os::unix::fs::FileExt;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use zerocopy::IntoBytes;
 
@@ -42,6 +42,8 @@ pub(super) struct Sheet {
     pub(super) memory: Memory,
     /// How often the display may still read it.
     readers: AtomicU32,
+    /// The number of what was written last; 0 for nothing.
+    holds: AtomicU64,
     /// Whether the display has another order of bytes.
     is_swapped: bool,
 }
@@ -170,8 +172,14 @@ impl Sheet {
             pixmap,
             memory,
             readers: AtomicU32::new(0),
+            holds: AtomicU64::new(0),
             is_swapped,
         }
+    }
+
+    /// Returns whether it holds something else than what has a number, which it does from now on.
+    pub(super) fn lacks(&self, number: u64) -> bool {
+        self.holds.swap(number, Ordering::Relaxed) != number
     }
 
     /// Writes rows of pixels, 0xRRGGBB each, in the display's order of bytes.
