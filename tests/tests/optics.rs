@@ -492,7 +492,9 @@ fn water_within_glass_bends_light_by_the_ratio_of_their_indices() {
     // More of the same changes nothing.
     let mut onion = solid.clone();
     for radius in [0.9, 0.8, 0.7] {
-        add_sphere(&mut onion, radius, DVec3::ZERO, of(1.5, 0, [0.0; 3]));
+        let mut skin = onion.objects[0].clone();
+        skin.shape = Shape::Sphere { radius };
+        onion.objects.push(skin);
     }
     // A stone is seen through all that is before it.
     let mut stone = nested(of(1.5, 1, [0.0; 3]), of(1.333, 2, blue));
