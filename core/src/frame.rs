@@ -41,9 +41,11 @@ pub use job::{FrameError, FrameJob, Part, Pictures, Place, Progress, Tiles};
 pub use square::{LARGEST_UNIT, foveated_samples};
 use tile::{BLOCK, Block, Target};
 pub use tile::{Tile, TileError};
+#[cfg(feature = "projectors")]
+pub use view::Beam;
 pub use view::{
-    Beam, CylinderScreen, DomeError, DomePose, DomeProjection, DomeScreen, FlatScreen,
-    MirrorCamera, View, ViewError,
+    CylinderScreen, DomeError, DomePose, DomeProjection, DomeScreen, FlatScreen, MirrorCamera,
+    View, ViewError,
 };
 
 use crate::gaze::{Gaze, LineOfSight, Region};

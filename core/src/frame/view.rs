@@ -1,5 +1,6 @@
 //! Where a picture's rays start and where they go.
 
+#[cfg(feature = "projectors")]
 mod beam;
 mod cylinder_screen;
 mod dome;
@@ -7,6 +8,7 @@ mod dome_screen;
 mod flat_screen;
 mod screen;
 
+#[cfg(feature = "projectors")]
 pub use beam::Beam;
 pub use cylinder_screen::CylinderScreen;
 pub(super) use dome::{Dome, RayRow};
@@ -102,6 +104,7 @@ impl View {
     ///
     /// # Errors
     /// A size or a beam that cannot be, a view of anything else.
+    #[cfg(feature = "projectors")]
     pub fn lit_by(&self, beam: Beam) -> Result<Self, DomeError> {
         match &self.0 {
             Kind::Dome(dome) => Ok(Self(Kind::Dome(dome.lit_by(beam)?))),

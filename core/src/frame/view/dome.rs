@@ -6,7 +6,9 @@ pub use error::DomeError;
 pub use projection::{DomePose, DomeProjection, MirrorCamera};
 pub(crate) use ray_row::RayRow;
 
-use super::{Beam, CylinderScreen, Directions, DomeScreen, OnePoint, View};
+#[cfg(feature = "projectors")]
+use super::Beam;
+use super::{CylinderScreen, Directions, DomeScreen, OnePoint, View};
 use crate::capture::{equidistant, fisheye_equisolid, mirror_ball};
 use crate::frame::tile::BLOCK;
 use crate::numeric::{largest_magnitude, map3, max, min, sines_and_cosines, sqrt};
@@ -38,7 +40,22 @@ enum Shape {
     Cylinder(Vec3, Unrolled),
     /// What a beam lights, whose steps are in place of the axes: the centre the same way, the lens
     /// from there, in radii, and whether it is a cylinder about the room's +Y.
+    #[cfg_attr(not(feature = "projectors"), allow(dead_code))]
     Lit(Vec3, Vec3, bool),
+}
+
+impl Shape {
+    /// Returns what a beam lights: its lens, and whether it is a cylinder.
+    #[inline(always)]
+    const fn lit(&self) -> Option<(Vec3, bool)> {
+        match *self {
+            // Without the feature, no code is left of it.
+            Self::Lit(_, lens, is_cylinder) if cfg!(feature = "projectors") => {
+                Some((lens, is_cylinder))
+            }
+            _ => None,
+        }
+    }
 }
 
 /// The pixels of a cylinder's inside.
@@ -194,6 +211,7 @@ impl Dome {
     }
 
     /// Returns the rays from the same eye to what a beam's pixels light of the screen.
+    #[cfg(feature = "projectors")]
     pub(super) fn lit_by(&self, beam: Beam) -> Result<Self, DomeError> {
         let (centre, is_cylinder) = match self.screen {
             Shape::Dome(centre) => (centre, false),
@@ -300,9 +318,9 @@ impl Dome {
         direction: [L::F; 3],
     ) -> [L::F; 3] {
         let turned = map3([0, 1, 2], |axis| turned(l, axes, axis, direction));
-        let [x, y, z] = match self.screen {
-            Shape::Lit(_, lens, is_cylinder) => inside(l, lens, turned, is_cylinder),
-            _ => turned,
+        let [x, y, z] = match self.screen.lit() {
+            Some((lens, is_cylinder)) => inside(l, lens, turned, is_cylinder),
+            None => turned,
         };
         match self.screen {
             Shape::None(_) => [x, y, z],
@@ -321,7 +339,7 @@ impl Dome {
     /// angles from the middle, heights, and 0; of a beam pixels and 0.
     #[inline(always)]
     fn place<const W: usize, L: Lanes<W>>(&self, l: L, x: L::F, y: L::F) -> [L::F; 3] {
-        if let Shape::Lit(..) = &self.screen {
+        if self.screen.lit().is_some() {
             return [x, y, l.splat(0.0)];
         }
         let (side, two) = (l.splat(self.side()), l.splat(2.0));
@@ -345,18 +363,18 @@ impl Dome {
         l: L,
         pixel: [L::F; 3],
     ) -> (Option<[L::F; 3]>, [L::F; 3]) {
+        if self.screen.lit().is_some() {
+            let [x, y, _] = pixel;
+            return (None, [x, y, l.splat(1.0)]);
+        }
         let start = match self.screen {
             Shape::None(start) => start,
-            Shape::Dome(_) => [0.0; 3],
+            Shape::Dome(_) | Shape::Lit(..) => [0.0; 3],
             Shape::Cylinder(..) => {
                 let [angle, height, zero] = pixel;
                 let (sin, cos) = sines_and_cosines(l, l.min(l.abs(angle), l.splat(PI)));
                 let sin = l.select(l.le(angle, zero), l.sub(zero, sin), sin);
                 return (None, [sin, height, l.sub(zero, cos)]);
-            }
-            Shape::Lit(..) => {
-                let [x, y, _] = pixel;
-                return (None, [x, y, l.splat(1.0)]);
             }
         };
         match &self.projection {

@@ -69,7 +69,7 @@ fn tracks_have_their_closed_forms_at_keys_and_between() {
         (
             vec![0.0, 2.0, 1.0],
             vec![0.0; 9],
-            "key 2 is at 1 s, after 2 s",
+            "key 2 at 1 s, and not at 2 s or later",
         ),
         (vec![f64::NAN], vec![0.0; 3], "key 0"),
         (
