@@ -92,12 +92,17 @@ fn wait_for(lines: &mut impl Iterator<Item = std::io::Result<String>>, words: &s
 pub fn survives_unplugging(_: &mut HidApi) -> Result {
     let mut child: Child = show(SLOW.as_secs(), "--outputs front=Virtual-1").spawn()?;
     let mut said = BufReader::new(child.stderr.take().ok_or("no errors")?).lines();
-    let driven = "/sys/class/drm/card0-Virtual-1/enabled";
-    for _ in 0..SLOW.as_secs() {
-        thread::sleep(Duration::from_secs(1));
-        if fs::read_to_string(driven)?.trim() == "enabled" {
-            break;
-        }
+    let files = format!("/proc/{}/fd", child.id());
+    let is_open = || {
+        let mut links = fs::read_dir(&files).into_iter().flatten();
+        links.any(|link| {
+            let file = link.and_then(|link| fs::read_link(link.path()));
+            file.is_ok_and(|file| file.ends_with("card0"))
+        })
+    };
+    while !is_open() {
+        ensure!(child.try_wait()?.is_none(), "it ended");
+        thread::sleep(Duration::from_millis(100));
     }
     let second = show(1, "--outputs front=Virtual-1").output()?;
     let refusal = String::from_utf8_lossy(&second.stderr);
