@@ -185,13 +185,14 @@ fn every_fault_costs_one_pose_or_ends_the_stream() {
     }
     let step = if cfg!(miri) { 29 } else { 1 };
     for at in (0..stream.len()).step_by(step) {
-        for fault in 0..11 {
+        for fault in 0..5 {
             let mut bytes = stream.clone();
             match fault {
                 0 => bytes.truncate(at),
                 1 => drop(bytes.remove(at)),
                 2 => bytes.insert(at, bytes[at]),
-                bit => bytes[at] ^= 1 << (bit - 3),
+                3 => bytes[at] ^= 0x80,
+                _ => bytes[at] ^= 1 << (at % 7),
             }
             let mut vrpn = decoder("Head");
             let seen = events(&mut vrpn, &bytes);
