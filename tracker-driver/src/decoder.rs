@@ -151,6 +151,32 @@ pub enum Message {
     /// From the next sample on the device sends exactly these parts without a value,
     /// since it does not measure them: an eye that is shut.
     Unmeasured(Parts),
+    /// A person pressed a button or moved an axis.
+    Control(Control),
+}
+
+/// A button or an axis that a person moves: a wand's, a Flystick's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Control {
+    /// The sensor that the control is on, as in [`Sample::sensor`]; 0 if the protocol has none.
+    pub sensor: u8,
+    /// The control's number among the sensor's buttons or axes, from 0.
+    pub number: u8,
+    /// The state that it has now.
+    pub state: ControlState,
+    /// Time by the device's clock.
+    pub device_time: Option<DeviceTime>,
+}
+
+/// The state of a [`Control`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ControlState {
+    /// Whether the button is pressed.
+    Button(bool),
+    /// The axis' finite value, from −1 to 1 on most devices.
+    Axis(f32),
 }
 
 /// An event in the eyes' movement that a device found.

@@ -17,6 +17,7 @@
 //! | `AdHawk` | [`eye::adhawk`] | up to 128 | serial or SPI |
 //! | HID eye and head trackers | [`hid::eye_tracker`] | 65; others by the descriptor | USB HID, HID over I²C |
 //! | boards that speak our own link | [`link`] | up to 181 | serial |
+//! | VRPN, `DTrack`, `NatNet`, LSL, opentrack, `FreeD` | [`net`] | any | TCP, UDP |
 //!
 //! ```
 //! use shisen_tracker::decoder::{Decoder, Event};
@@ -70,7 +71,7 @@
 //!
 //! It reads no camera pictures and shows no targets: the caller shows those of a
 //! [calibration](estimate::Calibration). The decoders were tested with mocks only, never with a
-//! real device.
+//! real device; those of [`net`] also with what VRPN's server and LSL's outlets sent.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -89,6 +90,7 @@ pub mod i2c;
 pub mod link;
 #[cfg(any(test, feature = "mock"))]
 pub mod mock;
+pub mod net;
 pub mod protocol;
 mod rotation;
 pub mod sample;

@@ -25,6 +25,7 @@
 //! | 5 state | u32 code |
 //! | 6 eyes | u8 event (0 blink, 1 closed, 2 opened, 3 lost, 4 found, 5 saccade, 6 fixation), u8 eye (0 either, 1 left, 2 right), u8 which there are: bit 0 u64 time, bit 1 u64 wraps at, bit 2 u64 duration, then those |
 //! | 7 unmeasured | u16 which parts, in the order of [`Part::ALL`](crate::sample::Part::ALL) |
+//! | 8 control | u8 sensor, u8 number, u8 which: bit 0 u64 time, bit 1 u64 wraps at, bit 3 an axis; f32 the axis' value, or 0 or 1 for a button; then the times |
 //! | 32 to 37, 48 to 51 | between a display controller and the host that watches it: [`display`] |
 //! | 16 command, to the device | u8 0 stop, 1 start, or 2 and u16 samples per second |
 //!
@@ -61,7 +62,7 @@
 //!
 //! [COBS]: https://doi.org/10.1109/90.769765
 
-mod body;
+pub(crate) mod body;
 pub mod display;
 mod fields;
 mod frame;
@@ -75,7 +76,7 @@ use crate::valid;
 use fields::{read_sample, write_sample};
 use frame::{Content, Frames, LinkMessage, Received};
 pub use frame::{Frame, LONGEST_FRAME, Listener};
-use messages::{read_message, write_eye_event};
+use messages::{read_message, write_control, write_eye_event};
 
 /// The version that is spoken here.
 pub const VERSION: u8 = 1;
@@ -90,6 +91,7 @@ const REPLY: u8 = 4;
 const STATE: u8 = 5;
 const EYES: u8 = 6;
 const UNMEASURED: u8 = 7;
+const CONTROL: u8 = 8;
 const COMMAND: u8 = 16;
 
 /// Version, kind and count.
@@ -157,6 +159,10 @@ impl Encoder {
             Message::Unmeasured(parts) => {
                 content = self.begin(UNMEASURED);
                 content.push(&parts.bits().to_le_bytes());
+            }
+            Message::Control(control) => {
+                content = self.begin(CONTROL);
+                write_control(&mut content, control);
             }
         }
         content.finish()

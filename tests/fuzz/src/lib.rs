@@ -16,6 +16,10 @@ use shisen_tracker::head::polhemus::{Family, Format, ItemList};
 use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, Mode, documented};
 use shisen_tracker::i2c::{I2cHid, Interrupt};
 use shisen_tracker::mock::Device;
+use shisen_tracker::net::dtrack::DTrack;
+use shisen_tracker::net::lsl::{self, Feed, Format, Received};
+use shisen_tracker::net::natnet::NatNet;
+use shisen_tracker::net::vrpn::{self, Vrpn};
 use shisen_tracker::protocol::Protocol;
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
@@ -34,6 +38,7 @@ pub fn run(target: &str, bytes: &[u8]) {
         "items" => items(bytes),
         "scene-blob" => drop(scenes::blob(bytes)),
         "scene-file" => scene_file(bytes),
+        "dtrack" | "lsl" | "natnet" | "vrpn" => captured(target, bytes),
         protocol => stream(protocol, bytes),
     }
 }
@@ -43,10 +48,14 @@ pub fn targets() -> impl Iterator<Item = &'static str> {
     let others = [
         "descriptor",
         "device",
+        "dtrack",
         "i2c",
         "items",
+        "lsl",
+        "natnet",
         "scene-blob",
         "scene-file",
+        "vrpn",
     ];
     Protocol::NAMES.into_iter().chain(others)
 }
@@ -63,9 +72,75 @@ pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
     }
     seeds.push(("descriptor", documented::DESCRIPTOR.to_vec()));
     seeds.push(("i2c", on_a_bus()));
+    for (name, capture) in CAPTURES {
+        seeds.push((name, capture.to_vec()));
+    }
     seeds.push(("scene-file", SCENE.into()));
     seeds.push(("scene-blob", baked_scene()));
     seeds
+}
+
+/// What peers on the network sent.
+const CAPTURES: [(&str, &[u8]); 4] = [
+    (
+        "dtrack",
+        include_bytes!("../../../tracker-driver/src/net/captures/dtrack.cap"),
+    ),
+    (
+        "lsl",
+        include_bytes!("../../../tracker-driver/src/net/captures/lsl-float32-be-110.cap"),
+    ),
+    (
+        "natnet",
+        include_bytes!("../../../tracker-driver/src/net/captures/natnet-4.1-made.cap"),
+    ),
+    (
+        "vrpn",
+        include_bytes!("../../../tracker-driver/src/net/captures/vrpn-from-dtrack.cap"),
+    ),
+];
+
+/// Feeds the packets of a capture to the decoder of this name: u8 `<` for those that its client
+/// received, u8 `U` for datagrams, 6 bytes, u32 length.
+fn captured(name: &str, mut bytes: &[u8]) {
+    let vrpn_config = vrpn::Config::new("DTrack").expect("a short name");
+    let mut vrpn = Vrpn::new(vrpn_config);
+    let (mut dtrack, mut natnet) = (DTrack::default(), NatNet::default());
+    let mut lsl = Feed::new(Format::Float32, 6, 200.0);
+    let now = Micros(1);
+    let mut take = |event| {
+        if let Event::Sample(sample) = event {
+            assert_usable(name, &sample);
+        }
+    };
+    while let Some((head, rest)) = bytes.split_first_chunk::<12>() {
+        let length = u32::from_le_bytes([head[8], head[9], head[10], head[11]]) as usize;
+        let (packet, rest) = rest.split_at(length.min(rest.len()));
+        match name {
+            _ if head[0] != b'<' => {}
+            "vrpn" if head[1] == b'U' => vrpn.datagram(packet, now, &mut take),
+            "vrpn" => vrpn.feed(packet, now, &mut take),
+            "lsl" => lsl.feed(packet, now, &mut |received| {
+                if let Received::Record(record) = received {
+                    assert!(record.time.is_finite() && record.values().count() == 6);
+                }
+            }),
+            "dtrack" => dtrack.feed(packet, now, &mut take),
+            _ => natnet.feed(packet, now, &mut take),
+        }
+        bytes = rest;
+    }
+    for counts in [
+        vrpn.counts(),
+        lsl.counts(),
+        dtrack.counts(),
+        natnet.counts(),
+    ] {
+        assert!(counts.dropped_bytes <= counts.bytes, "{name}: {counts:?}");
+    }
+    if let Ok(text) = str::from_utf8(bytes) {
+        let _ = lsl::read_info(text);
+    }
 }
 
 /// A little of everything that a scene file can say.

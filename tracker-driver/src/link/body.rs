@@ -7,35 +7,35 @@ use crate::valid;
 use glam::Vec3;
 
 /// What is left of a body.
-pub(super) struct Body<'a>(pub(super) &'a [u8]);
+pub(crate) struct Body<'a>(pub(crate) &'a [u8]);
 
 impl Body<'_> {
-    pub(super) fn take<const N: usize>(&mut self) -> Result<[u8; N], DropReason> {
+    pub(crate) fn take<const N: usize>(&mut self) -> Result<[u8; N], DropReason> {
         let (bytes, rest) = self.0.split_first_chunk().ok_or(DropReason::Length)?;
         self.0 = rest;
         Ok(*bytes)
     }
 
-    pub(super) fn u32(&mut self) -> Result<u32, DropReason> {
+    pub(crate) fn u32(&mut self) -> Result<u32, DropReason> {
         self.take().map(u32::from_le_bytes)
     }
 
-    pub(super) fn u64(&mut self) -> Result<u64, DropReason> {
+    pub(crate) fn u64(&mut self) -> Result<u64, DropReason> {
         self.take().map(u64::from_le_bytes)
     }
 
     /// Returns a finite number.
-    pub(super) fn number(&mut self) -> Result<f32, DropReason> {
+    pub(crate) fn number(&mut self) -> Result<f32, DropReason> {
         let number = f32::from_le_bytes(self.take()?);
         valid::within(number, f32::MAX)
     }
 
-    pub(super) fn vector(&mut self) -> Result<Vec3, DropReason> {
+    pub(crate) fn vector(&mut self) -> Result<Vec3, DropReason> {
         Ok(Vec3::new(self.number()?, self.number()?, self.number()?))
     }
 
     /// Returns a time, and when its clock wraps if it does.
-    pub(super) fn time(&mut self, wraps: bool) -> Result<DeviceTime, DropReason> {
+    pub(crate) fn time(&mut self, wraps: bool) -> Result<DeviceTime, DropReason> {
         let microseconds = self.u64()?;
         let wraps_at = if wraps { self.u64()? } else { 0 };
         if wraps && microseconds >= wraps_at {
@@ -48,7 +48,7 @@ impl Body<'_> {
     }
 
     /// Checks that no byte is left over.
-    pub(super) fn end(&self) -> Result<(), DropReason> {
+    pub(crate) fn end(&self) -> Result<(), DropReason> {
         if self.0.is_empty() {
             Ok(())
         } else {

@@ -2,9 +2,10 @@
 
 use super::body::{Body, write_time};
 use super::frame::Content;
-use super::{EYES, FAULT, REPLY, STATE, TEXT, UNMEASURED};
+use super::{CONTROL, EYES, FAULT, REPLY, STATE, TEXT, UNMEASURED};
 use crate::decoder::{
-    DropReason, EyeEvent, EyeEventKind, MOST_MESSAGE_BYTES, Message, Reply, Side, Text,
+    Control, ControlState, DropReason, EyeEvent, EyeEventKind, MOST_MESSAGE_BYTES, Message, Reply,
+    Side, Text,
 };
 use crate::sample::Parts;
 use crate::time::Micros;
@@ -12,6 +13,7 @@ use crate::time::Micros;
 const HAS_TIME: u8 = 1 << 0;
 const HAS_WRAP: u8 = 1 << 1;
 const HAS_DURATION: u8 = 1 << 2;
+const IS_AXIS: u8 = 1 << 3;
 
 /// In the order of their numbers.
 pub(super) const EYE_EVENTS: [EyeEventKind; 7] = [
@@ -73,6 +75,47 @@ fn read_eye_event(body: &mut Body<'_>) -> Result<EyeEvent, DropReason> {
     })
 }
 
+/// Adds the body of a control.
+pub(super) fn write_control(content: &mut Content, control: &Control) {
+    let time = control.device_time;
+    let mut has = time.map_or(0, |_| HAS_TIME);
+    has |= time.map_or(0, |t| if t.wraps_at == 0 { 0 } else { HAS_WRAP });
+    let value = match control.state {
+        ControlState::Button(pressed) => f32::from(u8::from(pressed)),
+        ControlState::Axis(value) => {
+            has |= IS_AXIS;
+            value
+        }
+    };
+    content.push(&[control.sensor, control.number, has]);
+    content.push(&value.to_le_bytes());
+    if let Some(time) = time {
+        write_time(content, time);
+    }
+}
+
+fn read_control(body: &mut Body<'_>) -> Result<Control, DropReason> {
+    let [sensor, number, has] = body.take()?;
+    if has & !(HAS_TIME | HAS_WRAP | IS_AXIS) != 0 || has & (HAS_TIME | HAS_WRAP) == HAS_WRAP {
+        return Err(DropReason::Field);
+    }
+    let value = body.number()?;
+    let state = if has & IS_AXIS != 0 {
+        ControlState::Axis(value)
+    } else if value == 0.0 || value == 1.0 {
+        ControlState::Button(value == 1.0)
+    } else {
+        return Err(DropReason::Field);
+    };
+    let time = (has & HAS_TIME != 0).then(|| body.time(has & HAS_WRAP != 0));
+    Ok(Control {
+        sensor,
+        number,
+        state,
+        device_time: time.transpose()?,
+    })
+}
+
 /// Returns the message in a body of this kind.
 pub(super) fn read_message(kind: u8, body: &[u8]) -> Result<Message, DropReason> {
     let mut body = Body(body);
@@ -94,6 +137,7 @@ pub(super) fn read_message(kind: u8, body: &[u8]) -> Result<Message, DropReason>
             code: body.u32()?,
             meaning: "",
         },
+        CONTROL => Message::Control(read_control(&mut body)?),
         EYES => Message::Eyes(read_eye_event(&mut body)?),
         UNMEASURED => {
             let bits = u16::from_le_bytes(body.take()?);

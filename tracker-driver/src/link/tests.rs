@@ -1,7 +1,7 @@
 use super::fields::*;
 use super::messages::{EYE_EVENTS, SIDES};
 use super::*;
-use crate::decoder::{EyeEvent, MOST_MESSAGE_BYTES, Reply, Text};
+use crate::decoder::{Control, ControlState, EyeEvent, MOST_MESSAGE_BYTES, Reply, Text};
 use crate::protocol::Protocol;
 use crate::sample::{Eye, GazeFrame, GazePoint, Head, Part, Parts, Pupil, Reading};
 use crate::testing::{ARRIVAL, Random, dropped, events, hostile, mock_records, said, samples};
@@ -146,6 +146,16 @@ fn messages_survive_the_wire() {
                 eye,
                 device_time: time.filter(|_| eye.is_some()),
                 duration: eye.is_none().then_some(Micros(1 << 40)),
+            }));
+        }
+    }
+    for state in [ControlState::Button(true), ControlState::Axis(-0.25)] {
+        for device_time in [time, None] {
+            messages.push(Message::Control(Control {
+                sensor: 33,
+                number: 7,
+                state,
+                device_time,
             }));
         }
     }
