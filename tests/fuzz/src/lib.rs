@@ -17,7 +17,7 @@ use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, Mode, documented};
 use shisen_tracker::i2c::{I2cHid, Interrupt};
 use shisen_tracker::mock::Device;
 use shisen_tracker::net::dtrack::DTrack;
-use shisen_tracker::net::lsl::{self, Feed, Format, Received};
+use shisen_tracker::net::lsl::{self, Feed, Received};
 use shisen_tracker::net::natnet::NatNet;
 use shisen_tracker::net::vrpn::{self, Vrpn};
 use shisen_tracker::protocol::Protocol;
@@ -106,7 +106,7 @@ fn captured(name: &str, mut bytes: &[u8]) {
     let vrpn_config = vrpn::Config::new("DTrack").expect("a short name");
     let mut vrpn = Vrpn::new(vrpn_config);
     let (mut dtrack, mut natnet) = (DTrack::default(), NatNet::default());
-    let mut lsl = Feed::new(Format::Float32, 6, 200.0);
+    let mut lsl = Feed::new(lsl::Format::Float32, 6, 200.0);
     let now = Micros(1);
     let mut take = |event| {
         if let Event::Sample(sample) = event {
