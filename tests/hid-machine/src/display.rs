@@ -5,9 +5,9 @@ use hidapi::HidApi;
 use serde_json::Value;
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The display's state for the kernel: `off` is unplugged, `detect` is plugged in.
 const STATUS: &str = "/sys/class/drm/card0-Virtual-1/status";
@@ -41,24 +41,6 @@ fn count(report: &Value, key: &str) -> Result<u64> {
     Ok(report[key].as_u64().ok_or("no count")?)
 }
 
-/// Starts to show the pictures, and waits until the display is taken.
-fn start(seconds: u64, words: &str) -> Result<Child> {
-    let mut child = show(seconds, words).spawn()?;
-    let files = format!("/proc/{}/fd", child.id());
-    let is_open = || {
-        let mut links = fs::read_dir(&files).into_iter().flatten();
-        links.any(|link| {
-            let file = link.and_then(|link| fs::read_link(link.path()));
-            file.is_ok_and(|file| file.ends_with("card0"))
-        })
-    };
-    while !is_open() {
-        ensure!(child.try_wait()?.is_none(), "it ended");
-        thread::sleep(Duration::from_millis(100));
-    }
-    Ok(child)
-}
-
 pub fn presents_on_the_refresh(_: &mut HidApi) -> Result {
     let report = report(&show(SECONDS, "--outputs front=Virtual-1").output()?)?;
     let of = |key| count(&report, key);
@@ -74,15 +56,16 @@ pub fn presents_on_the_refresh(_: &mut HidApi) -> Result {
 pub fn alternates_eyes(_: &mut HidApi) -> Result {
     let words = "--outputs front=Virtual-1 --stereo sequential";
     let wrong = |report: &Value| count(report, "wrong_eyes");
+    let begun = Instant::now();
     let report_of = report(&show(SECONDS, words).output()?)?;
     ensure!(100 * wrong(&report_of)? <= 60 * SECONDS, "{report_of}");
-    let child = start(SECONDS, words)?;
-    thread::sleep(Duration::from_secs(4));
+    let middle = begun.elapsed() - Duration::from_secs(SECONDS / 2);
+    let child = show(SECONDS, words).spawn()?;
+    thread::sleep(middle);
     for signal in ["-STOP", "-CONT"] {
-        let id = child.id().to_string();
-        Command::new("/bin/busybox")
-            .args(["kill", signal, &id])
-            .status()?;
+        let mut kill = Command::new("/bin/busybox");
+        kill.args(["kill", signal, &child.id().to_string()]);
+        ensure!(kill.status()?.success(), "no kill {signal}");
         thread::sleep(Duration::from_millis(50));
     }
     let report_of = report(&child.wait_with_output()?)?;
@@ -121,7 +104,19 @@ fn wait_for(lines: &mut impl Iterator<Item = std::io::Result<String>>, words: &s
 }
 
 pub fn survives_unplugging(_: &mut HidApi) -> Result {
-    let mut child = start(SLOW.as_secs(), "--outputs front=Virtual-1")?;
+    let mut child = show(SLOW.as_secs(), "--outputs front=Virtual-1").spawn()?;
+    let files = format!("/proc/{}/fd", child.id());
+    let is_open = || {
+        let mut links = fs::read_dir(&files).into_iter().flatten();
+        links.any(|link| {
+            let file = link.and_then(|link| fs::read_link(link.path()));
+            file.is_ok_and(|file| file.ends_with("card0"))
+        })
+    };
+    while !is_open() {
+        ensure!(child.try_wait()?.is_none(), "it ended");
+        thread::sleep(Duration::from_millis(100));
+    }
     let mut said = BufReader::new(child.stderr.take().ok_or("no errors")?).lines();
     let second = show(1, "--outputs front=Virtual-1").output()?;
     let refusal = String::from_utf8_lossy(&second.stderr);
