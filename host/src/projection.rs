@@ -82,6 +82,16 @@ impl Cave {
                 "give each projector its own name",
             ));
         }
+        if self
+            .screens()
+            .any(|screen| screen.name().to_lowercase() == name)
+        {
+            return Err(RoomError::new(
+                "name",
+                format!("projector \"{}\" is named as a screen is", projector.name),
+                "give it a name of its own: outputs show either by its name",
+            ));
+        }
         Map::new(self.screen_of(&projector)?, &projector)?;
         self.projectors.push(projector);
         Ok(())

@@ -56,6 +56,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(room) => Projection::all(&room)?,
         None => Vec::new(),
     };
+    for ((screen, _), picture) in &found {
+        let mut all = projections.iter().filter(|one| one.screen() == screen);
+        let size = [picture.width, picture.height];
+        if let Some(one) = all.find(|one| one.picture_size() != size) {
+            let [columns, rows] = one.picture_size();
+            let message = format!(
+                "the pictures of \"{screen}\" have {} × {} pixels, and the room's file says \
+                 {columns} × {rows}",
+                size[0], size[1]
+            );
+            let help = "render them anew with this --walls file, or leave pixels out of it";
+            return Err(Fault::new(message, help).into());
+        }
+    }
     let opened = (arguments.outputs).open(&screens, &of, &projections, arguments.stereo)?;
     let mut outputs = opened.ok_or_else(|| {
         misuse!(
@@ -65,7 +79,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     })?;
     let pictures: Vec<Picture> = found.into_values().collect();
     outputs.prepare(&pictures);
-    let report = hold(&mut outputs, arguments.seconds, Outputs::prepare_again);
+    let report = hold(&mut outputs, arguments.seconds, |outputs| {
+        if outputs.prepare_again() {
+            outputs.prepare(&pictures);
+        }
+    });
     print(&report, arguments.json)
 }
 

@@ -132,6 +132,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let cave = arguments.room.cave()?;
     let name = pattern.name;
+    if let Drawing::Screen { is_stereo, .. } = pattern.drawing {
+        let is_single = arguments.room.eyes(arguments.room.head()).count() == 1;
+        if is_stereo && is_single {
+            return Err(misuse!("pattern {name} takes two eyes: leave --eyes 1 out"));
+        }
+        arguments.room.check_stereo(arguments.stereo)?;
+    }
     if arguments.outputs.is_given() {
         let report = Report {
             pattern: pattern.into(),
@@ -142,14 +149,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return print(&report, arguments.json);
     }
     let (images, overviews) = match pattern.drawing {
-        Drawing::Screen { draw, is_stereo } => {
-            let is_single = arguments.room.eyes(arguments.room.head()).count() == 1;
-            if is_stereo && is_single {
-                return Err(misuse!("pattern {name} takes two eyes: leave --eyes 1 out"));
-            }
-            arguments.room.check_stereo(arguments.stereo)?;
-            write_screens(arguments, &cave, name, draw)?
-        }
+        Drawing::Screen { draw, .. } => write_screens(arguments, &cave, name, draw)?,
         Drawing::Output { draw, .. } => {
             if arguments.stereo != Stereo::Mono {
                 return Err(misuse!(
@@ -219,8 +219,13 @@ fn show(arguments: &Arguments, cave: &Cave, pattern: &Pattern) -> Result<Outputs
     match pattern.drawing {
         Drawing::Screen { draw, .. } => {
             let pictures = views.iter().map(|view| draw(view).or_fail());
-            outputs.prepare(&pictures.collect::<Result<Vec<_>, _>>()?);
-            Ok(hold(&mut outputs, seconds, Outputs::prepare_again))
+            let pictures = pictures.collect::<Result<Vec<_>, _>>()?;
+            outputs.prepare(&pictures);
+            Ok(hold(&mut outputs, seconds, |outputs| {
+                if outputs.prepare_again() {
+                    outputs.prepare(&pictures);
+                }
+            }))
         }
         Drawing::Output { draw, is_moving } => {
             let outlines = neighbours(cave, &projections)?;
@@ -248,7 +253,11 @@ fn show(arguments: &Arguments, cave: &Cave, pattern: &Pattern) -> Result<Outputs
                 say("the pattern takes a line of standard input, such as Enter, for an event");
                 Ok(hold(&mut outputs, seconds, paint))
             } else {
-                Ok(hold(&mut outputs, seconds, Outputs::prepare_again))
+                Ok(hold(&mut outputs, seconds, |outputs| {
+                    if outputs.prepare_again() {
+                        paint(outputs);
+                    }
+                }))
             }
         }
     }

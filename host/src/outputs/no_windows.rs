@@ -54,7 +54,7 @@ impl Outputs {
         match self.0 {}
     }
 
-    pub fn prepare_again(&mut self) {
+    pub fn prepare_again(&mut self) -> bool {
         match self.0 {}
     }
 

@@ -173,7 +173,7 @@ impl Output {
                     format!("there are {}", names.join(", ")),
                 ));
             }
-            let same = |one: &&Self| one.monitor == *monitor && one.server == output.server;
+            let same = |one: &&Self| one.monitor == *monitor && one.display() == output.display();
             if let Some(other) = outputs[..number].iter().find(same) {
                 return Err(RoomError::new(
                     "monitor",
@@ -186,6 +186,15 @@ impl Output {
             }
         }
         Ok(())
+    }
+
+    /// Returns its X server by the shortest name.
+    fn display(&self) -> Option<String> {
+        let given = self
+            .server
+            .clone()
+            .or_else(|| std::env::var("DISPLAY").ok());
+        given.map(|name| name.strip_suffix(".0").unwrap_or(&name).to_owned())
     }
 }
 

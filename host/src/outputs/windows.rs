@@ -56,8 +56,9 @@ struct Showing {
     output: Output,
     /// The pixels of both eyes where it shows them by turns, else of one picture.
     pixels: Vec<Vec<u32>>,
-    /// How often these have changed.
+    /// How often these have changed, and the monitor's size for which they were made.
     version: u64,
+    made_for: [u32; 2],
     /// The pixmaps that are filled, of those at the monitor's size.
     ready: Option<(Arc<Sheets>, Vec<usize>)>,
     /// Whether it was told why it shows nothing.
@@ -115,6 +116,7 @@ impl Outputs {
                     output: output.clone(),
                     pixels: vec![Vec::new(); 1 + usize::from(takes_turns)],
                     version: 0,
+                    made_for: [0; 2],
                     ready: None,
                     is_told: false,
                     awaited: None,
@@ -198,15 +200,17 @@ impl Outputs {
             let stereo = shown.output.stereo.unwrap_or(self.stereo);
             let projection = shown.projection.as_ref();
             shown.version += 1;
+            shown.made_for = size;
             for (pixels, eye) in shown.pixels.iter_mut().zip(Eye::STEREO) {
                 pixels.resize(size[0] as usize * size[1] as usize, 0);
                 let (output, eyes) = (&shown.output, [left, right]);
                 let made = compose(output, projection, stereo, eyes, eye, size, pixels);
-                if let Err(error) = made
-                    && !std::mem::replace(&mut shown.is_told, true)
-                {
-                    self.said
-                        .push(format!("monitor {}: {error}", output.monitor));
+                if let Err(error) = made {
+                    pixels.fill(0);
+                    if !std::mem::replace(&mut shown.is_told, true) {
+                        self.said
+                            .push(format!("monitor {}: {error}", output.monitor));
+                    }
                 }
             }
         }
@@ -227,13 +231,16 @@ impl Outputs {
             let pixels = draw(&shown.output, size, next.unwrap_or_default());
             let shown = &mut self.panes[number];
             shown.version += 1;
+            shown.made_for = size;
             shown.pixels.fill(pixels);
         }
         self.prepare_again();
     }
 
-    /// Fills a pixmap of each window with the newest pictures once more.
-    pub fn prepare_again(&mut self) {
+    /// Fills a pixmap of each window with the newest pictures once more. Returns whether a monitor
+    /// has another size since they were prepared: it is dark until they are prepared anew.
+    pub fn prepare_again(&mut self) -> bool {
+        let mut is_outdated = false;
         self.frame = self.frame.wrapping_add(1);
         for shown in &mut self.panes {
             shown.ready = None;
@@ -247,14 +254,20 @@ impl Outputs {
             if free.len() < shown.pixels.len() {
                 continue;
             }
+            if shown.made_for != size {
+                (shown.made_for, is_outdated) = (size, true);
+                shown.version += 1;
+                for pixels in &mut shown.pixels {
+                    pixels.clear();
+                    pixels.resize(size[0] as usize * size[1] as usize, 0);
+                }
+            }
             let is_lit = output.sync_patch.is_some() && self.frame.is_multiple_of(2);
             let first = 4 * shown.version + 2 * u64::from(is_lit) + 1;
             for (content, (pixels, &number)) in (first..).zip(shown.pixels.iter_mut().zip(&free)) {
                 if !sheets.all[number].lacks(content) {
                     continue;
                 }
-                // A monitor may have another size since the pictures came.
-                pixels.resize(size[0] as usize * size[1] as usize, 0);
                 if let Some(corner) = output.sync_patch {
                     patch(corner, is_lit, size, pixels);
                 }
@@ -270,6 +283,7 @@ impl Outputs {
             }
             shown.ready = Some((sheets, free));
         }
+        is_outdated
     }
 
     /// Shows what was prepared, on each monitor at its first refresh at or after a time, and waits

@@ -53,7 +53,13 @@ impl<'a> Map<'a> {
                         points.iter().copied().map(place).collect()
                     }
                 };
-                let cells = Cells::new(mesh.size, mesh.at.clone(), places);
+                let cells = Cells::new(mesh.size, mesh.at.clone(), places).ok_or_else(|| {
+                    RoomError::new(
+                        "mesh",
+                        format!("the mesh of projector \"{name}\" folds all over, or is noise"),
+                        "export it again, smoothed",
+                    )
+                })?;
                 Kind::Mesh(cells, mesh.clone())
             }
         };
@@ -102,6 +108,11 @@ impl<'a> Map<'a> {
             Kind::Curved(lens) => self.screen.lit(lens.position, lens.direction(at))?,
             Kind::Mesh(cells, _) => cells.place(at)?,
         };
+        // Rounded just outside is inside.
+        let nearest = place.clamp(DVec2::ZERO, DVec2::ONE);
+        let is_rounded =
+            !matches!(self.screen, Screen::Dome(_)) && nearest.distance(place) < 1.0e-6;
+        let place = if is_rounded { nearest } else { place };
         self.screen.has(place).then_some(place)
     }
 

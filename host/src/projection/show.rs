@@ -166,6 +166,11 @@ impl Projection {
         self.eye
     }
 
+    /// Returns the columns and rows of the pictures that it shows.
+    pub const fn picture_size(&self) -> [u32; 2] {
+        self.picture
+    }
+
     /// Returns the projector's columns and rows.
     pub const fn resolution(&self) -> [u32; 2] {
         self.resolution

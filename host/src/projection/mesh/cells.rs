@@ -30,23 +30,25 @@ impl Found {
 }
 
 impl Cells {
-    /// Indexes cells of nodes in rows; those with a NaN have no cells.
-    pub(crate) fn new(size: [usize; 2], at: Vec<DVec2>, places: Vec<DVec2>) -> Self {
+    /// Indexes cells of nodes in rows; those with a NaN, and those farther than a picture's size
+    /// outside it, have no cells. `None` where each covers many others: it is noise.
+    pub(crate) fn new(size: [usize; 2], at: Vec<DVec2>, places: Vec<DVec2>) -> Option<Self> {
+        let is_near = |place: DVec2| (place - 0.5).abs().max_element() <= 1.5;
         let is_drawn = |cell: usize| {
             let corners = corners(size, cell);
             corners
                 .iter()
-                .all(|node| !at[*node].is_nan() && !places[*node].is_nan())
+                .all(|node| is_near(at[*node]) && is_near(places[*node]))
         };
         let cells: Vec<u32> = (0..(size[0] - 1) * (size[1] - 1))
             .filter(|cell| is_drawn(*cell))
             .map(|cell| cell as u32)
             .collect();
-        Self {
+        Some(Self {
             size,
-            at: Bins::new(size, at, &cells),
-            places: Bins::new(size, places, &cells),
-        }
+            at: Bins::new(size, at, &cells)?,
+            places: Bins::new(size, places, &cells)?,
+        })
     }
 
     /// Returns where a point of the projector's picture is in the screen's.
@@ -86,7 +88,10 @@ struct Bins {
 }
 
 impl Bins {
-    fn new(size: [usize; 2], points: Vec<DVec2>, cells: &[u32]) -> Self {
+    /// Most cells a bin, in the mean.
+    const MOST: usize = 64;
+
+    fn new(size: [usize; 2], points: Vec<DVec2>, cells: &[u32]) -> Option<Self> {
         let bounds = |cell: u32| {
             let corners = corners(size, cell as usize).map(|node| points[node]);
             let least = corners.into_iter().fold(DVec2::INFINITY, DVec2::min);
@@ -119,6 +124,14 @@ impl Bins {
                 (left..=right).for_each(|column| run(row * count[0] + column));
             }
         };
+        let sizes = cells.iter().map(|&cell| {
+            let (low, high) = bounds(cell);
+            let ([left, top], [right, bottom]) = (bins.bin(low), bins.bin(high));
+            (right - left + 1) * (bottom - top + 1)
+        });
+        if sizes.sum::<usize>() > Self::MOST * count[0] * count[1] + 4_096 {
+            return None;
+        }
         let mut starts = vec![0u32; count[0] * count[1] + 1];
         for cell in cells {
             each(*cell, &mut |bin| starts[bin] += 1);
@@ -135,12 +148,12 @@ impl Bins {
                 filled[starts[bin] as usize] = *cell;
             });
         }
-        Self {
+        Some(Self {
             points,
             starts,
             cells: filled,
             ..bins
-        }
+        })
     }
 
     /// Returns the bin of a point; the nearest for points outside.

@@ -123,17 +123,21 @@ fn of_description(bytes: &[u8], name: &str, read: &mut ReadFile<'_>) -> Result<M
     };
     let points = pfm::Points::read(&read(path_of(warp)?)?)?;
     let mut mesh = points.mesh(unit(warp)?, Some([x, y, width, height]))?;
+    let beta = child(files, "betaMap");
     if let Some(alpha) = child(files, "alphaMap") {
-        let alpha = grey(alpha, read)?;
-        let beta = child(files, "betaMap")
-            .map(|beta| grey(beta, read))
-            .transpose()?;
-        // Maps of white alone, or of white and black, blend nothing.
-        let is_blended =
-            beta.is_none() && alpha.values.iter().all(|share| [0.0, 1.0].contains(share));
-        if !is_blended {
+        let gamma = gamma_of(alpha)?.unwrap_or(1.0);
+        let alpha = grey(alpha, gamma, read)?;
+        // A beta map without a gamma has that of alpha.
+        let beta = beta.map(|beta| grey(beta, gamma_of(beta)?.unwrap_or(gamma), read));
+        let beta = beta.transpose()?;
+        // White alone blends nothing.
+        if beta.is_some() || alpha.values.iter().any(|share| *share != 1.0) {
             mesh.shares = Shares::Maps(alpha, beta);
         }
+    } else if beta.is_some() {
+        return Err(fault(format!(
+            "the region \"{id}\" has a betaMap and no alphaMap"
+        )));
     }
     Ok(mesh)
 }
@@ -187,16 +191,19 @@ fn unit(warp: Node<'_, '_>) -> Result<f64, Unreadable> {
     })
 }
 
-/// Reads a PNG of 8 or 16 bits as light.
-fn grey(map: Node<'_, '_>, read: &mut ReadFile<'_>) -> Result<Grey, Unreadable> {
-    let path = path_of(map)?;
-    let gamma: f64 = text(map, "gammaEmbedded")
-        .and_then(|gamma| gamma.parse().ok())
-        .unwrap_or(1.0);
-    if !(0.1..=10.0).contains(&gamma) {
+/// Returns the gamma that a map says it has.
+fn gamma_of(map: Node<'_, '_>) -> Result<Option<f64>, Unreadable> {
+    let said = text(map, "gammaEmbedded").and_then(|gamma| gamma.parse().ok());
+    if let Some(gamma) = said.filter(|gamma| !(0.1..=10.0).contains(gamma)) {
         let help = "its gammaEmbedded is a number such as 2.2";
-        return Err((format!("the gamma of {path} is {gamma}"), help));
+        return Err((format!("the gamma of {} is {gamma}", path_of(map)?), help));
     }
+    Ok(said)
+}
+
+/// Reads a PNG of 8 or 16 bits as light.
+fn grey(map: Node<'_, '_>, gamma: f64, read: &mut ReadFile<'_>) -> Result<Grey, Unreadable> {
+    let path = path_of(map)?;
     let bytes = read(path)?;
     let unread = |reason: png::DecodingError| {
         let help = "it is a PNG of 8 or 16 bits, grey or RGB";
@@ -213,7 +220,16 @@ fn grey(map: Node<'_, '_>, read: &mut ReadFile<'_>) -> Result<Grey, Unreadable> 
             help,
         ));
     }
-    let mut pixels = vec![0; reader.output_buffer_size().unwrap_or_default()];
+    let most = (MOST_MIB << 20) as usize;
+    let bytes = reader.output_buffer_size().filter(|bytes| *bytes <= most);
+    let Some(bytes) = bytes else {
+        let help = "give a map with the region's resolution";
+        return Err((
+            format!("its file {path} has more than {MOST_MIB} MiB, unpacked"),
+            help,
+        ));
+    };
+    let mut pixels = vec![0; bytes];
     let image = reader.next_frame(&mut pixels).map_err(unread)?;
     let bytes = match image.bit_depth {
         png::BitDepth::Sixteen => 2,
