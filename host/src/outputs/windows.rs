@@ -56,8 +56,9 @@ struct Showing {
     output: Output,
     /// The pixels of both eyes where it shows them by turns, else of one picture.
     pixels: Vec<Vec<u32>>,
-    /// How often these have changed, and the monitor's size for which they were made.
+    /// How often these have changed.
     version: u64,
+    /// The monitor's size for which they were made.
     made_for: [u32; 2],
     /// The pixmaps that are filled, of those at the monitor's size.
     ready: Option<(Arc<Sheets>, Vec<usize>)>,

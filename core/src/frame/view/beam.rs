@@ -60,7 +60,7 @@ mod tests {
     #[test]
     fn rays_go_to_what_pixels_light() {
         let eye = Vec3::new(0.4, 0.3, 0.9);
-        // A lens inside and one far outside, whose light comes through the opening.
+        // A lens inside and one outside, whose light comes through the opening.
         for lens in [Vec3::new(0.2, -0.1, 0.5), Vec3::new(0.1, 0.05, 1.4)] {
             for (view, is_cylinder) in views(eye).into_iter().zip([false, true]) {
                 let view = view.lit_by(beam(lens)).unwrap();

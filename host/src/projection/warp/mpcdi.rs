@@ -1,5 +1,5 @@
-//! MPCDI 1.0 and 2.0, VESA's interchange of projector calibrations: an archive of `mpcdi.xml`, a PFM of
-//! points and a PNG of weights.
+//! MPCDI 1.0 and 2.0, VESA's interchange of projector calibrations: an archive of `mpcdi.xml`, a
+//! PFM of points and a PNG of weights.
 //!
 //! The profile is `a3`, advanced 3D: each value of the PFM is where the middle of a cell of the
 //! projector's picture meets its screen, (x, y, z) in metres, or NaN. The weights (`alphaMap`) are
