@@ -125,6 +125,23 @@ impl Cave {
         Err(RoomError::new("screen", message, help))
     }
 
+    /// Returns a sentence about each projector's mesh that has holes or folds.
+    ///
+    /// # Errors
+    /// As [`Map::new`].
+    pub fn uneven_meshes(&self) -> Result<Vec<String>, RoomError> {
+        let with_mesh = |one: &&Projector| matches!(one.placement, Placement::Mesh(_));
+        let flaws = self.projectors.iter().filter(with_mesh).map(|projector| {
+            let map = Map::new(self.screen_of(projector)?, projector)?;
+            Ok(map.flaws(projector))
+        });
+        Ok(flaws
+            .collect::<Result<Vec<_>, RoomError>>()?
+            .into_iter()
+            .flatten()
+            .collect())
+    }
+
     /// Returns the outlines of the pictures of the other projectors that light a projector's screen
     /// for the same eye, as far as it shows them: in its own picture, 0 to 1.
     ///

@@ -109,6 +109,7 @@ impl WallsName {
         if let Some(remark) = cave.skewed() {
             warn(&remark);
         }
+        cave.uneven_meshes()?.iter().for_each(|remark| warn(remark));
         Ok(cave)
     }
 

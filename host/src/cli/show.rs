@@ -3,6 +3,7 @@
 use crate::cave::Eye;
 use crate::cli::arguments::outputs::OutputsArguments;
 use crate::cli::arguments::span;
+use crate::cli::cave::pictures::STEREO_FILES;
 use crate::cli::prelude::*;
 use crate::cli::tracker::Interrupt;
 use crate::files::explain;
@@ -127,6 +128,9 @@ fn pictures(folder: &Path) -> Result<BTreeMap<(String, usize), Picture>, Failure
         let Some((screen, eye)) = stem.and_then(|stem| stem.rsplit_once('-')) else {
             continue;
         };
+        if STEREO_FILES.contains(&screen) {
+            continue;
+        }
         if let Some(eye) = Eye::ALL.iter().position(|one| one.name() == eye) {
             let picture = linear(&Image::load(&path, &mut left)?)?;
             found.insert((screen.to_owned(), eye), picture);

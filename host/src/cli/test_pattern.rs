@@ -364,6 +364,7 @@ impl fmt::Display for Report {
         writeln!(f, "{}", self.pattern)?;
         let files = self.images.iter().map(|image| &image.path);
         let files: Vec<_> = files.chain(&self.overviews).map(String::as_str).collect();
-        f.write_str(&files.join("\n"))
+        f.write_str(&files.join("\n"))?;
+        (self.outputs.iter()).try_for_each(|outputs| outputs.fmt(f))
     }
 }

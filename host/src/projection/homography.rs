@@ -64,8 +64,12 @@ impl Homography {
             Self::new(to_screen * (sign / size.fold(0.0, f64::max)))
         })();
         let Some(map) = found else {
-            let message = "the corner pins lie on one line, or two are the same".to_owned();
-            return Err(fault(message, order));
+            let message = if turns_both_ways(pins) {
+                "the corner pins cross, or are not convex"
+            } else {
+                "the corner pins lie on one line, or two are the same"
+            };
+            return Err(fault(message.to_owned(), order));
         };
         for (number, [at, place]) in pins.iter().enumerate() {
             let number = number + 1;
@@ -105,6 +109,17 @@ fn projected(map: &DMat3, point: DVec2) -> Option<DVec2> {
     let DVec3 { x, y, z } = *map * point.extend(1.0);
     let point = DVec2::new(x / z, y / z);
     (z > 0.0 && point.is_finite()).then_some(point)
+}
+
+/// Returns whether some triangles of pins are turned over on the screen, and others are not.
+fn turns_both_ways(pins: &[Pin]) -> bool {
+    let of = |[a, b, c]: [&Pin; 3]| {
+        let turn = |side: usize| (b[side] - a[side]).perp_dot(c[side] - a[side]);
+        turn(0) * turn(1)
+    };
+    let triangles = (2..pins.len()).map(|last| of([&pins[0], &pins[last - 1], &pins[last]]));
+    let signs: Vec<f64> = triangles.filter(|turn| *turn != 0.0).collect();
+    signs.iter().any(|one| *one > 0.0) && signs.iter().any(|one| *one < 0.0)
 }
 
 /// Returns the map of one side's points to a mean of 0 and a mean distance of √2.

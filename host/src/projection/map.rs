@@ -1,7 +1,7 @@
 //! Where each point of a projector's picture lies in its screen's, and which point lights a place.
 
 use super::homography::Homography;
-use super::mesh::{Cells, Mesh, Shares, Targets};
+use super::mesh::{Cells, Flaws, Mesh, Shares, Targets};
 use super::projector::{Lens, Placement, Projector};
 use crate::cave::{RoomError, Screen, WallPlane};
 use glam::DVec2;
@@ -155,6 +155,29 @@ impl<'a> Map<'a> {
                 Some([alpha.at(at) * (1.0 - beta), beta])
             }
         }
+    }
+
+    /// Returns a sentence about a mesh's holes and folds, if it has any.
+    pub(super) fn flaws(&self, projector: &Projector) -> Option<String> {
+        let Kind::Mesh(cells, _) = &self.kind else {
+            return None;
+        };
+        let Flaws { holes, folds } = cells.flaws();
+        let flaws = [
+            (holes, "nodes inside it that are not drawn, and stay dark"),
+            (folds, "cells folded over others"),
+        ];
+        let flaws = flaws.into_iter().filter(|(count, _)| *count > 0);
+        let flaws: Vec<String> = flaws
+            .map(|(count, what)| format!("{what}: {count}"))
+            .collect();
+        (!flaws.is_empty()).then(|| {
+            format!(
+                "the mesh of projector \"{}\" is uneven ({}): measure it again there",
+                projector.name,
+                flaws.join("; ")
+            )
+        })
     }
 
     /// Returns whether the mesh's file gives the projector's share.

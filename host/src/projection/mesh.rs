@@ -9,7 +9,7 @@ mod cells;
 mod mpcdi;
 mod pfm;
 
-pub(super) use cells::Cells;
+pub(super) use cells::{Cells, Flaws};
 
 use crate::cave::RoomError;
 use crate::files;
@@ -90,7 +90,10 @@ impl Mesh {
         let read = if bytes.starts_with(b"PK") {
             mpcdi::of_archive(&bytes, name)
         } else if bytes.starts_with(b"PF") {
-            pfm::Points::read(&bytes).and_then(|points| points.mesh(1.0, None))
+            pfm::Points::read(&bytes).and_then(|points| {
+                let is_flat = points.are_flat();
+                points.mesh(is_flat, 1.0, None)
+            })
         } else if bytes.trim_ascii_start().starts_with(b"<") {
             mpcdi::of_xml(&bytes, path.parent().unwrap_or(Path::new("")), name)
         } else {

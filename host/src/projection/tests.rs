@@ -417,6 +417,7 @@ throw = 1 | throw = 1\nblend = 0 | blend is 0 | blend = 0
 throw = 1 | throw = 1\ngain = 2 | gain is 2 | gain = 2
 [100, 0], [0.9, 0]] | [100, 0], [0.9, 1]] | cross, or are not convex
 [100, 0], [0.9, 0]] | [100, 0], [0.3, 0.7]] | cross, or are not convex
+[0, 0.1]], [[100, 0], [0.9, 0]], [[98, 80], [1, 1]], [[2, 80], [0.1, 0.9]] | [0, 0]], [[100, 0], [1, 0]], [[100, 80], [0, 1]], [[0, 80], [1, 1]] | cross, or are not convex
 [98, 80] | [98, 81] | pin 3 is outside
 , [[2, 80], [0.1, 0.9]] | | there are 3
 [[2, 80], [0.1, 0.9]] | [[2, 80], [0.1, 0.9]], [[50, 40], [0.2, 0.5]] | away from where the others

@@ -74,6 +74,14 @@ impl WindowError {
         Self { message, help }
     }
 
+    /// Says which of several servers it was.
+    pub(crate) fn of_server(mut self, name: Option<&str>) -> Self {
+        if let Some(name) = name {
+            self.message = format!("X server {name}: {}", self.message);
+        }
+        self
+    }
+
     pub(crate) fn gone(reason: &str) -> Self {
         let (message, help) = (format!("the window system has gone: {reason}"), None);
         Self { message, help }

@@ -10,6 +10,9 @@ use crate::show::overview::net;
 use crate::show::overview::viewer::{self, ViewerCamera};
 use crate::show::stereo::Stereo;
 
+/// How the files of both eyes in one picture begin.
+pub(in crate::cli) const STEREO_FILES: [&str; 2] = ["stereo-cave", "stereo-viewer"];
+
 pub(in crate::cli) struct Writer<'a> {
     /// Existing folder of the pictures.
     pub(in crate::cli) folder: &'a Path,
@@ -131,7 +134,7 @@ impl Writer<'_> {
             viewer::render(left, of_left),
             viewer::render(right, of_right),
         ];
-        for (name, [left, right]) in [("stereo-cave", nets), ("stereo-viewer", views)] {
+        for (name, [left, right]) in STEREO_FILES.into_iter().zip([nets, views]) {
             let composed = self.stereo.compose(&left.or_fail()?, &right.or_fail()?);
             for one in composed.or_fail()? {
                 let suffix = one.eye.map_or(String::new(), |eye| format!("-{eye}"));

@@ -71,7 +71,9 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names: Vec<&str> = self.walls.iter().map(|wall| wall.name.as_str()).collect();
         write!(f, "{}: the walls {}", self.path, names.join(", "))?;
-        write!(f, "\nnot taken: {}", self.ignored.join("; "))?;
+        if !self.ignored.is_empty() {
+            write!(f, "\nnot taken: {}", self.ignored.join("; "))?;
+        }
         self.remarks
             .iter()
             .try_for_each(|remark| write!(f, "\n{remark}"))

@@ -90,6 +90,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (head, look) = (arguments.head.0, arguments.look.basis());
     let half = 0.5 * DEFAULT_INTERPUPILLARY_DISTANCE * look.right;
     let mut remarks: Vec<String> = cave.skewed().into_iter().chain(cave.open_seams()).collect();
+    remarks.extend(cave.uneven_meshes()?);
     for screen in cave.screens() {
         // Not `check_eye`: that names the first screen alone.
         remarks.extend(screen.view_from(head).err().map(|fault| fault.to_string()));

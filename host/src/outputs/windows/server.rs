@@ -44,8 +44,8 @@ pub(super) struct XServer {
 
 /// Returns a connection to the server of a name, and the number of its screen.
 fn connect(name: Option<&str>) -> Result<(RustConnection, usize), WindowError> {
-    let name = name.map(str::to_owned);
-    in_time(move || Ok(x11rb::connect(name.as_deref())?))
+    let owned = name.map(str::to_owned);
+    in_time(move || Ok(x11rb::connect(owned.as_deref())?)).map_err(|error| error.of_server(name))
 }
 
 fn memory_way(connection: &RustConnection) -> Result<MemoryWay, WindowError> {

@@ -6,8 +6,18 @@ use glam::DVec2;
 #[derive(Debug)]
 pub(crate) struct Cells {
     size: [usize; 2],
+    flaws: Flaws,
     at: Bins,
     places: Bins,
+}
+
+/// What is odd about a mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Flaws {
+    /// Nodes that are not drawn although others on all four sides are.
+    pub(crate) holes: usize,
+    /// Cells that are turned over although most are not.
+    pub(crate) folds: usize,
 }
 
 /// A point in a cell.
@@ -46,9 +56,15 @@ impl Cells {
             .collect();
         Some(Self {
             size,
+            flaws: Flaws::of(size, &places, &cells),
             at: Bins::new(size, at, &cells)?,
             places: Bins::new(size, places, &cells)?,
         })
+    }
+
+    /// Returns what is odd about the mesh.
+    pub(crate) const fn flaws(&self) -> Flaws {
+        self.flaws
     }
 
     /// Returns where a point of the projector's picture is in the screen's.
@@ -64,6 +80,36 @@ impl Cells {
     /// Returns the cell that a point of the projector's picture is in.
     pub(crate) fn at(&self, at: DVec2) -> Option<Found> {
         self.at.find(self.size, at)
+    }
+}
+
+impl Flaws {
+    fn of(size: [usize; 2], places: &[DVec2], cells: &[u32]) -> Self {
+        let is_drawn = |node: usize| !places[node].is_nan();
+        // From the first to the last drawn node of each row and of each column.
+        let [along, down] = [(1, size[0]), (size[0], size[1])].map(|(step, count)| {
+            let lines = size[0] * size[1] / count;
+            let line = move |line: usize| {
+                let first = if step == 1 { line * count } else { line };
+                let mut drawn = (0..count).filter(|at| is_drawn(first + at * step));
+                let least = drawn.next().unwrap_or(count);
+                least..drawn.next_back().unwrap_or(least)
+            };
+            (0..lines).map(line).collect::<Vec<_>>()
+        });
+        let is_hole = |node: &usize| {
+            let (column, row) = (node % size[0], node / size[0]);
+            !is_drawn(*node) && along[row].contains(&column) && down[column].contains(&row)
+        };
+        let is_over = |cell: &&u32| {
+            let [a, b, c, d] = corners(size, **cell as usize).map(|node| places[node]);
+            (d - a).perp_dot(c - b) < 0.0
+        };
+        let over = cells.iter().filter(is_over).count();
+        Self {
+            holes: (0..places.len()).filter(is_hole).count(),
+            folds: over.min(cells.len() - over),
+        }
     }
 }
 

@@ -122,7 +122,7 @@ fn of_description(bytes: &[u8], name: &str, read: &mut ReadFile<'_>) -> Result<M
         )));
     };
     let points = pfm::Points::read(&read(path_of(warp)?)?)?;
-    let mut mesh = points.mesh(unit(warp)?, Some([x, y, width, height]))?;
+    let mut mesh = points.mesh(profile == "2d", unit(warp)?, Some([x, y, width, height]))?;
     let beta = child(files, "betaMap");
     if let Some(alpha) = child(files, "alphaMap") {
         let gamma = gamma_of(alpha)?.unwrap_or(1.0);

@@ -57,11 +57,20 @@ impl Points {
         Ok(Self { size, values })
     }
 
+    /// Returns whether no node has a third number.
+    pub(super) fn are_flat(&self) -> bool {
+        self.values.iter().all(|value| value[2].is_nan())
+    }
+
     /// Returns the mesh of nodes in the middles of cells, continued to the picture's edges: points in
-    /// units of `unit` metres, or, where all third numbers are NaN, places in the screen's picture,
-    /// of which `region` is the part that 0 to 1 stand for.
-    pub(super) fn mesh(&self, unit: f64, region: Option<Region>) -> Result<Mesh, Unreadable> {
-        let is_flat = self.values.iter().all(|value| value[2].is_nan());
+    /// units of `unit` metres, or, where they are flat, places in the screen's picture, of which
+    /// `region` is the part that 0 to 1 stand for.
+    pub(super) fn mesh(
+        &self,
+        is_flat: bool,
+        unit: f64,
+        region: Option<Region>,
+    ) -> Result<Mesh, Unreadable> {
         let is_infinite = self
             .values
             .iter()

@@ -101,11 +101,11 @@ fn numbers_of_files_go_where_their_formats_say() {
     let upper = [DVec2::new(0.2, 1.0 - 0.7), DVec2::new(1.0, 1.0 - 0.9)];
     assert_eq!(places[..2], upper);
     assert_eq!(mesh.shares, Shares::Nodes(vec![1.0, 0.5, 1.0, 1.0]));
-    // The lowest row first; places where the third number is NaN, from the upper left corner.
+    // The lowest row first; flat ones are places from the upper left corner, whatever the third is.
     let values: [[f32; 3]; 4] = [
-        [0.0, 1.0, f32::NAN],
-        [1.0, 1.0, f32::NAN],
-        [0.25, 0.0, f32::NAN],
+        [0.0, 1.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [0.25, 0.0, 0.0],
         [1.0, 0.0, f32::NAN],
     ];
     let mut file = b"PF\n2 2\n-1.0\n".to_vec();
@@ -116,7 +116,7 @@ fn numbers_of_files_go_where_their_formats_say() {
             .flat_map(|value| value.to_le_bytes()),
     );
     let mesh = pfm::Points::read(&file)
-        .and_then(|points| points.mesh(1.0, None))
+        .and_then(|points| points.mesh(true, 1.0, None))
         .unwrap();
     let Targets::Places(places) = &mesh.targets else {
         panic!()
@@ -125,6 +125,27 @@ fn numbers_of_files_go_where_their_formats_say() {
     assert_eq!(places[5], DVec2::new(0.25, 0.0));
     assert_eq!(places[6], DVec2::new(1.0, 0.0));
     assert_eq!(places[0], DVec2::new(0.0, -0.5));
+}
+
+#[test]
+fn holes_and_folds_are_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let nodes = (0..25).map(|node| {
+        let (x, y) = (f64::from(node % 5) / 4.0, f64::from(node / 5) / 4.0);
+        let u = if node == 18 { 1.3 } else { x };
+        let drawn = if node == 12 { -1 } else { 1 };
+        let (across, up) = (64.0 / 48.0 * (2.0 * x - 1.0), 2.0 * y - 1.0);
+        format!("{across} {up} {u} {y} {drawn}\n")
+    });
+    let file = format!("2\n5 5\n{}", nodes.collect::<String>());
+    fs::write(folder.path().join("left.data"), file).unwrap();
+    let text = format!("{WALL}{LEFT}mesh = \"left.data\"\n");
+    let name = folder.path().join("room.toml");
+    let room = Cave::from_toml(&text, &name.to_string_lossy(), [64; 2]).unwrap();
+    let remarks = room.uneven_meshes().unwrap();
+    let says =
+        "(nodes inside it that are not drawn, and stay dark: 1; cells folded over others: 2)";
+    assert!(remarks[0].contains(says), "{remarks:?}");
 }
 
 #[test]
