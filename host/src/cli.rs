@@ -139,8 +139,6 @@ impl Program for Shisen {
         ("tracker monitor", schema::<tracker::sample::Record>),
         ("tracker record", schema::<tracker::record::Report>),
         ("tracker calibrate", schema::<tracker::calibrate::Report>),
-        ("tracker mock", schema::<tracker::sample::Record>),
-        ("tracker replay", schema::<tracker::sample::Record>),
     ];
 
     fn run(&self) -> Result<(), Failure> {

@@ -8,6 +8,7 @@ pub(crate) mod calibration;
 mod feed;
 mod hid;
 mod live;
+mod net;
 mod notice;
 mod port;
 mod protocol;
@@ -23,6 +24,8 @@ mod times;
 
 pub use feed::{Feed, FeedClock, PAUSE, Senses, simulated};
 pub(crate) use hid::features;
+pub use net::{Datagrams, GazeSpec, LslSpec, NetSpec, Server};
+pub(crate) use net::{Stream, devices, streams};
 pub use notice::{Features, Notice, Trouble};
 pub use protocol::ProtocolSpec;
 pub use recording::{Recorder, Recording};

@@ -50,7 +50,10 @@ fn usage_is_that_of_the_command_asked_for() {
             "bench latency --scene grid --budget paper",
             "shisen-evidence bench latency",
         ),
-        ("tracker mock --as hid --pty line", "shisen tracker mock"),
+        (
+            "tracker serve mock --as hid --to line",
+            "shisen tracker serve",
+        ),
     ] {
         let output = line(folder.path(), words).output().unwrap();
         assert_eq!(output.status.code(), Some(2));

@@ -105,7 +105,7 @@ fn a_gaze_that_is_lost_leaves_no_hole_where_it_was() {
 #[test]
 fn a_tracker_that_is_killed_adds_nothing_to_latencies() {
     let folder = folder();
-    let mock = start_on_line(folder.path(), "tracker mock --as link --pty tracker");
+    let mock = start_on_line(folder.path(), "tracker serve mock --as link --to tracker");
     let spec = "serial:tracker?protocol=link&hold_after=0.1&widen_after=0.2&head_after=0.4&\
                 full_after=0.6";
     let words = format!(

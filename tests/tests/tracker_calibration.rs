@@ -163,7 +163,7 @@ fn a_device_is_calibrated_while_targets_are_looked_at() {
     let folder = folder();
     let folder = folder.path();
     script(folder, "three.csv", &[0, 2, 7].map(|i| nine()[i]), 1.2);
-    let mock = "tracker mock --as iscan --pty tracker --still --targets three.csv";
+    let mock = "tracker serve mock:still=1&targets=three.csv --as iscan --to tracker";
     let _mock = start_on_line(folder, mock);
     let calibrate = "tracker calibrate serial:tracker?protocol=iscan a.toml --targets three.csv";
     let said = run(folder, calibrate).err;

@@ -73,7 +73,7 @@ pub(super) fn start_on_line(folder: &Path, words: &str) -> Running {
 fn mock(folder: &Path, protocol: &str) -> Running {
     start_on_line(
         folder,
-        &format!("tracker mock --pty tracker --as {protocol}"),
+        &format!("tracker serve mock --to tracker --as {protocol}"),
     )
 }
 
@@ -284,10 +284,20 @@ fn unusable_trackers_are_refused() {
         serial:?protocol=asl => names no port
         serial:/dev/nowhere?protocol=asl&units=cm => layout=numbered
         mock:as=mouse => osvr-hdk
+        vrpn:Tracker0 => vrpn:Tracker0@
+        lsl:gaze => type=Gaze
+        lsl:type=Gaze?camera=1,2,3 => 770,770,800,600
+        lsl:type=Gaze?head=1 => lsl has one sensor
+        udp:4242 => ?protocol=opentrack
+        dtrack:0 => 0.0.0.0 is all
+        tcp:localhost => tcp:localhost:7000
+        natnet:a?frame=up,up,up => right-handed
         serial:/dev/nowhere => ?protocol=NAME";
     let failure = "serial:/dev/nowhere?protocol=asl => /dev/nowhere
         serial:/dev/null?protocol=asl => it is not a serial port
         hid:fffe:fffd => fffe:fffd
+        vrpn:Tracker0@127.0.0.1:9 => cannot reach 127.0.0.1:9
+        natnet:127.0.0.1:9 => no NatNet server
         replay:nothing.csv => nothing.csv";
     for (code, rows) in [(2, usage), (1, failure)] {
         for row in rows.lines().map(str::trim) {
@@ -299,14 +309,14 @@ fn unusable_trackers_are_refused() {
         folder.path(),
         2,
         "
-        tracker mock --as mouse => osvr-hdk
-        tracker replay a --to b --as mouse => osvr-hdk
+        tracker serve mock --as mouse => osvr-hdk
+        tracker serve replay:a --to b --as mouse => osvr-hdk
         tracker monitor mock --frames -1 => from 1 on
         tracker monitor mock --seconds nan => from 0.001 to 86400
         tracker record mock a.csv --seconds 0 => from 0.001 to 86400
-        tracker mock --rate 1e12 => from 60 to 10000
-        tracker mock --seed -1 => from 0 on
-        tracker replay a.csv --frames 1.5 => from 1 on
+        tracker serve mock:rate=1e12 --to b => 60 to 10000
+        tracker serve mock:seed=-1 --to b => a whole number from 0
+        tracker serve replay:a.csv --frames 1.5 => from 1 on
         cave --tracker mock --frames 1e9 => from 1 to 100000
         cave --tracker mock --hz inf => from 1 to 1000",
     );
@@ -357,7 +367,7 @@ fn a_line_in_use_is_not_taken_over() {
     refused(
         folder.path(),
         1,
-        "tracker mock --as asl --pty tracker => in use",
+        "tracker serve mock --as asl --to tracker => in use",
     );
     assert_eq!(std::fs::read_link(&link).unwrap(), before);
     // Killed, it leaves its name behind.

@@ -17,10 +17,10 @@ fn a_recording_is_replayed_onto_a_line() {
             folder,
             &format!("tracker record mock:seed=3 {name} --frames 100"),
         );
-        let recorded = run(folder, &format!("tracker replay {name} --json")).objects();
+        let recorded = run(folder, &format!("tracker monitor replay:{name} --json")).objects();
         assert_eq!(recorded.len(), 100);
         let _ = fs::remove_file(folder.join("tracker"));
-        let _line = start(folder, &format!("tracker replay {name} --to tracker"));
+        let _line = start(folder, &format!("tracker serve replay:{name} --to tracker"));
         await_file(&folder.join("tracker"));
         let words = "tracker monitor serial:tracker?protocol=link --json --frames 20";
         for record in run(folder, words).objects() {
@@ -61,7 +61,7 @@ fn a_recording_is_played_from_its_first_sample_on() {
         let begun = Instant::now();
         let said = run(
             folder,
-            &format!("tracker replay {name} --json --seconds 20"),
+            &format!("tracker monitor replay:{name} --json --seconds 20"),
         );
         // 0.6 s of a recording, on any machine.
         assert!(begun.elapsed() < Duration::from_secs(15));
@@ -85,7 +85,7 @@ fn a_recording_is_played_from_its_first_sample_on() {
     assert_eq!(late[5][0], "fresh");
     assert_eq!(frames("a.csv"), late);
     // Behind a line, too.
-    let _line = start(folder, "tracker replay late.csv --to line");
+    let _line = start(folder, "tracker serve replay:late.csv --to line");
     await_file(&folder.join("line"));
     run(
         folder,
@@ -103,13 +103,17 @@ fn a_pause_in_a_recording_is_told_and_waited_for() {
         |line| if line < 100 { 0 } else { 2_100_000 },
     );
     let begun = Instant::now();
-    let said = run(folder, "tracker replay pause.csv --json");
+    let said = run(folder, "tracker monitor replay:pause.csv --json");
     assert!(begun.elapsed() > Duration::from_millis(2_100));
     assert_eq!(said.objects().len(), 300);
     let expected = "Warning: the recording holds nothing for the next 2.1 s\n";
     assert_eq!(said.err, expected);
     reader(folder);
-    let said = run(folder, "tracker replay pause.csv --to line --frames 10").err;
+    let said = run(
+        folder,
+        "tracker serve replay:pause.csv --to line --frames 10",
+    )
+    .err;
     assert!(
         said.contains("nothing for 2.1 s, from 0.2 s after"),
         "{said}"
@@ -179,7 +183,7 @@ fn a_recording_is_not_made_up() {
         // It turns, and has no position.
         ("head.csv", "liberty", "no head's pose"),
     ] {
-        let words = format!("tracker replay {file} --to line --as {protocol}");
+        let words = format!("tracker serve replay:{file} --to line --as {protocol}");
         let said = refusal(&mut line(folder, &words), 1);
         assert!(
             said.contains(lacks) && said.contains("link"),
@@ -206,7 +210,7 @@ fn a_recording_is_not_made_up() {
         ("hatire", "they are left out"),
     ] {
         reader(folder);
-        let words = format!("tracker replay both.csv --to line --frames 70 --as {protocol}");
+        let words = format!("tracker serve replay:both.csv --to line --frames 70 --as {protocol}");
         let said = run(folder, &words).err;
         assert!(said.contains(expected), "{protocol}: {said}");
     }

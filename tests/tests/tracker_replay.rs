@@ -1,4 +1,4 @@
-//! `shisen tracker replay --to`: when a recording begins on a line.
+//! `shisen tracker serve replay:FILE`: when a recording begins on a line.
 #![cfg(unix)]
 
 use super::tracker_command::{Running, record, start_on_line};
@@ -13,7 +13,7 @@ fn replay(folder: &Path, protocol: &str) -> Running {
     record(folder, "mock:seed=3", "a.csv", 200);
     start_on_line(
         folder,
-        &format!("tracker replay a.csv --to tracker --as {protocol}"),
+        &format!("tracker serve replay:a.csv --to tracker --as {protocol}"),
     )
 }
 

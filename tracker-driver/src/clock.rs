@@ -11,7 +11,8 @@
 //! # How exact
 //!
 //! The least delay that a device ever has cannot be told from its clock's
-//! offset: [`ClockConfig::least_delay`] is taken off, where it is known. Let
+//! offset: [`ClockConfig::least_delay`] is taken off, where it is known, or
+//! [`ClockEstimator::set_offset`] finds it. Let
 //! a sample in each second be delayed by at most e more than that, the
 //! device's rate be constant, and the kept seconds span W. Then from the
 //! fourth second on the rate is right to 2e/W, and a stamp to e, plus 2e/W of
@@ -39,6 +40,8 @@ const BLOCK: u64 = 1_000_000;
 const LEAST_BLOCKS: usize = 4;
 /// How long samples are late before the clock counts as stopped; a burst is over by then.
 const SLIP: u64 = 1_000_000;
+/// The longest least delay, microseconds.
+const MOST_DELAY: u64 = 1_000_000;
 
 /// What is known of a device's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -167,6 +170,8 @@ struct Open {
 #[derive(Debug, Clone, Default)]
 pub struct ClockEstimator {
     config: ClockConfig,
+    /// The device time that is counted as 0, microseconds.
+    origin: i64,
     last: Option<NewestTime>,
     suspect: Option<UnconfirmedTime>,
     open: Option<Open>,
@@ -190,7 +195,7 @@ impl ClockEstimator {
     pub fn new(config: ClockConfig) -> Result<Self, ClockConfigError> {
         let second = 1_000_000;
         for (field, found, least, most) in [
-            ("least delay (µs)", config.least_delay.0, 0, second),
+            ("least delay (µs)", config.least_delay.0, 0, MOST_DELAY),
             ("jump (µs)", config.jump.0, 10_000, 60 * second),
             (
                 "time until it is frozen (µs)",
@@ -224,6 +229,19 @@ impl ClockEstimator {
     /// Returns whether the clock stands still.
     pub fn is_frozen(&self) -> bool {
         self.frozen
+    }
+
+    /// Takes note that at `now` the device's clock showed `offset` microseconds more than the
+    /// caller's, as an exchange with the device says. It takes the place of
+    /// [`ClockConfig::least_delay`], for clocks that do not wrap: a stamp is then as exact as the
+    /// newest offset and the rate's drift since.
+    pub fn set_offset(&mut self, now: Micros, offset: i64) {
+        if self.last.is_some_and(|last| last.raw.wraps_at == 0) {
+            let true_offset = self.origin.saturating_sub(offset);
+            let device = signed(now).saturating_sub(true_offset);
+            let delay = self.offset_at(device).saturating_sub(true_offset);
+            self.config.least_delay = Micros(u64::try_from(delay).unwrap_or(0).min(MOST_DELAY));
+        }
     }
 
     /// Returns when a sample was measured. Samples must come in the order of arrival.
@@ -311,6 +329,7 @@ impl ClockEstimator {
     }
 
     fn start(&mut self, raw: DeviceTime, arrival: Micros) {
+        self.origin = raw.microseconds as i64;
         self.last = Some(NewestTime {
             raw,
             device: 0,

@@ -40,9 +40,7 @@ pub(super) enum TrackerCommand {
     Record(record::Arguments),
     Calibrate(calibrate::Arguments),
     #[cfg(unix)]
-    Mock(serve::MockArguments),
-    #[cfg(unix)]
-    Replay(serve::ReplayArguments),
+    Serve(serve::Arguments),
 }
 
 pub(super) fn run(command: &TrackerCommand) -> Result<(), Failure> {
@@ -52,9 +50,7 @@ pub(super) fn run(command: &TrackerCommand) -> Result<(), Failure> {
         TrackerCommand::Record(arguments) => record::run(arguments),
         TrackerCommand::Calibrate(arguments) => calibrate::run(arguments),
         #[cfg(unix)]
-        TrackerCommand::Mock(arguments) => serve::mock(arguments),
-        #[cfg(unix)]
-        TrackerCommand::Replay(arguments) => serve::replay(arguments),
+        TrackerCommand::Serve(arguments) => serve::run(arguments),
     }
 }
 

@@ -226,6 +226,9 @@ fn listen(mut feed: Feed, shared: &Shared, mut report: impl FnMut(TrackerEvent))
                 }
                 Notice::Decoded(_) => return,
                 Notice::Trouble(trouble) => return troubles.push(*trouble),
+                Notice::Offset { at, offset } => {
+                    return lock(&shared.following).clock.set_offset(*at, *offset);
+                }
                 _ => return report(TrackerEvent::Feed(notice)),
             };
             let mut following = lock(&shared.following);

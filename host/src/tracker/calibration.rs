@@ -380,6 +380,7 @@ pub(crate) fn device_name(spec: &Spec) -> Option<String> {
             Some(format!("hid:{}", on_usb.as_ref().unwrap_or(&hid.name)))
         }
         TrackerKind::Replay(_) => None,
+        TrackerKind::Net(net) => Some(net.kind().to_owned()),
         _ => Some(spec.protocol().map_or("mock", ProtocolSpec::name).into()),
     }
 }

@@ -1,6 +1,7 @@
 //! The events of a tracker of any kind.
 
 use super::live::Live;
+use super::net::Net;
 use super::notice::Notice;
 use super::protocol::ProtocolSpec;
 use super::recording::Recording;
@@ -44,6 +45,7 @@ enum Kind {
     Bytes(Box<Line<Tracker<'static>>>, Box<dyn Decoder + Send>),
     Replay(Replay),
     Live(Box<Live>),
+    Net(Box<Net>),
 }
 
 struct Replay {
@@ -139,6 +141,7 @@ impl Feed {
                 }
             }
             TrackerKind::Replay(path) => Kind::Replay(Replay::new(Recording::read(path)?)),
+            TrackerKind::Net(net) => Kind::Net(Box::new(Net::open(net.clone(), spec.times.delay)?)),
             device => {
                 let live = Live::open(device.clone()).map_err(|error| Fault::of(&error))?;
                 Kind::Live(Box::new(live))
@@ -170,12 +173,16 @@ impl Feed {
 
     /// Returns whether it is a device, which polls only the present; others poll any time.
     pub const fn is_live(&self) -> bool {
-        matches!(self.kind, Kind::Live(_))
+        matches!(self.kind, Kind::Live(_) | Kind::Net(_))
     }
 
     /// Returns whether nothing more will come.
     pub fn is_over(&self) -> bool {
-        matches!(&self.kind, Kind::Replay(replay) if replay.events.is_empty())
+        match &self.kind {
+            Kind::Replay(replay) => replay.events.is_empty(),
+            Kind::Net(net) => net.is_over(),
+            _ => false,
+        }
     }
 
     /// Returns whether the device is silent because it restarts, for up to 20 s.
@@ -198,6 +205,7 @@ impl Feed {
             Kind::Replay(replay) => replay.counts,
             Kind::Bytes(_, decoder) => *decoder.counts(),
             Kind::Live(live) => live.counts(),
+            Kind::Net(net) => net.counts(),
         }
     }
 
@@ -219,6 +227,7 @@ impl Feed {
             }
             Kind::Replay(replay) => replay.poll(until, sink),
             Kind::Live(live) => live.poll(self.clock.start, sink),
+            Kind::Net(net) => net.poll(self.clock.start, sink),
         }
     }
 
@@ -236,6 +245,10 @@ impl Feed {
                     s.gaze_point.is_some() || eyes.iter().any(|eye| eye.direction.is_some())
                 }),
             };
+        }
+        if let TrackerKind::Net(net) = &spec.kind {
+            let [head, eyes] = net.senses();
+            return Senses { head, eyes };
         }
         let protocol = spec.protocol().map(ProtocolSpec::protocol);
         Senses {

@@ -37,6 +37,15 @@ pub enum Notice {
     Trouble(Trouble),
     /// The device was told to restart, and is silent for at most this long.
     Restarting(Micros),
+    /// What a tracker on the network does, in a sentence.
+    Said(String),
+    /// The device's clock at a time showed so many microseconds more than the feed's.
+    Offset {
+        /// The time on the feed's clock.
+        at: Micros,
+        /// The difference.
+        offset: i64,
+    },
     /// A recording has a gap of this length, for which the feed waits.
     Pause(Micros),
 }

@@ -70,7 +70,7 @@ impl<'a> Options<'a> {
     }
 
     /// Sets the meaning of one of some words.
-    fn word<T: Copy, To: From<T>, const N: usize>(
+    pub(super) fn word<T: Copy, To: From<T>, const N: usize>(
         &mut self,
         to: &mut To,
         key: &str,
@@ -114,7 +114,7 @@ pub(super) fn wrong(key: &str, found: &str, allowed: &str) -> Fault {
     Fault::new(message, format!("give {allowed}"))
 }
 
-const FRAME: &str = "where +X, +Y and +Z point, such as forward,right,down: forward, back, left, \
+pub(super) const FRAME: &str = "where +X, +Y and +Z point, such as forward,right,down: forward, back, left, \
                      right, up or down each, right-handed";
 
 /// Returns the protocols that have settings, each with its settings for people.
@@ -219,7 +219,7 @@ fn set_fastrak(config: &mut fastrak::Config, options: &mut Options<'_>) -> Resul
     options.number(&mut config.word_metres, "word_metres", metres, allowed)?;
     let allowed = "the degrees that are 1 in item 19, 1 to 360";
     options.number(&mut config.word_degrees, "word_degrees", degrees, allowed)?;
-    set_frames(&mut config.axes, options)
+    set_frames(&mut config.axes, Some("forward,right,down"), options)
 }
 
 fn set_liberty(config: &mut liberty::Config, options: &mut Options<'_>) -> Result<(), Fault> {
@@ -241,7 +241,7 @@ fn set_liberty(config: &mut liberty::Config, options: &mut Options<'_>) -> Resul
     options.set(&mut config.records, "records", letters, read)?;
     let sizes = [Size::LittleEndian, Size::BigEndian, Size::Unused];
     options.word(&mut config.size, "size", "little big any", sizes)?;
-    set_frames(&mut config.axes, options)
+    set_frames(&mut config.axes, Some("forward,right,down"), options)
 }
 
 fn set_flock(
@@ -280,7 +280,7 @@ fn set_flock(
     let degrees = (1.0_f32, 360.0);
     options.number(&mut config.half_turn, "half_turn", degrees, allowed)?;
     options.flag(&mut config.confirm, "confirm")?;
-    set_frames(&mut config.axes, options)
+    set_frames(&mut config.axes, Some("forward,right,down"), options)
 }
 
 fn character(value: &str) -> Option<u8> {
@@ -299,7 +299,7 @@ fn set_hatire(config: &mut hatire::Config, options: &mut Options<'_>) -> Result<
     (config.order, config.reversed) = both;
     let translations = [Translation::None, Translation::Centimetres];
     options.word(&mut config.translation, "position", "none cm", translations)?;
-    set_frames(&mut config.axes, options)
+    set_frames(&mut config.axes, Some("forward,right,down"), options)
 }
 
 /// Reads the places of yaw, pitch and roll, and whether each is reversed.
@@ -360,13 +360,19 @@ fn set_items(
     Ok(())
 }
 
-fn set_frames(axes: &mut Axes, options: &mut Options<'_>) -> Result<(), Fault> {
+/// Sets a device's axes. Without usual ones a frame is ours, and a sensor's are those of its frame.
+pub(super) fn set_frames(
+    axes: &mut Axes,
+    usual: Option<&str>,
+    options: &mut Options<'_>,
+) -> Result<(), Fault> {
     let [mut frame, mut sensor] = [None, None];
     options.set(&mut frame, "frame", FRAME, directions)?;
     options.set(&mut sensor, "sensor", FRAME, directions)?;
     if frame.is_some() || sensor.is_some() {
-        let usual = || directions("forward,right,down").unwrap_or_default();
-        let [frame, sensor] = [frame, sensor].map(|turn: Option<Quat>| turn.unwrap_or_else(usual));
+        let usual = usual.and_then(directions);
+        let frame: Quat = frame.or(usual).unwrap_or_default();
+        let sensor = sensor.or(usual).unwrap_or(frame);
         // Both are rotations.
         *axes = Axes::new(frame, sensor).unwrap_or(*axes);
     }
@@ -374,7 +380,7 @@ fn set_frames(axes: &mut Axes, options: &mut Options<'_>) -> Result<(), Fault> {
 }
 
 /// Reads the rotation that takes +X, +Y and +Z to three named directions.
-fn directions(value: &str) -> Option<Quat> {
+pub(super) fn directions(value: &str) -> Option<Quat> {
     let word = |word: &str| {
         Some(match word {
             "right" => Vec3::X,

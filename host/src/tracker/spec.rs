@@ -1,5 +1,6 @@
 //! `SPEC`: which tracker, in one word of a command line.
 
+use super::net::{self, NetSpec};
 use super::protocol::ProtocolSpec;
 use super::settings::{Options, set_axes, wrong};
 use super::times::{TIMES, Times};
@@ -37,6 +38,8 @@ pub enum TrackerKind {
     Hid(HidSpec),
     /// `replay:FILE`, `replay:FILE?head=2`: a file that `shisen tracker record` wrote.
     Replay(PathBuf),
+    /// `vrpn:Tracker0@host`, `lsl:type=Gaze`, `dtrack:5000` and others: on the network.
+    Net(NetSpec),
 }
 
 impl From<TrackerKind> for Spec {
@@ -65,7 +68,7 @@ impl Spec {
         match &self.kind {
             TrackerKind::Mock(mock) => mock.protocol.as_ref(),
             TrackerKind::Serial(serial) => Some(&serial.protocol),
-            TrackerKind::Hid(_) | TrackerKind::Replay(_) => None,
+            TrackerKind::Hid(_) | TrackerKind::Replay(_) | TrackerKind::Net(_) => None,
         }
     }
 }
@@ -169,21 +172,23 @@ impl FromStr for Spec {
             "serial" | "hid" => rest.split_once('?'),
             // A file's name may hold a `?`, but options have a `=` behind it.
             "replay" => rest.rsplit_once('?').filter(|split| split.1.contains('=')),
+            name if net::KINDS.contains(&name) => rest.split_once('?'),
             _ => {
                 return Err(Fault::new(
                     format!("{name:?} is not a kind of tracker"),
                     "give mock, mock:seed=7&rate=200&as=fastrak, \
-                     serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00, hid:usage=0012 or \
-                     replay:FILE",
+                     serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00, hid:usage=0012, \
+                     vrpn:Tracker0@HOST, lsl:type=Gaze, dtrack:5000, natnet:HOST, \
+                     udp:4242?protocol=opentrack, tcp:HOST:PORT, stdin: or replay:FILE",
                 ));
             }
         };
         let (target, rest) = split.unwrap_or((rest, ""));
-        if target.is_empty() {
+        if target.is_empty() && name != "stdin" {
             return Err(Fault::new(
                 format!("{name}: names no port, device or file"),
-                "give serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00, hid:/dev/hidraw0 or \
-                 replay:FILE",
+                "give serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00, hid:/dev/hidraw0, \
+                 vrpn:Tracker0@HOST, lsl:type=Gaze, dtrack:5000, natnet:HOST or replay:FILE",
             ));
         }
         let mut options = Options::read(rest)?;
@@ -194,6 +199,14 @@ impl FromStr for Spec {
             "mock" => TrackerKind::Mock(mock(options, head, &times)?),
             "serial" => TrackerKind::Serial(serial(target, options, head)?),
             "hid" => TrackerKind::Hid(hid(target, options, head)?),
+            name if net::KINDS.contains(&name) => {
+                let spec = NetSpec::read(name, target, &mut options, &mut head)?;
+                if let Some(head) = head.filter(|_| !spec.has_sensors()) {
+                    return Err(lone_sensor(spec.kind(), head));
+                }
+                options.end(spec.kind(), &with_times(spec.options()), None)?;
+                TrackerKind::Net(spec)
+            }
             _ => {
                 options.end("replay", &with_times("head=N"), None)?;
                 TrackerKind::Replay(target.into())
@@ -358,7 +371,8 @@ fn one_sensor(
 fn lone_sensor(of: &str, head: u8) -> Fault {
     Fault::new(
         format!("{of} has one sensor, so head={head} cannot choose one"),
-        "leave head out; those with several are link, fastrak, liberty and flock, and recordings",
+        "leave head out; those with several are link, fastrak, liberty, flock, vrpn, dtrack and natnet, \
+         and recordings",
     )
 }
 

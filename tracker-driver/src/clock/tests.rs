@@ -116,6 +116,26 @@ fn jitter_and_drift_stay_within_the_bound() {
 }
 
 #[test]
+fn an_offset_that_the_device_tells_finds_the_least_delay() {
+    for ppm in [-100, 100] {
+        let mut clock = ClockEstimator::new(ClockConfig::default()).unwrap();
+        let mut device = device(ppm, 3_000);
+        for second in (0..10).step_by(2) {
+            follow(&mut clock, &mut device, seconds(second, second + 2));
+            let now = (second + 2) * 1_000_000;
+            let shown = device.start as i64 + now as i64 * ppm / 1_000_000;
+            clock.set_offset(Micros(now), shown);
+        }
+        let (errors, events) = follow(&mut clock, &mut device, seconds(10, 12));
+        assert!(
+            events.is_empty() && worst(&errors) < 300,
+            "{}",
+            worst(&errors)
+        );
+    }
+}
+
+#[test]
 fn wraps_are_followed_over_gaps() {
     for wrap in [DeviceTime::micros_u32(0), DeviceTime::millis_u32(0)] {
         let wraps_at = wrap.wraps_at;

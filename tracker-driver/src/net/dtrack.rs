@@ -32,10 +32,11 @@
 
 use super::{Numbers, count_bytes};
 use crate::decoder::{Control, ControlState, Counts, Decoder, DropReason, Event, Message};
-use crate::head::axes::{Axes, from_columns};
+use crate::head::axes::{Axes, columns, from_columns};
 use crate::sample::{Reading, Sample};
 use crate::time::{DeviceTime, Micros};
 use crate::valid;
+use core::fmt;
 use core::str::FromStr;
 use glam::{Quat, Vec3};
 use heapless::Vec;
@@ -216,6 +217,51 @@ impl Decoder for DTrack {
         *self = Self::new(self.config);
         self.counts = counts;
     }
+}
+
+/// A body's number and its pose in our axes.
+pub type Body = (u8, Vec3, Quat);
+
+/// Writes a frame of bodies that were measured at a time since 1970.
+///
+/// # Errors
+/// Those of `to`.
+pub fn encode(to: &mut impl fmt::Write, number: u32, time: Micros, bodies: &[Body]) -> fmt::Result {
+    let (seconds, micros) = (time.0 % DAY / 1_000_000, time.0 % 1_000_000);
+    let count = bodies.len();
+    write!(
+        to,
+        "fr {number}\r\nts {seconds}.{micros:06}\r\n6dcal {count}\r\n6d {count}"
+    )?;
+    for (id, place, turn) in bodies {
+        let [x, y, z] = columns(*turn);
+        let place = *place * 1e3;
+        let cos = libm::sqrtf(x.x * x.x + y.x * y.x);
+        let angles = [
+            libm::atan2f(-z.y, z.z),
+            libm::atan2f(z.x, cos),
+            libm::atan2f(-y.x, x.x),
+        ];
+        write!(
+            to,
+            " [{id} 1.000][{:.3} {:.3} {:.3}",
+            place.x, place.y, place.z
+        )?;
+        for angle in angles {
+            write!(to, " {:.4}", angle.to_degrees())?;
+        }
+        to.write_str("]")?;
+        let numbers = [x, y, z].map(|column| column.to_array());
+        let numbers = numbers.as_flattened().iter();
+        for (before, number) in core::iter::once("[")
+            .chain(core::iter::repeat(" "))
+            .zip(numbers)
+        {
+            write!(to, "{before}{number:.6}")?;
+        }
+        to.write_str("]")?;
+    }
+    to.write_str("\r\n")
 }
 
 /// Reads a frame's lines and hands its targets to `sink`.

@@ -6,7 +6,8 @@
 //! can be read, and the clock's rate. Frames come to UDP port [`DATA_PORT`] of the multicast group
 //! [`GROUP`], or, with unicast, to the socket that sent [`CONNECT`], which then sends [`KEEP_ALIVE`] once
 //! a second. Hand every datagram of either socket to [`NatNet`]. For the clock's offset send an
-//! [`echo_request`] and read its answer by [`read_echo`].
+//! [`echo_request`] and read its answer by [`read_echo`]; for the bodies' names send
+//! [`BODIES_REQUEST`] and read its answer by [`read_bodies`].
 //!
 //! # Wire format
 //!
@@ -43,7 +44,15 @@ pub const CONNECT: [u8; 4] = [0; 4];
 /// The datagram that keeps frames coming by unicast.
 pub const KEEP_ALIVE: [u8; 4] = [10, 0, 0, 0];
 
+/// The datagram that asks for the names of rigid bodies.
+pub const BODIES_REQUEST: [u8; 8] = [4, 0, 4, 0, 2, 0, 0, 0];
+
 const SERVER_INFO: u16 = 1;
+const MODELS: u16 = 5;
+/// Kinds of models.
+const MARKER_SET: u32 = 0;
+const RIGID_BODY: u32 = 1;
+const SKELETON: u32 = 2;
 const FRAME: u16 = 7;
 const ECHO_REQUEST: u8 = 12;
 const ECHO_RESPONSE: u16 = 13;
@@ -86,6 +95,78 @@ pub fn read_echo(datagram: &[u8]) -> Option<(Micros, u64)> {
     Some((Micros(sent), ticks))
 }
 
+/// Reads an answer to [`BODIES_REQUEST`] of a server of this version: hands each rigid body's name
+/// and id to `sink`.
+///
+/// # Errors
+/// A datagram of another kind, one that is cut, and models before the last body that are not read.
+pub fn read_bodies(
+    datagram: &[u8],
+    version: [u8; 2],
+    sink: &mut dyn FnMut(&str, u32),
+) -> Result<(), DropReason> {
+    let (MODELS, mut body) = payload(datagram)? else {
+        return Err(DropReason::Unknown);
+    };
+    for _ in 0..count(&mut body, 4)? {
+        let kind = body.u32()?;
+        let sized = if version >= [4, 1] {
+            let bytes = body.u32()? as usize;
+            Some(Body(skip(&mut body, bytes)?))
+        } else {
+            None
+        };
+        let mut whole = sized;
+        let model = whole.as_mut().unwrap_or(&mut body);
+        match kind {
+            MARKER_SET => {
+                name(model)?;
+                for _ in 0..count(model, 1)? {
+                    name(model)?;
+                }
+            }
+            RIGID_BODY => {
+                let (name, id) = read_model(model, version)?;
+                sink(name, id);
+            }
+            _ if version >= [4, 1] => {}
+            SKELETON => {
+                name(model)?;
+                model.u32()?;
+                for _ in 0..count(model, 1)? {
+                    read_model(model, version)?;
+                }
+            }
+            _ => return Err(DropReason::Unknown),
+        }
+    }
+    Ok(())
+}
+
+/// Takes a rigid body's description; returns its name and id.
+fn read_model<'a>(body: &mut Body<'a>, version: [u8; 2]) -> Result<(&'a str, u32), DropReason> {
+    let own = name(body)?;
+    let id = body.u32()?;
+    // The parent and the offset from it.
+    skip(body, if version >= [4, 2] { 32 } else { 16 })?;
+    let markers = count(body, 16)?;
+    skip(body, 16 * markers)?;
+    if version >= [4, 0] {
+        for _ in 0..markers {
+            name(body)?;
+        }
+    }
+    Ok((own, id))
+}
+
+/// Takes a text and the zero byte after it.
+fn name<'a>(body: &mut Body<'a>) -> Result<&'a str, DropReason> {
+    let end = body.0.iter().position(|&byte| byte == 0);
+    let text = skip(body, end.ok_or(DropReason::Length)?)?;
+    skip(body, 1)?;
+    core::str::from_utf8(text).map_err(|_| DropReason::Field)
+}
+
 /// Returns a datagram's kind and the rest.
 fn payload(datagram: &[u8]) -> Result<(u16, Body<'_>), DropReason> {
     let mut body = Body(datagram);
@@ -106,6 +187,7 @@ pub struct NatNet {
     numbers: Numbers,
     version: Option<[u8; 2]>,
     ticks_per_second: u64,
+    multicast: Option<([u8; 4], u16)>,
 }
 
 impl NatNet {
@@ -128,13 +210,24 @@ impl NatNet {
         self.ticks_per_second
     }
 
+    /// Returns the group and the UDP port to which frames are sent by multicast; `None` where they
+    /// are sent to the socket that asked, or the server has not said it.
+    pub const fn multicast(&self) -> Option<([u8; 4], u16)> {
+        self.multicast
+    }
+
     fn read_server(&mut self, mut body: Body<'_>) -> Result<(), DropReason> {
         let _: [u8; 260] = body.take()?;
         let [major, minor, _, _] = body.take()?;
         if !(3..=4).contains(&major) {
             return Err(DropReason::Unknown);
         }
-        self.ticks_per_second = body.u64()?;
+        let ticks = body.u64()?;
+        let port = u16::from_le_bytes(body.take()?);
+        let [is_multicast] = body.take()?;
+        let group = body.take()?;
+        self.multicast = (is_multicast == 1).then_some((group, port));
+        self.ticks_per_second = ticks;
         self.version = Some([major, minor]);
         Ok(())
     }
@@ -280,8 +373,7 @@ fn read_frame(
     let number = body.u32()?;
     section(&mut body, is_sized, |sets, sets_count| {
         for _ in 0..sets_count {
-            let name = sets.0.iter().position(|&byte| byte == 0);
-            skip(sets, name.ok_or(DropReason::Length)? + 1)?;
+            name(sets)?;
             let markers = count(sets, POINT)?;
             skip(sets, markers * POINT)?;
         }
@@ -344,6 +436,7 @@ mod tests {
     use super::*;
     use crate::net::capture::{faults, packets, rows};
     use crate::testing::{dropped, samples};
+    use std::string::ToString;
     use std::vec::Vec;
 
     macro_rules! capture {
@@ -365,14 +458,24 @@ mod tests {
             let packets = packets(capture);
             let received = packets.iter().filter(|packet| packet.to_client);
             let mut decoder = NatNet::default();
-            let mut seen = Vec::new();
+            let (mut seen, mut named) = (Vec::new(), Vec::new());
             for packet in received {
                 if let Some((_, ticks)) = read_echo(packet.bytes) {
                     assert!(ticks > 0);
                 }
+                let mut bodies = Vec::new();
+                let models = read_bodies(packet.bytes, version, &mut |name, id| {
+                    bodies.push((name.to_string(), id));
+                });
+                if models.is_ok() {
+                    named = bodies;
+                    let cut = &packet.bytes[..packet.bytes.len() - 1];
+                    assert!(read_bodies(cut, version, &mut |_, _| {}).is_err());
+                }
                 seen.extend(samples(&mut decoder, packet.bytes));
             }
             assert_eq!(decoder.version(), Some(version));
+            assert_eq!(named, [("HeadTracker".to_string(), 1)]);
             assert_eq!(decoder.counts().dropped_bytes, 0);
             let table = rows(table);
             assert_eq!(seen.len(), table.len());

@@ -7,15 +7,17 @@
 
 use super::{count_bytes, hand_over};
 use crate::decoder::{Counts, Decoder, Event};
-use crate::head::axes::{Axes, from_euler_degrees};
+use crate::head::axes::{Axes, euler_degrees, from_euler_degrees};
 use crate::link::body::Body;
-use crate::sample::{Reading, Sample};
+use crate::sample::{Head, Reading, Sample};
 use crate::time::Micros;
 use crate::valid;
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 /// The usual UDP port.
 pub const PORT: u16 = 4_242;
+/// Bytes of a datagram.
+pub const LENGTH: usize = 48;
 /// The farthest position, in metres along each axis.
 const FARTHEST: f32 = 10.0;
 
@@ -75,6 +77,22 @@ impl Decoder for Opentrack {
     fn reset(&mut self) {}
 }
 
+/// Returns the datagram of a head's pose; what a sample lacks is 0. `None` for one that has neither.
+pub fn encode(head: &Head) -> Option<[u8; LENGTH]> {
+    if head.position.is_none() && head.orientation.is_none() {
+        return None;
+    }
+    let place = head.position.map_or(Vec3::ZERO, |place| place.value) * 100.0;
+    let turn = head.orientation.map_or(Quat::IDENTITY, |turn| turn.value);
+    let angles = euler_degrees(Axes::FORWARD_RIGHT_DOWN.device_orientation(turn));
+    let numbers = [place.x, place.y, -place.z].into_iter().chain(angles);
+    let mut datagram = [0; LENGTH];
+    for (to, number) in datagram.as_chunks_mut().0.iter_mut().zip(numbers) {
+        *to = f64::from(number).to_le_bytes();
+    }
+    Some(datagram)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,6 +117,10 @@ mod tests {
         let front = head.orientation.unwrap().value * Vec3::NEG_Z;
         assert!((front.x.atan2(-front.z).to_degrees() + 30.0).abs() < 1e-4);
         assert!((front.y.asin().to_degrees() - 5.5).abs() < 1e-4);
+        let again = encode(&head).unwrap();
+        for (sent, read) in again.as_chunks().0.iter().zip(bytes.as_chunks().0) {
+            assert!((f64::from_le_bytes(*sent) - f64::from_le_bytes(*read)).abs() < 1e-4);
+        }
         let reversed = [false, false, true, true, false, false];
         let head = samples(&mut Opentrack::new(Config { reversed }), &bytes)[0].head;
         let front = head.orientation.unwrap().value * Vec3::NEG_Z;

@@ -134,6 +134,7 @@ impl Opened {
                 _ => {}
             },
             Notice::Trouble(trouble) => troubles.push(trouble),
+            Notice::Offset { at, offset } => clock.set_offset(at, offset),
             other => announcer.announce(TrackerEvent::Feed(other)),
         });
         let counts = feed.counts();

@@ -103,7 +103,11 @@ impl Announcer {
     /// Puts into words what a feed says of its device, but not that it was plugged in.
     fn of_feed(notice: &Notice) -> Option<String> {
         Some(match notice {
-            Notice::Decoded(_) | Notice::Plugged(_) | Notice::Described(_) => return None,
+            Notice::Decoded(_)
+            | Notice::Plugged(_)
+            | Notice::Described(_)
+            | Notice::Offset { .. } => return None,
+            Notice::Said(text) => text.clone(),
             Notice::Unplugged { path, reason } => {
                 format!("{path} is gone ({reason}); waiting for it to come back")
             }

@@ -35,6 +35,8 @@ pub(super) struct Heard {
     pub(super) events: Vec<Event>,
     /// What an eye tracker that was plugged in says of itself.
     pub(super) features: Option<FeatureReport>,
+    /// By how many microseconds the device's clock is ahead of the feed's at a time.
+    pub(super) offset: Option<(Micros, i64)>,
 }
 
 /// Hands all events to `take` until it wants no more, or until the end that is asked for, Ctrl-C,
@@ -54,6 +56,7 @@ pub(super) fn follow(
         let now = feed.now();
         heard.events.clear();
         heard.features = None;
+        heard.offset = None;
         let full = |samples| end.frames.is_some_and(|most| samples >= most);
         feed.poll(now, &mut |notice| match notice {
             Notice::Decoded(event) => {
@@ -69,6 +72,7 @@ pub(super) fn follow(
                 heard.features = Some(features);
             }
             Notice::Trouble(trouble) => troubles.push(trouble),
+            Notice::Offset { at, offset } => heard.offset = Some((at, offset)),
             other => announcer.announce(TrackerEvent::Feed(other)),
         });
         for trouble in troubles.drain(..) {

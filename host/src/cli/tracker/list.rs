@@ -1,26 +1,57 @@
-//! `shisen tracker list`: serial ports and HID devices.
+//! `shisen tracker list`: serial ports, HID devices, and trackers on the network.
 
 use super::features::FeatureReport;
+use super::with_help;
 use crate::cli::prelude::*;
-use crate::tracker::features;
+use crate::tracker::{Server, Stream, devices as vrpn_senders, features, streams};
 use shisen_tracker::hid::device::{Found, devices};
 use shisen_tracker::serial::ports;
 
-/// Lists serial ports and HID devices
+/// Lists serial ports, HID devices, and LSL streams of the local network
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
+    /// Also list the LSL streams and the devices of the VRPN server of a host, as in
+    /// 192.168.1.5 or vrpnhost:3884
+    #[arg(long, value_name = "HOST")]
+    host: Option<String>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
 
-/// Serial ports and HID devices.
+/// Serial ports, HID devices, and trackers on the network.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(in crate::cli) struct Report {
     /// Serial ports.
     serial: Vec<Port>,
     /// HID devices.
     hid: Vec<Device>,
+    /// LSL streams.
+    lsl: Vec<LslStream>,
+    /// Devices of the VRPN server of --host; null without one.
+    vrpn: Option<Vec<VrpnDevice>>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct LslStream {
+    /// Name of the stream.
+    name: String,
+    /// Type of the stream; may be empty.
+    kind: String,
+    /// Number of channels.
+    channels: u8,
+    /// Samples per second; 0 if irregular.
+    rate_hz: f64,
+    /// Address of the host.
+    host: String,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct VrpnDevice {
+    /// Name of the device.
+    name: String,
+    /// Host and port of the server.
+    server: String,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -79,8 +110,44 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         serial: found.serial_number,
         usages: found.usages,
     });
-    let (serial, hid) = (serial.collect(), hid.collect());
-    print(&Report { serial, hid }, arguments.json)
+    let host = arguments.host.as_deref();
+    let report = Report {
+        serial: serial.collect(),
+        hid: hid.collect(),
+        lsl: lsl_streams(host),
+        vrpn: host.map(vrpn_devices).transpose()?,
+    };
+    print(&report, arguments.json)
+}
+
+/// How long answers from the network are waited for.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+fn lsl_streams(host: Option<&str>) -> Vec<LslStream> {
+    let host = host.map(|host| host.split_once(':').map_or(host, |(host, _)| host));
+    let found = streams(host, PATIENCE, |_| false).unwrap_or_else(|fault| {
+        warn(&with_help(&fault));
+        Vec::new()
+    });
+    let found = found.into_iter().map(|Stream { info, host }| LslStream {
+        name: info.name.to_string(),
+        kind: info.kind.to_string(),
+        channels: info.channels,
+        rate_hz: info.rate,
+        host: host.to_string(),
+    });
+    found.collect()
+}
+
+fn vrpn_devices(host: &str) -> Result<Vec<VrpnDevice>, Failure> {
+    let server = Server::of_vrpn(host)?;
+    let names = vrpn_senders(&server, PATIENCE)?.into_iter();
+    let server = server.to_string();
+    let found = names.map(|name| VrpnDevice {
+        name,
+        server: server.clone(),
+    });
+    Ok(found.collect())
 }
 
 fn asked(found: &Found) -> Option<FeatureReport> {
@@ -97,9 +164,6 @@ fn asked(found: &Found) -> Option<FeatureReport> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.serial.is_empty() && self.hid.is_empty() {
-            return f.write_str("no serial port and no HID device");
-        }
         let mut lines = Vec::new();
         for port in &self.serial {
             let id = port.id.as_deref().unwrap_or("-");
@@ -113,6 +177,19 @@ impl fmt::Display for Report {
             if let Some(features) = &device.features {
                 lines.push(format!("  {features}"));
             }
+        }
+        for stream in &self.lsl {
+            let (name, kind, host) = (&stream.name, &stream.kind, &stream.host);
+            let channels = stream.channels;
+            lines.push(format!(
+                "lsl:name={name}&type={kind}  {host}  {channels} channels"
+            ));
+        }
+        for device in self.vrpn.iter().flatten() {
+            lines.push(format!("vrpn:{}@{}", device.name, device.server));
+        }
+        if lines.is_empty() {
+            return f.write_str("no serial port, no HID device and no LSL stream");
         }
         f.write_str(&lines.join("\n"))
     }

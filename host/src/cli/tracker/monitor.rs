@@ -39,31 +39,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let config = estimation(spec, feed.senses(spec), head, Some(&calibrated));
         GazeEstimator::new(config).or_fail()
     });
-    show(
-        &mut feed,
-        sight.transpose()?,
-        &arguments.end,
-        arguments.json,
-    )
-}
-
-pub(super) fn show(
-    feed: &mut Feed,
-    sight: Option<GazeEstimator>,
-    end: &EndArguments,
-    json: bool,
-) -> Result<(), Failure> {
-    let mut records = Records::new(sight);
+    let json = arguments.json;
+    let mut records = Records::new(sight.transpose()?);
     let mut screen = Screen {
         json,
         live: !json && io::stdout().is_terminal(),
         shown: None,
     };
-    let shown = follow(feed, end, &mut |feed, heard| {
+    let shown = follow(&mut feed, &arguments.end, &mut |feed, heard| {
         let counts = feed.counts();
         records.held_back = feed.held_back();
         if heard.features.is_some() {
             records.described.clone_from(&heard.features);
+        }
+        if let Some((at, offset)) = heard.offset {
+            records.hear_offset(at, offset);
         }
         for event in &heard.events {
             match event {

@@ -267,6 +267,13 @@ impl Records {
         }
     }
 
+    /// Takes note of how far the device's clock is ahead.
+    pub(super) fn hear_offset(&mut self, at: Micros, offset: i64) {
+        if let Some(clock) = &mut self.clock {
+            clock.set_offset(at, offset);
+        }
+    }
+
     pub(super) fn next(&mut self, sample: &Sample, counts: &Counts) -> Record {
         let arrival = sample.arrival;
         let announcer = &mut self.announcer;

@@ -1,98 +1,158 @@
-//! `shisen tracker mock` and `replay`: trackers for other programs.
+//! `shisen tracker serve`: a tracker for other programs.
 
+use super::announcer::Announcer;
 use super::follow::EndArguments;
-use super::monitor::show;
-use super::{Interrupt, Recorded, protocol, require_serial};
+use super::{Interrupt, Recorded, TrackerName, protocol, require_serial};
 use crate::cli::prelude::*;
+use crate::live::TrackerEvent;
 use crate::tracker::pty::Pty;
-use crate::tracker::serve::{LineState, SILENT};
-use crate::tracker::{
-    Feed, MockSpec, PAUSE, ProtocolSpec, Recording, TrackerKind, serve, simulated,
-};
+use crate::tracker::serve::{self, LineState, NetProtocol, SILENT, relay};
+use crate::tracker::{Feed, Notice, PAUSE, ProtocolSpec, Recording, TrackerKind};
+use shisen_tracker::clock::ClockEstimator;
+use shisen_tracker::decoder::Event;
 use shisen_tracker::mock::Source;
 use shisen_tracker::protocol::Protocol;
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
+use std::collections::VecDeque;
 use std::io;
 
-/// Simulates a viewer and a tracker
+/// Sends a tracker's samples to other programs
 #[derive(Debug, Args)]
-pub(in crate::cli) struct MockArguments {
-    /// Protocol of the device: link, fastrak, liberty, flock, hatire, osvr-hdk, iscan, asl, adhawk
-    /// or hid, and its settings, as in fastrak?units=cm (see `shisen tracker --help`) [default:
-    /// link on a line, and none otherwise]
-    #[arg(long = "as", value_name = "PROTOCOL", value_parser = protocol)]
-    protocol: Option<ProtocolSpec>,
-    /// Path for the line's other end; replaces a link that leads nowhere
-    #[arg(long, value_name = "PATH")]
-    pty: Option<PathBuf>,
-    /// Samples per second
-    #[arg(long, value_name = "HZ", default_value_t = 500, value_parser = whole::<u64>(60..=10_000))]
-    rate: u64,
-    /// Seed of all movements and noise
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u64>(0..))]
-    seed: u64,
-    /// Hold the head still
-    #[arg(long)]
-    still: bool,
-    /// Table of targets to look at: see `shisen tracker calibrate`
-    #[arg(long, value_name = "CSV")]
-    targets: Option<PathBuf>,
+pub(in crate::cli) struct Arguments {
+    /// The tracker: mock, replay:FILE, a device or another (see `shisen tracker --help`)
+    #[arg(value_name = "SPEC")]
+    spec: TrackerName,
+    /// What other programs read: vrpn, lsl (or vrpn?name=NAME, lsl?name=NAME), dtrack, opentrack,
+    /// or on a serial line link, fastrak, liberty, flock, hatire, iscan, asl or adhawk, and its
+    /// settings, as in fastrak?units=cm (see `shisen tracker --help`)
+    #[arg(long = "as", value_name = "PROTOCOL", default_value = "link", value_parser = served)]
+    protocol: Served,
+    /// Where: of a serial line the path for its other end, which replaces a link that leads
+    /// nowhere; of vrpn and lsl an address of this machine and, for vrpn, a port [default:
+    /// 127.0.0.1, 3883]; of dtrack and opentrack the address and port of the other program
+    /// [default: 127.0.0.1, 5000 or 4242]
+    #[arg(long, value_name = "WHERE")]
+    to: Option<String>,
     #[command(flatten)]
     end: EndArguments,
-    /// Print one JSON object a sample, as monitor does
-    #[arg(long, conflicts_with = "pty")]
-    json: bool,
 }
 
-/// Plays a recording
-#[derive(Debug, Args)]
-pub(in crate::cli) struct ReplayArguments {
-    /// File of `shisen tracker record`
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
-    /// Protocol on the line: link, fastrak, liberty, flock, hatire, iscan, asl or adhawk, and its
-    /// settings, as for `shisen tracker mock` [default: link]
-    #[arg(long = "as", value_name = "PROTOCOL", requires = "to", value_parser = protocol)]
-    protocol: Option<ProtocolSpec>,
-    /// Path for the line's other end; replaces a link that leads nowhere
-    #[arg(long, value_name = "PTY")]
-    to: Option<PathBuf>,
-    #[command(flatten)]
-    end: EndArguments,
-    /// Print one JSON object a sample, as monitor does
-    #[arg(long, conflicts_with = "to")]
-    json: bool,
+/// What other programs read.
+#[derive(Debug, Clone)]
+enum Served {
+    Line(Box<ProtocolSpec>),
+    Net(NetProtocol),
 }
 
-pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
-    let mut spec = MockSpec {
-        seed: arguments.seed,
-        rate: arguments.rate as u32,
-        protocol: arguments.protocol.clone(),
-        still: arguments.still,
-        targets: arguments.targets.clone(),
-        ..MockSpec::default()
+fn served(name: &str) -> Result<Served, String> {
+    if let Ok(net) = name.parse() {
+        return Ok(Served::Net(net));
+    }
+    let line = protocol(name).map(|line| Served::Line(Box::new(line)));
+    line.map_err(|error| format!("{error}, {}", NetProtocol::NAMES.join(", ")))
+}
+
+impl fmt::Display for Served {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(protocol) => protocol.fmt(f),
+            Self::Net(_) => f.write_str("the network"),
+        }
+    }
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let protocol = match &arguments.protocol {
+        Served::Net(protocol) => return on_network(arguments, protocol),
+        Served::Line(protocol) => protocol,
     };
-    let Some(path) = &arguments.pty else {
-        let mut feed = Feed::open(&TrackerKind::Mock(spec).into())?;
-        return show(&mut feed, None, &arguments.end, arguments.json);
+    require_serial(protocol)?;
+    let Some(path) = &arguments.to else {
+        return Err(misuse!(
+            "--as {protocol} goes over a serial line: give the path for its other end with --to"
+        ));
     };
-    let protocol = on_a_line(spec.protocol.take())?;
-    let tracker = simulated(&spec)?;
-    line(path, tracker, &protocol, &arguments.end, None)?;
+    let (path, end) = (Path::new(path), &arguments.end);
+    if let TrackerKind::Replay(file) = &arguments.spec.spec.kind {
+        return recording(file, path, protocol, end);
+    }
+    let relayed = Relayed {
+        feed: Feed::open(&arguments.spec.spec)?,
+        announcer: Announcer::default(),
+        samples: VecDeque::new(),
+    };
+    line(path, relayed, protocol, end, None)?;
     Ok(())
 }
 
-pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
-    let Some(path) = &arguments.to else {
-        let mut feed = Feed::open(&TrackerKind::Replay(arguments.file.clone()).into())?;
-        return show(&mut feed, None, &arguments.end, arguments.json);
-    };
-    let protocol = on_a_line(arguments.protocol.clone())?;
-    let recording = Recording::read(&arguments.file)?;
+/// The samples of a feed.
+struct Relayed {
+    feed: Feed,
+    announcer: Announcer,
+    samples: VecDeque<Sample>,
+}
+
+impl Source for Relayed {
+    type Item = Sample;
+
+    fn poll(&mut self, until: Micros) -> Option<Sample> {
+        if self.samples.is_empty() {
+            let (samples, announcer) = (&mut self.samples, &mut self.announcer);
+            self.feed.poll(until, &mut |notice| match notice {
+                Notice::Decoded(Event::Sample(sample)) => samples.push_back(sample),
+                Notice::Decoded(_) => {}
+                other => announcer.announce(TrackerEvent::Feed(other)),
+            });
+        }
+        self.samples.pop_front()
+    }
+}
+
+/// Sends over the network.
+fn on_network(arguments: &Arguments, protocol: &NetProtocol) -> Result<(), Failure> {
+    let mut outlet = protocol.open(arguments.to.as_deref())?;
+    let interrupt = Interrupt::watched();
+    say(&outlet.description());
+    let spec = &arguments.spec.spec;
+    if protocol.has_readers() && matches!(spec.kind, TrackerKind::Replay(_)) {
+        say("waiting until somebody reads");
+        while outlet.readers() == Some(0) && !interrupt.came() {
+            outlet.attend(Micros(0)).or_fail()?;
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+    let mut feed = Feed::open(spec)?;
+    let clock = ClockEstimator::new(spec.clock()).or_fail()?;
+    let mut announcer = Announcer::default();
+    let (end, begin) = (&arguments.end, feed.begin());
+    let last = end.span().map(|span| begin.after(span));
+    let sent = relay(
+        &mut feed,
+        clock,
+        outlet.as_mut(),
+        &mut |notice| announcer.announce(TrackerEvent::Feed(notice)),
+        &mut |relayed| {
+            let enough = end.frames.is_some_and(|most| relayed.samples >= most);
+            let late = last.is_some_and(|last| relayed.now >= last);
+            !(interrupt.came() || enough || late)
+        },
+    );
+    Ok(sent.map_err(|reason| {
+        Fault::new(format!("nothing more can be sent: {reason}"), "check --to")
+    })?)
+}
+
+/// Plays a recording on a line, and begins once somebody reads.
+fn recording(
+    file: &Path,
+    path: &Path,
+    protocol: &ProtocolSpec,
+    end: &EndArguments,
+) -> Result<(), Failure> {
+    let recording = Recording::read(file)?;
     let mut samples: Vec<Sample> = recording.samples().copied().collect();
-    check(&samples, protocol.protocol(), &arguments.file)?;
+    check(&samples, protocol.protocol(), file)?;
     warn_of_pauses(&samples);
     let begin = samples.first().map_or(Micros(0), |first| first.arrival);
     for sample in &mut samples {
@@ -101,7 +161,7 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let over = samples.last().map_or(Micros(0), |last| last.arrival);
     let recorded = samples.len() as u64;
     let samples = Recorded::new(samples);
-    let played = line(path, samples, &protocol, &arguments.end, Some(over))?;
+    let played = line(path, samples, protocol, end, Some(over))?;
     if let Some(sent) = played.filter(|&sent| sent < recorded) {
         warn(&format!(
             "{} of {recorded} samples were not sent: the reader asked for fewer, or did not read \
@@ -141,7 +201,7 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
         let (file, name) = (file.display(), protocol.name());
         let message = format!("{file} holds no {what}, which is what a {name} sends");
         let help = "choose another --as; link sends all that a recording has";
-        let help = format!("{help}: shisen tracker replay {file} --to PTY");
+        let help = format!("{help}: shisen tracker serve replay:{file} --to PATH");
         return Err(Fault::new(message, help).into());
     }
     let without = samples.len() - with;
@@ -159,10 +219,6 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
     Ok(())
 }
 
-fn on_a_line(protocol: Option<ProtocolSpec>) -> Result<ProtocolSpec, Failure> {
-    Ok(protocol.map_or_else(|| Protocol::NAMES[0].parse(), Ok)?)
-}
-
 /// How long a line stays after its last record, for its reader.
 const LINGER: Micros = Micros::from_millis(500);
 
@@ -175,7 +231,6 @@ fn line(
     end: &EndArguments,
     over: Option<Micros>,
 ) -> Result<Option<u64>, Failure> {
-    require_serial(protocol)?;
     let interrupt = Interrupt::watched();
     let shown = path.display();
     let mut pty = Pty::open(path).map_err(|reason| {

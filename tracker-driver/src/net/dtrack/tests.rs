@@ -15,6 +15,36 @@ fn off(found: &[f32], expected: &[&str]) -> f32 {
     off.fold(0.0, f32::max)
 }
 
+/// Positions, angles and matrices as a manual has them.
+#[test]
+fn frames_are_written_as_they_are_read() {
+    let frame = "fr 5\r\nts 10.250000\r\n6dcal 2\r\n\
+                 6d 2 [0 1.000][261.103 116.520 41.085 19.6522 -57.3530 116.5992]\
+                 [-0.241543 0.968868 -0.054332 -0.482366 -0.168461 -0.859619 -0.842010 \
+                 -0.181427 0.508039] [3 1.000][-1.000 2.000 3.000 0.0000 0.0000 0.0000]\
+                 [1.000000 0.000000 0.000000 -0.000000 1.000000 0.000000 0.000000 -0.000000 \
+                 1.000000]\r\n";
+    let seen = samples(&mut DTrack::default(), frame.as_bytes());
+    let bodies: List<Body> = seen
+        .iter()
+        .map(|sample| {
+            let (place, turn) = (sample.head.position, sample.head.orientation);
+            (sample.sensor, place.unwrap().value, turn.unwrap().value)
+        })
+        .collect();
+    let mut text = String::new();
+    encode(&mut text, 5, Micros(DAY + 10_250_000), &bodies).unwrap();
+    let numbers = |text: &str| -> List<f64> {
+        let words = text.split(|c: char| !(c.is_ascii_digit() || "-.".contains(c)));
+        words.filter_map(|word| word.parse().ok()).collect()
+    };
+    let (found, expected) = (numbers(&text), numbers(frame));
+    assert_eq!(found.len(), expected.len(), "{text}");
+    for (a, b) in found.iter().zip(expected) {
+        assert!((a - b).abs() < 1.1e-3, "{text}");
+    }
+}
+
 #[test]
 fn frames_are_those_that_were_sent() {
     let mut decoder = DTrack::default();

@@ -36,7 +36,7 @@ pub(in crate::cli) struct Arguments {
     live: LiveArguments,
     #[command(flatten)]
     time: TimeArguments,
-    /// What the tracker speaks: a protocol as for `shisen tracker mock`
+    /// What the tracker speaks: a protocol as for `shisen tracker serve`
     #[arg(long = "as", value_name = "PROTOCOL", default_value = "link", value_parser = protocol)]
     protocol: ProtocolSpec,
     /// Samples per second of the tracker

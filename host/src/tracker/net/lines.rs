@@ -1,0 +1,315 @@
+//! Lines of JSON, as `shisen tracker monitor --json` prints them: what is not there is left out.
+
+use super::{Peer, Server, socket};
+use crate::files::Fault;
+use crate::tracker::notice::Notice;
+use glam::{Quat, Vec2, Vec3};
+use serde::Deserialize;
+use shisen_tracker::decoder::{Counts, DropReason, Dropped, Event};
+use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Head, Pupil, Reading, Sample};
+use shisen_tracker::time::{DeviceTime, Micros};
+use std::io::Read as _;
+use std::net::TcpStream;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::Duration;
+
+/// Most bytes of a line.
+const LONGEST: usize = 1 << 16;
+
+/// Pieces of standard input that wait to be read.
+const PIECES: usize = 16;
+
+/// Samples in lines.
+pub(super) struct Lines {
+    from: From,
+    line: Vec<u8>,
+    /// Whether the line is too long: the rest of it is dropped.
+    is_too_long: bool,
+    number: u64,
+    is_told: bool,
+    is_over: bool,
+    counts: Counts,
+}
+
+enum From {
+    Stdin(Receiver<Vec<u8>>),
+    Server(TcpStream, Vec<u8>),
+}
+
+impl Lines {
+    pub(super) fn of_stdin() -> Self {
+        let (send, receive) = sync_channel(PIECES);
+        // It ends with its input or the program: nothing else stops a read.
+        std::thread::spawn(move || {
+            let mut chunk = [0; 4_096];
+            let mut stdin = std::io::stdin().lock();
+            while let Ok(length @ 1..) = stdin.read(&mut chunk) {
+                if send.send(chunk[..length].to_vec()).is_err() {
+                    return;
+                }
+            }
+        });
+        Self::new(From::Stdin(receive))
+    }
+
+    pub(super) fn connect(server: &Server, patience: Duration) -> Result<Self, Fault> {
+        let stream = socket::connect(server, patience)?;
+        Ok(Self::new(From::Server(stream, vec![0; 4_096])))
+    }
+
+    const fn new(from: From) -> Self {
+        Self {
+            from,
+            line: Vec::new(),
+            is_too_long: false,
+            number: 0,
+            is_told: false,
+            is_over: false,
+            counts: Counts {
+                bytes: 0,
+                samples: 0,
+                messages: 0,
+                lost: 0,
+                dropped: [0; DropReason::ALL.len()],
+                dropped_bytes: 0,
+            },
+        }
+    }
+
+    fn take(&mut self, bytes: &[u8], now: Micros, sink: &mut dyn FnMut(Notice)) {
+        self.counts.bytes += bytes.len() as u64;
+        for &byte in bytes {
+            if byte != b'\n' {
+                self.is_too_long |= self.line.len() >= LONGEST;
+                if !self.is_too_long {
+                    self.line.push(byte);
+                }
+                continue;
+            }
+            self.number += 1;
+            let is_too_long = std::mem::take(&mut self.is_too_long);
+            let read = read(&self.line, now);
+            let length = self.line.len();
+            self.line.clear();
+            match read {
+                _ if is_too_long => {
+                    self.refuse(length, &format!("it has more than {LONGEST} bytes"), sink);
+                }
+                Ok(Some(sample)) => {
+                    self.counts.samples += 1;
+                    sink(Notice::Decoded(Event::Sample(sample)));
+                }
+                Ok(None) => {}
+                Err(reason) => self.refuse(length, &reason, sink),
+            }
+        }
+    }
+
+    fn refuse(&mut self, bytes: usize, why: &str, sink: &mut dyn FnMut(Notice)) {
+        let reason = DropReason::Field;
+        self.counts.dropped[reason as usize] += 1;
+        self.counts.dropped_bytes += bytes as u64;
+        let bytes = bytes as u32;
+        sink(Notice::Decoded(Event::Dropped(Dropped { bytes, reason })));
+        if !std::mem::replace(&mut self.is_told, true) {
+            sink(Notice::Said(format!(
+                "line {} is no sample ({why}), and is dropped, as others like it will be; lines are \
+                 as `shisen tracker monitor --json` prints them",
+                self.number
+            )));
+        }
+    }
+}
+
+impl Peer for Lines {
+    fn poll(
+        &mut self,
+        now: &dyn Fn() -> Micros,
+        sink: &mut dyn FnMut(Notice),
+    ) -> Result<(), String> {
+        let mut pieces = Vec::new();
+        let read = match &mut self.from {
+            From::Stdin(receive) => {
+                match receive.recv_timeout(socket::WAIT) {
+                    Ok(piece) => pieces.push((piece, now())),
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => self.is_over = true,
+                }
+                Ok(())
+            }
+            From::Server(stream, buffer) => socket::bytes(stream, buffer, |bytes| {
+                pieces.push((bytes.to_vec(), now()));
+            }),
+        };
+        for (piece, at) in pieces {
+            self.take(&piece, at, sink);
+        }
+        read
+    }
+
+    fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    fn remedy(&self) -> String {
+        "see that the program that sends the lines runs, and ends each with a line feed, at once \
+         (many programs hold lines back unless told otherwise: flush)"
+            .to_owned()
+    }
+
+    fn is_over(&self) -> bool {
+        self.is_over
+    }
+}
+
+/// A sample as it is written. Keys of which nothing is needed are let pass.
+#[derive(Deserialize)]
+struct Line {
+    #[serde(default)]
+    sensor: u8,
+    device_us: Option<u64>,
+    sequence: Option<u32>,
+    #[serde(default)]
+    head: HeadLine,
+    gaze_frame: Option<FrameName>,
+    left: Option<EyeLine>,
+    right: Option<EyeLine>,
+    combined: Option<EyeLine>,
+    gaze_point: Option<PointLine>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum FrameName {
+    Head,
+    Tracker,
+}
+
+/// Numbers with whether the tracker sees them, or numbers alone.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Numbers<const N: usize>
+where
+    [f32; N]: for<'d> Deserialize<'d>,
+{
+    Alone([f32; N]),
+    Marked {
+        value: [f32; N],
+        tracked: Option<bool>,
+    },
+}
+
+#[derive(Deserialize, Default)]
+struct HeadLine {
+    position: Option<Numbers<3>>,
+    orientation: Option<Numbers<4>>,
+    angular_velocity: Option<[f32; 3]>,
+}
+
+#[derive(Deserialize)]
+struct EyeLine {
+    origin: Option<Numbers<3>>,
+    direction: Option<Numbers<3>>,
+    pupil_m: Option<f32>,
+    pupil_raw: Option<f32>,
+    openness: Option<f32>,
+}
+
+#[derive(Deserialize)]
+struct PointLine {
+    kind: PointKind,
+    value: [f32; 2],
+    tracked: Option<bool>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum PointKind {
+    Plane,
+    Normalized,
+    Raw,
+}
+
+impl<const N: usize> Numbers<N>
+where
+    [f32; N]: for<'d> Deserialize<'d>,
+{
+    fn reading<T>(self, make: impl Fn([f32; N]) -> Option<T>) -> Result<Reading<T>, String> {
+        let (value, tracked) = match self {
+            Self::Alone(value) => (value, true),
+            Self::Marked { value, tracked } => (value, tracked.unwrap_or(true)),
+        };
+        if !value.iter().all(|number| number.is_finite()) {
+            return Err("a number is not finite".to_owned());
+        }
+        let value = make(value).ok_or("a direction or a rotation is 0")?;
+        Ok(Reading { value, tracked })
+    }
+}
+
+/// Returns the sample of a line; `None` for an empty one.
+fn read(line: &[u8], arrival: Micros) -> Result<Option<Sample>, String> {
+    if line.trim_ascii().is_empty() {
+        return Ok(None);
+    }
+    let line: Line = serde_json::from_slice(line).map_err(|error| error.to_string())?;
+    let mut sample = Sample::arrived(arrival);
+    sample.sensor = line.sensor;
+    sample.device_time = line.device_us.map(DeviceTime::unwrapped);
+    sample.sequence = line.sequence;
+    sample.head = Head {
+        position: place(line.head.position)?,
+        orientation: line
+            .head
+            .orientation
+            .map(|turn| {
+                turn.reading(|turn| {
+                    let turn = Quat::from_array(turn);
+                    (turn.length() > 1.0e-3).then(|| turn.normalize())
+                })
+            })
+            .transpose()?,
+        angular_velocity: line.head.angular_velocity.map(Vec3::from_array),
+    };
+    if let Some(FrameName::Tracker) = line.gaze_frame {
+        sample.gaze_frame = GazeFrame::Tracker;
+    }
+    sample.left = eye(line.left)?;
+    sample.right = eye(line.right)?;
+    sample.combined = eye(line.combined)?;
+    sample.gaze_point = line.gaze_point.map(|point| {
+        let place = Vec2::from_array(point.value);
+        Reading {
+            value: match point.kind {
+                PointKind::Plane => GazePoint::Plane(place),
+                PointKind::Normalized => GazePoint::Normalized(place),
+                PointKind::Raw => GazePoint::Raw(place),
+            },
+            tracked: point.tracked.unwrap_or(true) && place.is_finite(),
+        }
+    });
+    Ok(Some(sample))
+}
+
+fn place(numbers: Option<Numbers<3>>) -> Result<Option<Reading<Vec3>>, String> {
+    let place = |numbers: Numbers<3>| numbers.reading(|place| Some(Vec3::from_array(place)));
+    numbers.map(place).transpose()
+}
+
+fn eye(line: Option<EyeLine>) -> Result<Eye, String> {
+    let Some(line) = line else {
+        return Ok(Eye::default());
+    };
+    let direction = line.direction.map(|direction| {
+        direction.reading(|direction| Vec3::from_array(direction).try_normalize())
+    });
+    Ok(Eye {
+        origin: place(line.origin)?,
+        direction: direction.transpose()?,
+        pupil: line
+            .pupil_m
+            .map(Pupil::Diameter)
+            .or(line.pupil_raw.map(Pupil::Raw)),
+        openness: line.openness,
+    })
+}
