@@ -225,11 +225,11 @@ impl Wall {
         Ok(())
     }
 
-    fn across(&self) -> DVec3 {
+    pub(crate) fn across(&self) -> DVec3 {
         self.lower_right - self.lower_left
     }
 
-    fn upward(&self) -> DVec3 {
+    pub(crate) fn upward(&self) -> DVec3 {
         self.upper_left - self.lower_left
     }
 }

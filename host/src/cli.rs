@@ -135,6 +135,7 @@ impl Program for Shisen {
         ("room measure", schema::<room::measure::Report>),
         ("room show", schema::<room::show::Report>),
         ("room import", schema::<room::import::Report>),
+        ("tracker doctor", schema::<tracker::doctor::Report>),
         ("tracker list", schema::<tracker::list::Report>),
         ("tracker monitor", schema::<tracker::sample::Record>),
         ("tracker record", schema::<tracker::record::Report>),

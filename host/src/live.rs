@@ -31,7 +31,7 @@ pub use swap::{
     Cluster, FrameResult, GatheredResults, Look, Order, Purpose, Share, SingleMachine, SwapError,
     SwapLock, Waits, Wire,
 };
-pub use tracking::{LatchedGaze, LiveTracker, TrackerEvent};
+pub use tracking::{LatchedGaze, LiveTracker, Report, SourceState};
 
 pub(crate) fn lock<T>(one: &Mutex<T>) -> MutexGuard<'_, T> {
     one.lock().unwrap_or_else(PoisonError::into_inner)

@@ -1,8 +1,8 @@
 //! Eye and head trackers: devices, mocks and recordings.
 //!
 //! A [`Spec`] names a tracker and a [`Feed`] hands over its events. A calibration turns
-//! them into directions in the room. [`serve`](serve::serve) is the other end of a line: a
-//! simulated device for other programs.
+//! them into directions in the room; a [`ComposedGaze`] takes those of several trackers.
+//! [`serve`] is the other end: a tracker for other programs.
 
 pub(crate) mod calibration;
 mod feed;
@@ -19,6 +19,7 @@ mod script;
 #[cfg(unix)]
 pub mod serve;
 mod settings;
+mod source;
 mod spec;
 mod times;
 
@@ -30,5 +31,6 @@ pub use notice::{Features, Notice, Trouble};
 pub use protocol::ProtocolSpec;
 pub use recording::{Recorder, Recording};
 pub use settings::settings;
+pub use source::{ComposedGaze, Intake, Role, Source, TrackerEvent};
 pub use spec::{HidName, HidSpec, MockSpec, SerialSpec, Spec, TrackerKind};
 pub use times::Times;

@@ -1,13 +1,13 @@
 //! Trackers on the network: byte streams over TCP, datagrams over UDP. Sockets are the caller's.
 //!
-//! | Protocol | Module | Transport | Device time |
-//! |---|---|---|---|
-//! | VRPN 07: poses, buttons, analogs | [`vrpn`] | TCP, and UDP for poses | the server's UTC |
-//! | ART `DTrack`: bodies, Flysticks | [`dtrack`] | UDP | UTC: of the day, or since 1970 |
-//! | `OptiTrack` `NatNet` 3 and 4: rigid bodies | [`natnet`] | UDP | the cameras' clock |
-//! | opentrack: one head | [`opentrack`] | UDP | – |
-//! | `FreeD` D1: cameras | [`freed`] | UDP | – |
-//! | Lab Streaming Layer: any channels | [`lsl`] | UDP to find, TCP to read | the sender's steady clock |
+//! | Protocol | Module | Transport | Device time | Tested with |
+//! |---|---|---|---|---|
+//! | VRPN 07: poses, buttons, analogs | [`vrpn`] | TCP, and UDP for poses | the server's UTC | what its server 07.38 sent |
+//! | ART `DTrack`: bodies, Flysticks | [`dtrack`] | UDP | UTC: of the day, or since 1970 | frames that were made, and what VRPN's driver made of them |
+//! | `OptiTrack` `NatNet` 3 and 4: rigid bodies | [`natnet`] | UDP | the cameras' clock | frames that were made, on which public parsers agree |
+//! | opentrack: one head | [`opentrack`] | UDP | – | vectors |
+//! | `FreeD` D1: cameras | [`freed`] | UDP | – | vectors |
+//! | Lab Streaming Layer: any channels | [`lsl`] | UDP to find, TCP to read | the sender's steady clock | what liblsl 1.18 sent, and liblsl |
 //!
 //! A decoder of datagrams takes one whole datagram a call, and hands over all of its events or,
 //! where any part of it is damaged, none.

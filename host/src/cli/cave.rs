@@ -14,7 +14,7 @@ use crate::cli::arguments::tracing::TracingArguments;
 use crate::cli::arguments::{ModelArguments, SCENES, SceneName};
 use crate::cli::output::progress::Progress;
 use crate::cli::prelude::*;
-use crate::cli::tracker::{Interrupt, TrackerName};
+use crate::cli::tracker::{Interrupt, names};
 use crate::render::{self, Filling, Frame, Observer, Options};
 use crate::show::stereo::Stereo;
 use lod::LodPictures;
@@ -110,8 +110,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mesh = shown.mesh.as_ref();
     let mesh = mesh.map_or(String::new(), |mesh| format!(", mesh {mesh}"));
     let title = format!("scene {}{mesh}", shown.scene);
-    if let Some(tracker) = &arguments.tracker.tracker {
-        return follow(arguments, tracker, &frames, &title, shown.scene);
+    if !arguments.tracker.tracker.is_empty() {
+        return follow(arguments, &frames, &title, shown.scene);
     }
     lod::check_acuity(&frames, &mut observers)?;
     if observers.iter().any(|one| one.foveation.is_some()) {
@@ -162,7 +162,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// Renders frame after frame as a tracker moves.
 fn follow(
     arguments: &Arguments,
-    tracker: &TrackerName,
     frames: &Frames<'_>,
     title: &str,
     scene: String,
@@ -175,7 +174,8 @@ fn follow(
     }
     let interrupt = Interrupt::watched();
     let head = arguments.room.head();
-    let mut follower = Follower::new(tracker, &arguments.tracker, head, &interrupt)?;
+    let trackers = &arguments.tracker.tracker;
+    let mut follower = Follower::new(trackers, &arguments.tracker, head, frames.cave, &interrupt)?;
     let mut seconds = 0.0;
     let mut reports = Vec::new();
     for number in 0..count {
@@ -217,7 +217,7 @@ fn follow(
         });
     }
     let report = TrackedFrames {
-        tracker: tracker.to_string(),
+        tracker: names(trackers),
         hz,
         frames: reports,
         seconds,

@@ -14,7 +14,7 @@ use crate::cli::arguments::tracing::TracingArguments;
 use crate::cli::arguments::{ModelArguments, SCENES, SceneName};
 use crate::cli::output::Warner;
 use crate::cli::prelude::*;
-use crate::cli::tracker::Opened;
+use crate::cli::tracker::{Opened, TrackerName};
 use crate::live::{
     self, Display, Engine, FrameBudget, LiveTracker, Look, Observe, SessionError, SessionReport,
     SessionSettings, Share, SwapError, SwapLock, Table2, with_engine,
@@ -22,7 +22,6 @@ use crate::live::{
 use crate::render::spectrum::Dispersion;
 use crate::render::{CaptureOptions, Observer, Options, frame_hash};
 use crate::scene::builtin::PaperScene;
-use crate::tracker::Spec;
 use clap::Arg;
 use clap::builder::ArgPredicate;
 pub use interference::Interference;
@@ -174,9 +173,15 @@ impl LiveArguments {
         changed
     }
 
-    /// Opens a tracker and listens to it. Announces what happens to it.
-    pub fn listen(&self, spec: &Spec) -> Result<LiveTracker, Failure> {
-        Opened::new(spec, self.calibration.as_deref(), self.room.head())?.listen()
+    /// Opens a viewer's trackers and listens to them. Announces what happens to them.
+    pub fn listen(&self, trackers: &[TrackerName], room: &Cave) -> Result<LiveTracker, Failure> {
+        Opened::new(
+            trackers,
+            self.calibration.as_deref(),
+            self.room.head(),
+            room,
+        )?
+        .listen()
     }
 }
 

@@ -25,7 +25,7 @@ use crate::render::{CaptureOptions, Observer};
 use crate::show::stereo::Stereo;
 use files::Log;
 use frames::Frames;
-use report::{Report, Surroundings, Together};
+use report::{Report, SourceReport, Surroundings, Together};
 
 /// Follows a tracker frame after frame, within a budget
 #[derive(Debug, Args)]
@@ -39,9 +39,10 @@ pub(super) struct Arguments {
     #[command(flatten)]
     time: TimeArguments,
     /// The tracker, whose origin is at --head: mock, mock:seed=7&rate=200&as=fastrak,
-    /// serial:PORT?protocol=NAME, hid:VENDOR:PRODUCT or replay:FILE
+    /// serial:PORT?protocol=NAME, hid:VENDOR:PRODUCT, replay:FILE or one on the network (see
+    /// `shisen tracker --help`), or head=SPEC and, in a --tracker of its own, gaze=SPEC
     #[arg(long, value_name = "SPEC", default_value = "mock")]
-    tracker: TrackerName,
+    tracker: Vec<TrackerName>,
     /// When a frame takes the gaze
     #[arg(long, value_enum, default_value = "late")]
     latch: Latch,
@@ -238,7 +239,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let mut prepared = arguments.live()?.prepare(&time)?;
     let interrupt = Interrupt::watched();
     let mut frames = Frames::open(arguments, &interrupt, log, &prepared, lock.share(), outputs)?;
-    let tracker = arguments.live.listen(&arguments.tracker.spec)?;
+    let tracker = arguments.live.listen(&arguments.tracker, &prepared.cave)?;
     let mut earlier = 0;
     // Once for each scene and level of detail that is asked for.
     loop {
@@ -272,6 +273,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
             advice: shown.1,
             lost_samples: tracker.counts().lost,
             dropped_bytes: tracker.counts().dropped_bytes,
+            sources: SourceReport::all(&tracker),
             earlier_frames: earlier,
             window,
             outputs,

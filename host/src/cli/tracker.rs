@@ -2,6 +2,7 @@
 
 mod announcer;
 pub(super) mod calibrate;
+pub(super) mod doctor;
 mod drops;
 mod features;
 mod follow;
@@ -14,15 +15,18 @@ mod serve;
 mod show;
 
 use crate::cli::prelude::*;
-use crate::live::LiveTracker;
-use crate::tracker::calibration::{Calibrated, estimation};
-use crate::tracker::{Feed, ProtocolSpec, Spec};
+use crate::live::{LiveTracker, Report};
+use crate::tracker::calibration::{Calibrated, composed, estimation};
+use crate::tracker::{
+    ComposedGaze, Feed, Intake, LslSpec, NetSpec, ProtocolSpec, Role, Source, Spec, TrackerKind,
+};
 use announcer::Announcer;
 use clap::Subcommand;
+use glam::DVec2;
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::clock::ClockEstimator;
-use shisen_tracker::estimate::{Event, GazeEstimator};
-use shisen_tracker::mock::Source;
+use shisen_tracker::estimate::{Event, GazeEstimator, Screen, Sensors};
+use shisen_tracker::mock;
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::iter::Peekable;
@@ -36,6 +40,7 @@ use std::vec::IntoIter;
 #[command(after_long_help = settings_help())]
 pub(super) enum TrackerCommand {
     List(list::Arguments),
+    Doctor(doctor::Arguments),
     Monitor(monitor::Arguments),
     Record(record::Arguments),
     Calibrate(calibrate::Arguments),
@@ -46,6 +51,7 @@ pub(super) enum TrackerCommand {
 pub(super) fn run(command: &TrackerCommand) -> Result<(), Failure> {
     match command {
         TrackerCommand::List(arguments) => list::run(arguments),
+        TrackerCommand::Doctor(arguments) => doctor::run(arguments),
         TrackerCommand::Monitor(arguments) => monitor::run(arguments),
         TrackerCommand::Record(arguments) => record::run(arguments),
         TrackerCommand::Calibrate(arguments) => calibrate::run(arguments),
@@ -90,6 +96,9 @@ fn settings_help() -> String {
 #[derive(Debug, Clone)]
 pub struct TrackerName {
     name: String,
+    /// What it is read for: `head=SPEC` or `gaze=SPEC`, or all.
+    pub role: Role,
+    /// The tracker.
     pub spec: Spec,
 }
 
@@ -97,10 +106,43 @@ impl FromStr for TrackerName {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        let spec = name.parse::<Spec>().map_err(|error| with_help(&error))?;
+        let roles = [("head=", Role::Head), ("gaze=", Role::Gaze)];
+        let part = roles
+            .iter()
+            .find_map(|(start, role)| Some((*role, name.strip_prefix(start)?)));
+        let (role, spec) = part.unwrap_or((Role::All, name));
+        let spec = spec.parse::<Spec>().map_err(|error| with_help(&error))?;
         let name = name.into();
-        Ok(Self { name, spec })
+        Ok(Self { name, role, spec })
     }
+}
+
+impl From<Spec> for TrackerName {
+    fn from(spec: Spec) -> Self {
+        let (name, role) = (String::new(), Role::All);
+        Self { name, role, spec }
+    }
+}
+
+impl TrackerName {
+    /// Returns the tracker of a command that has one alone.
+    ///
+    /// # Errors
+    /// A part of a viewer.
+    pub fn alone(&self) -> Result<&Spec, Failure> {
+        match self.role.name() {
+            None => Ok(&self.spec),
+            Some(role) => Err(misuse!(
+                "leave {role}= out: here one tracker is read, with all that it has"
+            )),
+        }
+    }
+}
+
+/// Returns the trackers' names, as they were given.
+pub fn names(trackers: &[TrackerName]) -> String {
+    let names: Vec<&str> = trackers.iter().map(|one| one.name.as_str()).collect();
+    names.join(" ")
 }
 
 impl fmt::Display for TrackerName {
@@ -132,38 +174,99 @@ pub fn with_help(error: &dyn Diagnostic) -> String {
     }
 }
 
-/// A tracker with its clock, its gaze and what is announced of it.
+/// A viewer's trackers with the gaze and what is announced of them.
 pub(super) struct Opened {
-    pub(super) feed: Feed,
-    pub(super) clock: ClockEstimator,
-    pub(super) estimator: GazeEstimator,
-    pub(super) announcer: Announcer,
+    /// The head's before the gaze's.
+    pub(super) sources: Vec<(Source, Announcer)>,
+    pub(super) gaze: ComposedGaze,
 }
 
 impl Opened {
-    /// Opens a tracker whose origin is at `head`, unless the calibration says where it is.
+    /// Opens the trackers of a viewer, whose origin is at `head` unless their calibrations say where
+    /// they are. `room` has the screens that gazes may be on.
     pub(super) fn new(
-        spec: &Spec,
+        trackers: &[TrackerName],
         calibration: Option<&Path>,
         head: HeadPose,
+        room: &Cave,
     ) -> Result<Self, Failure> {
-        let calibrated = calibration.map(|path| Calibrated::load(path, spec));
-        let calibrated = calibrated.transpose()?;
-        let feed = Feed::open(spec)?;
-        let config = estimation(spec, feed.senses(spec), head, calibrated.as_ref());
+        let mut trackers: Vec<&TrackerName> = trackers.iter().collect();
+        trackers.sort_by_key(|one| one.role == Role::Gaze);
+        let roles: Vec<Role> = trackers.iter().map(|one| one.role).collect();
+        if !matches!(roles[..], [_] | [Role::Head, Role::Gaze]) {
+            return Err(misuse!(
+                "several trackers are a head and a gaze: --tracker head=SPEC --tracker gaze=SPEC"
+            ));
+        }
+        if calibration.is_some() && trackers.len() > 1 {
+            return Err(misuse!(
+                "--calibration is for one tracker: append calibration=FILE to the SPEC that it is of"
+            ));
+        }
+        let (mut sources, mut configs) = (Vec::new(), Vec::new());
+        for TrackerName { role, spec, .. } in trackers {
+            let path = calibration.or(spec.calibration.as_deref());
+            let calibrated = path.map(|path| Calibrated::load(path, spec)).transpose()?;
+            let screen = screen(spec, room)?;
+            let feed = Feed::open(spec)?;
+            let mut senses = feed.senses(spec);
+            senses.head &= *role != Role::Gaze;
+            senses.eyes &= *role != Role::Head;
+            let mut config = estimation(spec, senses, head, calibrated.as_ref());
+            // The intake chooses the sensor.
+            config.sensors = Sensors::All;
+            config.screen = screen.or(config.screen);
+            configs.push(config);
+            let clock = ClockEstimator::new(spec.clock()).or_fail()?;
+            let intake = Intake::new(*role, clock, spec, calibrated.as_ref());
+            sources.push((Source { feed, intake }, Announcer::of(*role)));
+        }
+        let mut config = configs[0];
+        if let ([(first, _), (second, _)], [of_head, of_gaze]) = (&mut sources[..], &configs[..]) {
+            config = composed(of_head, of_gaze);
+            let turns = [of_head, of_gaze].map(|one| one.room_from_tracker.orientation);
+            let (own, others) = (second.feed.clock(), first.feed.clock());
+            second.feed.start_with(&others);
+            let turn = turns[0].conjugate() * turns[1];
+            second.intake.follow(&own, &others, turn);
+        }
         Ok(Self {
-            feed,
-            estimator: GazeEstimator::new(config).or_fail()?,
-            clock: ClockEstimator::new(spec.clock()).or_fail()?,
-            announcer: Announcer::default(),
+            sources,
+            gaze: ComposedGaze::new(GazeEstimator::new(config).or_fail()?),
         })
     }
 
-    /// Listens on a thread of its own.
-    pub(super) fn listen(mut self) -> Result<LiveTracker, Failure> {
-        let announce = move |happening| self.announcer.announce(happening);
-        LiveTracker::start(self.feed, self.clock, self.estimator, announce).or_fail()
+    /// Listens on threads of its own.
+    pub(super) fn listen(self) -> Result<LiveTracker, Failure> {
+        let sources = self.sources.into_iter().map(|(source, mut announcer)| {
+            let report: Report = Box::new(move |happening| announcer.announce(happening));
+            (source, report)
+        });
+        LiveTracker::start(sources.collect(), self.gaze).or_fail()
     }
+}
+
+/// Returns the wall on which a specification says that its gaze is.
+fn screen(spec: &Spec, room: &Cave) -> Result<Option<Screen>, Failure> {
+    let TrackerKind::Net(NetSpec::Lsl(LslSpec { gaze, .. })) = &spec.kind else {
+        return Ok(None);
+    };
+    let Some(name) = &gaze.screen else {
+        return Ok(None);
+    };
+    let wall = room.walls.iter().find(|wall| wall.name == *name);
+    let wall = wall.ok_or_else(|| {
+        let walls: Vec<&str> = room.walls.iter().map(|wall| wall.name.as_str()).collect();
+        let message = format!("screen={name}: the room has no wall of this name");
+        Fault::new(message, format!("give one of {}", walls.join(", ")))
+    })?;
+    let (across, upward) = (wall.across(), wall.upward());
+    Ok(Some(Screen {
+        corner: wall.upper_left.as_vec3(),
+        right: across.normalize().as_vec3(),
+        down: -upward.normalize().as_vec3(),
+        size: DVec2::new(across.length(), upward.length()).as_vec2(),
+    }))
 }
 
 /// A flag that Ctrl-C sets, as do the signals TERM and HUP.
@@ -193,7 +296,7 @@ impl Recorded {
     }
 }
 
-impl Source for Recorded {
+impl mock::Source for Recorded {
     type Item = Sample;
 
     fn poll(&mut self, until: Micros) -> Option<Sample> {

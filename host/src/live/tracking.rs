@@ -3,11 +3,11 @@
 mod rhythm;
 
 use super::lock;
-use crate::tracker::{Feed, FeedClock, Notice, Trouble};
+use crate::tracker::{ComposedGaze, FeedClock, Notice, Role, Source, TrackerEvent};
+use hdrhistogram::Histogram;
 use rhythm::Rhythm;
-use shisen_tracker::clock::{self, ClockEstimator};
-use shisen_tracker::decoder::{Counts, Event, Message};
-use shisen_tracker::estimate::{self, Estimate, GazeEstimator};
+use shisen_tracker::decoder::{Counts, Event};
+use shisen_tracker::estimate::{self, Estimate};
 use shisen_tracker::time::Micros;
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,12 +24,13 @@ const EVENTS: usize = 64;
 /// The longest wait for the thread at the end.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// A tracker with a thread of its own. Each sample goes into the estimator as it comes: no queue
-/// grows. Of a sensor that sends 2,000 samples a second or more, 1,000 to 2,000 are used.
+/// A viewer's trackers, each with a thread of its own. Each sample goes into the estimator as it
+/// comes: no queue grows. Of a sensor that sends 2,000 samples a second or more, 1,000 to 2,000 are
+/// used.
 pub struct LiveTracker {
     feed: FeedClock,
     shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
+    threads: Vec<JoinHandle<()>>,
 }
 
 impl fmt::Debug for LiveTracker {
@@ -46,32 +47,37 @@ struct Shared {
 }
 
 struct Following {
-    clock: ClockEstimator,
-    estimator: GazeEstimator,
+    gaze: ComposedGaze,
+    sources: Vec<Followed>,
+    /// The number of the source whose samples frames wait for: that of the gaze.
+    leading: usize,
+    passed_over: u64,
+}
+
+/// What is known of a source so far.
+struct Followed {
+    state: SourceState,
     /// When the newest sample was measured, and when it came.
     newest: Option<(Micros, Micros)>,
     rhythm: Rhythm,
-    samples: u64,
-    passed_over: u64,
-    counts: Counts,
 }
 
-/// An event of a tracker that is reported to people.
-#[derive(Debug, Clone, PartialEq)]
-#[allow(clippy::large_enum_variant, reason = "events must not allocate")]
-pub enum TrackerEvent {
-    /// A notice of the feed: a device that comes and goes.
-    Feed(Notice),
-    /// A message of the device, and when it came.
-    Device(Message, Micros),
-    /// What is wrong, and the counts until then.
-    Trouble(Trouble, Counts),
-    /// An event of the device's clock, and the arrival of its sample.
-    Clock(clock::ClockEvent, Micros),
-    /// An event of the gaze, and the arrival of its sample.
-    Gaze(estimate::Event, Micros),
-    /// Too many samples: from this time on one in this many is used.
-    Flood(u64, Micros),
+/// What hears of a tracker's events.
+pub type Report = Box<dyn FnMut(TrackerEvent) + Send>;
+
+/// How one of the trackers does.
+#[derive(Debug, Clone)]
+pub struct SourceState {
+    /// What it is read for.
+    pub role: Role,
+    /// Samples of its head or gaze.
+    pub samples: u64,
+    /// Its counts of bytes, samples and faults.
+    pub counts: Counts,
+    /// From the measurement of a sample to its arrival, microseconds.
+    pub delay: Histogram<u64>,
+    /// When its newest sample came.
+    pub newest: Option<Micros>,
 }
 
 /// A gaze that was taken for a frame. Times are on [`LiveTracker::now`]'s clock.
@@ -95,41 +101,52 @@ pub struct LatchedGaze {
 }
 
 impl LiveTracker {
-    /// Starts to read a feed; `report` gets its events.
+    /// Starts to read a viewer's trackers, which is one at least; the times are those of the first.
+    /// Its `Report` gets the events of each.
     ///
     /// # Errors
     /// The system starts no thread.
-    pub fn start(
-        feed: Feed,
-        clock: ClockEstimator,
-        mut estimator: GazeEstimator,
-        report: impl FnMut(TrackerEvent) + Send + 'static,
-    ) -> std::io::Result<Self> {
-        let feed_clock = feed.clock();
-        let home = estimator.estimate(feed.now(), &mut |_| {});
+    pub fn start(sources: Vec<(Source, Report)>, mut gaze: ComposedGaze) -> std::io::Result<Self> {
+        let first = sources.first().ok_or(std::io::ErrorKind::InvalidInput)?;
+        let feed = first.0.feed.clock();
+        let home = gaze.estimator.estimate(first.0.feed.now(), &mut |_| {});
+        let followed = |source: &(Source, Report)| Followed {
+            state: SourceState {
+                role: source.0.intake.role(),
+                samples: 0,
+                counts: Counts::new(),
+                // From a microsecond to ten seconds, to a hundredth.
+                delay: Histogram::new_with_max(10_000_000, 2).unwrap_or_else(|_| unreachable!()),
+                newest: None,
+            },
+            newest: None,
+            rhythm: Rhythm::NEW,
+        };
+        let mut roles = sources.iter().map(|(source, _)| source.intake.role());
         let shared = Arc::new(Shared {
             following: Mutex::new(Following {
-                clock,
-                estimator,
-                newest: None,
-                rhythm: Rhythm::NEW,
-                samples: 0,
+                gaze,
+                leading: roles.position(|role| role != Role::Head).unwrap_or(0),
+                sources: sources.iter().map(followed).collect(),
                 passed_over: 0,
-                counts: Counts::new(),
             }),
             came: Condvar::new(),
             over: AtomicBool::new(false),
             home,
         });
-        let heard = Arc::clone(&shared);
-        let thread = std::thread::Builder::new()
-            .name("tracker".to_owned())
-            .spawn(move || listen(feed, &heard, report))?;
-        Ok(Self {
-            feed: feed_clock,
+        let mut tracker = Self {
+            feed,
             shared,
-            thread: Some(thread),
-        })
+            threads: Vec::new(),
+        };
+        for (number, (source, report)) in sources.into_iter().enumerate() {
+            let heard = Arc::clone(&tracker.shared);
+            let thread = std::thread::Builder::new()
+                .name("tracker".to_owned())
+                .spawn(move || listen(number, source, &heard, report))?;
+            tracker.threads.push(thread);
+        }
+        Ok(tracker)
     }
 
     /// Returns the time on the feed's clock.
@@ -152,7 +169,7 @@ impl LiveTracker {
         let shared = &self.shared;
         let mut following = lock(&shared.following);
         let last = self.at(until);
-        while !following.rhythm.is_last_before(last) {
+        while !following.leading().rhythm.is_last_before(last) {
             let left = until.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 return false;
@@ -168,46 +185,64 @@ impl LiveTracker {
         let mut following = lock(&self.shared.following);
         let latch = self.now();
         let shown = display.max(latch);
-        let estimate = following.estimator.estimate(shown, &mut |_| {});
-        let held = following.estimator.config().fallback.widen_after;
+        let estimate = following.gaze.estimator.estimate(shown, &mut |_| {});
+        let held = following.gaze.estimator.config().fallback.widen_after;
         let is_recent = |(_, arrive)| latch.since(arrive) <= held;
+        let newest = following.leading().newest;
         LatchedGaze {
-            follows: following.newest.is_some_and(is_recent)
+            follows: newest.is_some_and(is_recent)
                 && estimate.state != estimate::State::FullQuality,
             estimate,
-            sample: following.newest.map(|(sample, _)| sample),
-            arrive: following.newest.map(|(_, arrive)| arrive),
+            sample: newest.map(|(sample, _)| sample),
+            arrive: newest.map(|(_, arrive)| arrive),
             latch,
-            samples: following.samples,
+            samples: following.sources.iter().map(|one| one.state.samples).sum(),
             passed_over: following.passed_over,
         }
     }
 
-    /// Counts of bytes, samples and faults so far.
+    /// Counts of bytes, samples and faults of all trackers so far.
     pub fn counts(&self) -> Counts {
-        lock(&self.shared.following).counts
+        let all = lock(&self.shared.following);
+        let all = all.sources.iter();
+        all.fold(Counts::new(), |sum, one| sum.plus(&one.state.counts))
+    }
+
+    /// Returns how each of the trackers does.
+    pub fn sources(&self) -> Vec<SourceState> {
+        let all = lock(&self.shared.following);
+        all.sources.iter().map(|one| one.state.clone()).collect()
+    }
+}
+
+impl Following {
+    fn leading(&self) -> &Followed {
+        &self.sources[self.leading]
     }
 }
 
 impl Drop for LiveTracker {
     fn drop(&mut self) {
         self.shared.over.store(true, Ordering::SeqCst);
-        let Some(thread) = self.thread.take() else {
-            return;
-        };
         // A thread that is still busy reporting is left alone.
         let begun = Instant::now();
-        while !thread.is_finished() && begun.elapsed() < PATIENCE {
-            std::thread::sleep(PAUSE);
-        }
-        if thread.is_finished() {
-            // A panic has printed its message.
-            let _ = thread.join();
+        for thread in self.threads.drain(..) {
+            while !thread.is_finished() && begun.elapsed() < PATIENCE {
+                std::thread::sleep(PAUSE);
+            }
+            if thread.is_finished() {
+                // A panic has printed its message.
+                let _ = thread.join();
+            }
         }
     }
 }
 
-fn listen(mut feed: Feed, shared: &Shared, mut report: impl FnMut(TrackerEvent)) {
+fn listen(number: usize, source: Source, shared: &Shared, mut report: Report) {
+    let Source {
+        mut feed,
+        mut intake,
+    } = source;
     let is_live = feed.is_live();
     let mut sensors = [Thinning::NEW; 256];
     // Reported after the lock is released: reporting may take long.
@@ -219,43 +254,48 @@ fn listen(mut feed: Feed, shared: &Shared, mut report: impl FnMut(TrackerEvent))
             let sample = match &notice {
                 Notice::Decoded(Event::Sample(sample)) => *sample,
                 Notice::Decoded(Event::Message(message)) => {
-                    lock(&shared.following)
-                        .estimator
-                        .on_message(message, &mut |_| {});
+                    if intake.role() != Role::Head {
+                        lock(&shared.following)
+                            .gaze
+                            .estimator
+                            .on_message(message, &mut |_| {});
+                    }
                     return report(TrackerEvent::Device(*message, now));
                 }
                 Notice::Decoded(_) => return,
                 Notice::Trouble(trouble) => return troubles.push(*trouble),
-                Notice::Offset { at, offset } => {
-                    return lock(&shared.following).clock.set_offset(*at, *offset);
-                }
+                Notice::Offset { at, offset } => return intake.set_offset(*at, *offset),
                 _ => return report(TrackerEvent::Feed(notice)),
             };
-            let mut following = lock(&shared.following);
             let arrival = sample.arrival;
-            let stamp = following.clock.stamp(&sample, &mut |event| {
-                events.push(TrackerEvent::Clock(event, arrival));
-            });
-            following.samples += 1;
+            let taken = intake.take(&sample, &mut |event| events.push(event));
+            let mut following = lock(&shared.following);
+            following.sources[number].state.samples += 1;
             let thinning = &mut sensors[usize::from(sample.sensor)];
             let before = thinning.one_of;
             let is_used = thinning.uses(arrival);
             if before == 1 && thinning.one_of > 1 {
                 events.push(TrackerEvent::Flood(thinning.one_of, arrival));
             }
-            if is_used {
-                following.estimator.push(&sample, stamp.time, &mut |event| {
+            let taken = taken.filter(|_| is_used);
+            if let Some((sample, time)) = &taken {
+                let role = intake.role();
+                following.gaze.push(role, sample, *time, &mut |event| {
                     events.push(TrackerEvent::Gaze(event, arrival));
                 });
                 // A simulated sample comes when it is polled.
                 let came = if is_live { arrival } else { now.max(arrival) };
-                following.newest = Some((stamp.time, came));
-                following.rhythm.hear(came);
-            } else {
+                let came = intake.at(came);
+                let own = &mut following.sources[number];
+                own.newest = Some((*time, came));
+                own.rhythm.hear(came);
+                own.state.newest = Some(came);
+                own.state.delay.saturating_record(came.since(*time).0);
+            } else if !is_used {
                 following.passed_over += 1;
             }
             drop(following);
-            if is_used {
+            if taken.is_some() {
                 shared.came.notify_all();
             }
             events.drain(..).for_each(&mut report);
@@ -264,7 +304,7 @@ fn listen(mut feed: Feed, shared: &Shared, mut report: impl FnMut(TrackerEvent))
         for trouble in troubles {
             report(TrackerEvent::Trouble(trouble, counts));
         }
-        lock(&shared.following).counts = counts;
+        lock(&shared.following).sources[number].state.counts = counts;
         if !is_live {
             std::thread::sleep(PAUSE);
         }

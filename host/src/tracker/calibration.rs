@@ -9,6 +9,10 @@
 //! position = [0.0, 1.2, -1.0]
 //! orientation = [0.0, 0.0, 0.0, 1.0]      # x, y, z, w
 //!
+//! [sensor_from_eyes]            # optional: where the eyes' axes are on the tracked sensor
+//! position = [0.0, -0.1, 0.05]  # between the eyes, metres in the sensor's axes
+//! orientation = [0.0, 0.0, 0.0, 1.0]
+//!
 //! [screen]                      # optional: the plane of gaze points
 //! corner = [-1.0, 0.5, -1.0]    # upper left, metres in the room
 //! right = [1.0, 0.0, 0.0]       # optional: along the upper edge
@@ -29,7 +33,7 @@ mod estimation;
 mod gather;
 
 pub(crate) use super::script::{TimedTarget, read_script};
-pub(crate) use estimation::estimation;
+pub(crate) use estimation::{composed, estimation};
 pub(crate) use gather::Gatherer;
 
 use super::hid::usb_id;
@@ -50,8 +54,8 @@ use std::path::Path;
 use thiserror::Error;
 use toml::Spanned;
 
-const SYNTAX: &str = "a calibration file has device, model, head, [room_from_tracker] (position and \
-                      orientation), [screen] (corner, size and, if wanted, right and down) and \
+const SYNTAX: &str = "a calibration file has device, model, head, [room_from_tracker] and \
+                      [sensor_from_eyes] (position and orientation), [screen] (corner, size and, if wanted, right and down) and \
                       [[target]] (direction, and of left, right and combined what the tracker \
                       says); all of them are optional";
 
@@ -113,6 +117,8 @@ pub(crate) struct CalibrationFile {
     pub(crate) head: Vec3,
     /// Where the tracker's axes are; `None`: as the command line says.
     pub(crate) room_from_tracker: Option<RoomFromTracker>,
+    /// Where the axes between the eyes are on the sensor that is tracked.
+    pub(crate) sensor_from_eyes: Option<HeadPose>,
     pub(crate) screen: Option<Screen>,
     pub(crate) targets: Vec<SeenTarget>,
 }
@@ -124,6 +130,7 @@ impl Default for CalibrationFile {
             model: Model::Affine,
             head: Vec3::ZERO,
             room_from_tracker: None,
+            sensor_from_eyes: None,
             screen: None,
             targets: Vec::new(),
         }
@@ -148,6 +155,7 @@ struct Entry {
     model: Option<Spanned<String>>,
     head: Option<[f32; 3]>,
     room_from_tracker: Option<Spanned<RoomEntry>>,
+    sensor_from_eyes: Option<Spanned<RoomEntry>>,
     screen: Option<Spanned<ScreenEntry>>,
     #[serde(default)]
     target: Vec<Spanned<TargetEntry>>,
@@ -237,6 +245,23 @@ impl CalibrationFile {
                 orientation: Quat::from_array(room.as_ref().orientation),
             });
             file.check().map_err(misplaced(Some(room.span())))?;
+        }
+        if let Some(sensor) = &entry.sensor_from_eyes {
+            let RoomEntry {
+                position,
+                orientation,
+            } = sensor.as_ref();
+            let (position, turn) = (Vec3::from_array(*position), Quat::from_array(*orientation));
+            let is_pose = position.is_finite() && (turn.length() - 1.0).abs() < 0.1;
+            file.sensor_from_eyes = Some(HeadPose {
+                position,
+                orientation: turn.normalize(),
+            });
+            if !is_pose {
+                let help = "give metres, and a rotation x, y, z, w";
+                let fault = Fault::new("sensor_from_eyes is no pose", help);
+                return Err(located(fault, Some(sensor.span())));
+            }
         }
         if let Some(screen) = &entry.screen {
             let entry = screen.as_ref();
@@ -344,6 +369,11 @@ impl CalibrationFile {
             writeln!(to, "position = {:?}", room.position.to_array())?;
             writeln!(to, "orientation = {:?}", room.orientation.to_array())?;
         }
+        if let Some(sensor) = self.sensor_from_eyes {
+            writeln!(to, "\n[sensor_from_eyes]")?;
+            writeln!(to, "position = {:?}", sensor.position.to_array())?;
+            writeln!(to, "orientation = {:?}", sensor.orientation.to_array())?;
+        }
         if let Some(screen) = self.screen {
             writeln!(to, "\n[screen]")?;
             writeln!(to, "corner = {:?}", screen.corner.to_array())?;
@@ -414,6 +444,11 @@ impl Calibrated {
             return Err(Located::new(fault, &Source { name, text }, None).into());
         }
         Ok(file.into())
+    }
+
+    /// Returns where the axes between the eyes are on the sensor.
+    pub(crate) const fn sensor_from_eyes(&self) -> Option<HeadPose> {
+        self.file.sensor_from_eyes
     }
 
     /// Returns where the viewer's head rests.

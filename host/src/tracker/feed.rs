@@ -26,6 +26,11 @@ pub struct FeedClock {
 }
 
 impl FeedClock {
+    /// Returns what the clock showed at the start.
+    pub const fn begin(&self) -> Micros {
+        self.begin
+    }
+
     /// Converts a time of the system's clock; earlier ones become the feed's opening.
     pub fn at(&self, instant: Instant) -> Micros {
         let since = instant.saturating_duration_since(self.start);
@@ -159,6 +164,11 @@ impl Feed {
     /// Returns what the clock showed when the feed was opened.
     pub const fn begin(&self) -> Micros {
         self.clock.begin
+    }
+
+    /// Starts the clock anew, when another's started.
+    pub(crate) const fn start_with(&mut self, other: &FeedClock) {
+        self.clock.start = other.start;
     }
 
     /// Returns the feed's clock, to convert times of other threads.

@@ -234,5 +234,5 @@ fn with_help(fault: &Fault) -> String {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, unix))]
 mod tests;

@@ -25,6 +25,8 @@ pub struct Spec {
     pub head: Option<u8>,
     /// How late the tracker is, and after how long its data are stale or stuck.
     pub times: Times,
+    /// A file of `shisen tracker calibrate`.
+    pub calibration: Option<PathBuf>,
 }
 
 /// A kind of tracker.
@@ -45,8 +47,12 @@ pub enum TrackerKind {
 impl From<TrackerKind> for Spec {
     /// Returns the first sensor, and the usual times.
     fn from(kind: TrackerKind) -> Self {
-        let (head, times) = (None, Times::default());
-        Self { kind, head, times }
+        Self {
+            kind,
+            head: None,
+            times: Times::default(),
+            calibration: None,
+        }
     }
 }
 
@@ -195,6 +201,13 @@ impl FromStr for Spec {
         let mut head = None;
         options.number(&mut head, "head", (0, u8::MAX), "a sensor from 0 to 255")?;
         let times = Times::take(&mut options)?;
+        let mut calibration = None;
+        options.set(
+            &mut calibration,
+            "calibration",
+            "the path of a calibration",
+            |value| (!value.is_empty()).then(|| PathBuf::from(value)),
+        )?;
         let kind = match name {
             "mock" => TrackerKind::Mock(mock(options, head, &times)?),
             "serial" => TrackerKind::Serial(serial(target, options, head)?),
@@ -212,7 +225,12 @@ impl FromStr for Spec {
                 TrackerKind::Replay(target.into())
             }
         };
-        Ok(Self { kind, head, times })
+        Ok(Self {
+            kind,
+            head,
+            times,
+            calibration,
+        })
     }
 }
 
@@ -352,7 +370,7 @@ fn hid(name: &str, mut options: Options<'_>, head: Option<u8>) -> Result<HidSpec
 }
 
 fn with_times(allowed: &str) -> String {
-    format!("{allowed}, {TIMES}")
+    format!("{allowed}, calibration=FILE, {TIMES}")
 }
 
 /// Refuses the choice of a sensor where there is only one.

@@ -81,6 +81,11 @@ impl Times {
         Ok(times)
     }
 
+    /// Returns the least delay of samples, if it was given.
+    pub const fn delay(&self) -> Option<Micros> {
+        self.delay
+    }
+
     /// Puts the times into a configuration.
     pub fn set(&self, config: &mut EstimatorConfig) {
         for ((_, field), time) in KEYS.into_iter().zip(self.given) {

@@ -135,17 +135,24 @@ impl<const N: usize> HeadTrack<N> {
         steady_velocity(&places, self.config.least_turn)
     }
 
-    /// Returns the pose at a time, by constant velocity from the newest one.
+    /// Returns the pose at a time: between those around it, or by constant velocity from the newest.
     pub(super) fn at(&self, time: Micros) -> HeadPose {
         let most = self.config.horizon.seconds();
         let mut pose = self.resting;
         if let Some((newest, position)) = self.positions.newest() {
-            let ahead = seconds(newest, time).clamp(-most, most);
-            pose.position = position + self.velocity * ahead;
+            let ahead = seconds(newest, time).min(most);
+            pose.position = match self.positions.before(time) {
+                Some(before) if ahead < 0.0 => before,
+                _ => position + self.velocity * ahead,
+            };
         }
-        if let Some((newest, _)) = self.turns.newest() {
-            let ahead = seconds(newest, time).clamp(-most, most);
-            let turned = compose(from_vector(self.turn * ahead), self.orientation);
+        if let Some((newest, turned)) = self.turns.newest() {
+            let ahead = seconds(newest, time).min(most);
+            let turn = match self.turns.before(time) {
+                Some(before) if ahead < 0.0 => before - turned,
+                _ => self.turn * ahead,
+            };
+            let turned = compose(from_vector(turn), self.orientation);
             pose.orientation = unit(turned).unwrap_or(self.orientation);
         }
         pose
@@ -192,6 +199,13 @@ mod tests {
             let turned = to_vector(pose.orientation).y;
             assert!((turned - (last + counted)).abs() < 1e-4, "{turned}");
         }
+        // Of times before the newest the poses then count, however the head turned since.
+        head.push_orientation(Micros(1_123_500), from_vector(Vec3::Y * last), None);
+        let half = head.at(Micros(1_121_250));
+        assert!((half.position.x - 0.5 * 48.5 * 0.0025).abs() < 1e-5);
+        let turned = to_vector(half.orientation).y;
+        assert!((turned - 48.5 * 0.0025).abs() < 1e-4, "{turned}");
+        assert!((head.at(Micros(0)).position).length() < 1e-6);
         // What the device says about the turn counts.
         let time = Micros(1_125_000);
         head.push_orientation(time, Quat::IDENTITY, Some(Vec3::Z));

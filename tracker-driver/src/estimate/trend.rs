@@ -70,6 +70,22 @@ impl<const N: usize> History<Vec3, N> {
         }
     }
 
+    /// Returns the place at a time before the newest: between those around it, or the oldest.
+    pub(super) fn before(&self, time: Micros) -> Option<Vec3> {
+        let mut after: Option<(Micros, Vec3)> = None;
+        for (at, place) in self.newest_first() {
+            if let (true, Some((end, to))) = (at <= time, after) {
+                let share = time.since(at).seconds() / end.since(at).seconds();
+                return Some(place + (to - place) * share);
+            }
+            after = Some((at, place));
+            if at <= time {
+                break;
+            }
+        }
+        after.map(|(_, place)| place)
+    }
+
     /// Returns the newest `count` of them, as seen from `origin`.
     pub(super) fn places(&self, count: usize, origin: Vec3) -> Places<'_> {
         let (older, newer) = self.entries.as_slices();

@@ -1,9 +1,9 @@
 //! The gaze of frames that follow a tracker.
 
 use crate::cli::prelude::*;
-use crate::cli::tracker::{Interrupt, Opened, TrackerName};
-use crate::live::{LiveTracker, TrackerEvent};
-use crate::tracker::Notice;
+use crate::cli::tracker::{Interrupt, Opened, TrackerName, names};
+use crate::live::LiveTracker;
+use crate::tracker::{Feed, Notice, Role, TrackerEvent};
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::decoder::Event;
 use shisen_tracker::estimate::Estimate;
@@ -12,12 +12,13 @@ use shisen_tracker::time::Micros;
 #[derive(Debug, Args)]
 pub(super) struct TrackerArguments {
     /// Tracker to follow in place of --look and --head-report, whose origin is at --head: mock,
-    /// mock:seed=7&rate=200&as=fastrak, serial:PORT?protocol=NAME, hid:VENDOR:PRODUCT or
-    /// replay:FILE. Frame k is shown k + 1 refreshes after the start. Ctrl-C ends the command
-    /// with the frames that are done
+    /// mock:seed=7&rate=200&as=fastrak, serial:PORT?protocol=NAME, hid:VENDOR:PRODUCT, replay:FILE
+    /// or one on the network (see `shisen tracker --help`), or head=SPEC and, in a --tracker of its
+    /// own, gaze=SPEC. Frame k is shown k + 1 refreshes after the start. Ctrl-C ends the command with
+    /// the frames that are done
     #[arg(long, value_name = "SPEC",
           conflicts_with_all = ["look", "head_report", "up", "fixate", "fill"])]
-    pub(super) tracker: Option<TrackerName>,
+    pub(super) tracker: Vec<TrackerName>,
     #[arg(
         long,
         value_name = "TOML",
@@ -57,29 +58,40 @@ enum Source {
 impl Follower {
     /// Opens a tracker whose origin is at `head`, and waits for the first sample of a device.
     pub(super) fn new(
-        name: &TrackerName,
+        trackers: &[TrackerName],
         arguments: &TrackerArguments,
         head: HeadPose,
+        room: &Cave,
         interrupt: &Interrupt,
     ) -> Result<Self, Failure> {
-        let mut given = Opened::new(&name.spec, arguments.calibration.as_deref(), head)?;
+        let mut given = Opened::new(trackers, arguments.calibration.as_deref(), head, room)?;
         let hz = arguments.hz;
-        if !given.feed.is_live() {
-            let (start, source) = (given.feed.begin(), Source::Given(Box::new(given)));
+        if !given
+            .sources
+            .iter()
+            .any(|(source, _)| source.feed.is_live())
+        {
+            let (start, source) = (given.feed().begin(), Source::Given(Box::new(given)));
             return Ok(Self { source, hz, start });
         }
         let mut since = Micros(0);
         while given.take(Micros(0)) == 0 && !interrupt.came() {
-            if given.feed.is_resetting() {
-                since = given.feed.now();
+            let now = given.feed().now();
+            if given
+                .sources
+                .iter()
+                .any(|(source, _)| source.feed.is_resetting())
+            {
+                since = now;
             }
-            if given.feed.now().since(since) > PATIENCE {
+            if now.since(since) > PATIENCE {
+                let name = names(trackers);
                 let message = format!("no sample came from {name} in {} s", PATIENCE.seconds());
-                let help = format!("see what comes with `shisen tracker monitor '{name}'`");
+                let help = "see what comes with `shisen tracker monitor SPEC`";
                 return Err(Fault::new(message, help).into());
             }
         }
-        let start = given.feed.now();
+        let start = given.feed().now();
         let source = Source::Device(given.listen()?);
         Ok(Self { source, hz, start })
     }
@@ -101,45 +113,55 @@ impl Follower {
             }
             Source::Given(given) => {
                 while given.take(due) > 0 {}
-                given.estimator.estimate(shown, &mut |_| {})
+                given.gaze.estimator.estimate(shown, &mut |_| {})
             }
         }
     }
 }
 
 impl Opened {
-    /// Takes what came until a time; returns the number of samples.
+    /// Returns the feed whose clock is the viewer's.
+    fn feed(&self) -> &Feed {
+        &self.sources[0].0.feed
+    }
+
+    /// Takes what came until a time of the viewer's; returns the number of samples.
     fn take(&mut self, until: Micros) -> u64 {
-        let (feed, clock) = (&mut self.feed, &mut self.clock);
-        let (estimator, announcer) = (&mut self.estimator, &mut self.announcer);
+        let (gaze, begin) = (&mut self.gaze, self.sources[0].0.feed.begin());
         let mut samples = 0;
-        let mut troubles = Vec::new();
-        let now = feed.now();
-        feed.poll(until, &mut |notice| match notice {
-            Notice::Decoded(event) => match event {
-                Event::Sample(sample) => {
-                    let arrival = sample.arrival;
-                    let stamp = clock.stamp(&sample, &mut |event| {
-                        announcer.announce(TrackerEvent::Clock(event, arrival));
-                    });
-                    estimator.push(&sample, stamp.time, &mut |event| {
-                        announcer.announce(TrackerEvent::Gaze(event, arrival));
-                    });
-                    samples += 1;
-                }
-                Event::Message(message) => {
-                    estimator.on_message(&message, &mut |_| {});
-                    announcer.announce(TrackerEvent::Device(message, now));
-                }
-                _ => {}
-            },
-            Notice::Trouble(trouble) => troubles.push(trouble),
-            Notice::Offset { at, offset } => clock.set_offset(at, offset),
-            other => announcer.announce(TrackerEvent::Feed(other)),
-        });
-        let counts = feed.counts();
-        for trouble in troubles {
-            announcer.announce(TrackerEvent::Trouble(trouble, counts));
+        for (source, announcer) in &mut self.sources {
+            let (feed, intake) = (&mut source.feed, &mut source.intake);
+            let mut troubles = Vec::new();
+            let now = feed.now();
+            let own = feed.begin().after(until.since(begin));
+            feed.poll(own, &mut |notice| match notice {
+                Notice::Decoded(event) => match event {
+                    Event::Sample(sample) => {
+                        let arrival = sample.arrival;
+                        let taken = intake.take(&sample, &mut |event| announcer.announce(event));
+                        if let Some((sample, time)) = taken {
+                            gaze.push(intake.role(), &sample, time, &mut |event| {
+                                announcer.announce(TrackerEvent::Gaze(event, arrival));
+                            });
+                        }
+                        samples += 1;
+                    }
+                    Event::Message(message) => {
+                        if intake.role() != Role::Head {
+                            gaze.estimator.on_message(&message, &mut |_| {});
+                        }
+                        announcer.announce(TrackerEvent::Device(message, now));
+                    }
+                    _ => {}
+                },
+                Notice::Trouble(trouble) => troubles.push(trouble),
+                Notice::Offset { at, offset } => intake.set_offset(at, offset),
+                other => announcer.announce(TrackerEvent::Feed(other)),
+            });
+            let counts = feed.counts();
+            for trouble in troubles {
+                announcer.announce(TrackerEvent::Trouble(trouble, counts));
+            }
         }
         samples
     }
@@ -161,14 +183,16 @@ mod tests {
     fn follower(line: &Path, protocol: &str) -> Follower {
         let name = format!("serial:{}?protocol={protocol}", line.display());
         let arguments = TrackerArguments {
-            tracker: None,
+            tracker: Vec::new(),
             calibration: None,
             frames: 1,
             hz: 60,
         };
         let interrupt = Interrupt::watched();
-        let name = name.parse().unwrap();
-        let follower = Follower::new(&name, &arguments, HeadPose::IDENTITY, &interrupt);
+        let trackers = [name.parse().unwrap()];
+        let room = Cave::new(Vec::new()).unwrap_or_else(|_| panic!("no walls"));
+        let head = HeadPose::IDENTITY;
+        let follower = Follower::new(&trackers, &arguments, head, &room, &interrupt);
         follower.unwrap_or_else(|_| panic!("it says something"))
     }
 

@@ -95,7 +95,9 @@ fn taken(arguments: &[&str], capture: Option<CaptureOptions>, tracker: &Spec) ->
     let line = Line::parse_from(usual.iter().chain(arguments).chain(few));
     let live = line.live.changed(Change::Capture(capture));
     let prepared = live.prepare(&line.time).unwrap();
-    let tracker = live.listen(tracker).unwrap();
+    let tracker = live
+        .listen(&[tracker.clone().into()], &prepared.cave)
+        .unwrap();
     let settings = prepared.settings(SessionSettings::default());
     let mut auditor = Auditor::default();
     let played = prepared.play(&tracker, &settings, &mut auditor, &mut SingleMachine);

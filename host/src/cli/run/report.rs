@@ -8,7 +8,10 @@ use crate::cli::arguments::lod::Choice;
 use crate::cli::arguments::source::Shown;
 use crate::cli::play::{Interference, Played, Prepared};
 use crate::cli::prelude::*;
-use crate::live::{Allowance, FrameBudget, Leg, Quality, SessionReport, Share, Summary};
+use crate::cli::tracker::names;
+use crate::live::{
+    Allowance, FrameBudget, Leg, LiveTracker, Quality, SessionReport, Share, SourceState, Summary,
+};
 use crate::outputs::OutputsReport;
 use crate::render::frame_hash;
 use hdrhistogram::Histogram;
@@ -78,6 +81,8 @@ pub(super) struct Surroundings {
     pub(super) lost_samples: u64,
     /// Bytes of the device that belong to no record.
     pub(super) dropped_bytes: u64,
+    /// The trackers.
+    pub(super) sources: Vec<SourceReport>,
     /// Frames before a key asked for another scene or level of detail.
     pub(super) earlier_frames: u64,
     /// The window, or null.
@@ -88,6 +93,41 @@ pub(super) struct Surroundings {
     pub(super) cluster: Option<Together>,
     #[serde(flatten)]
     pub(super) interference: Interference,
+}
+
+/// One of the trackers.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct SourceReport {
+    /// What it is read for: head, gaze, or null for all.
+    role: Option<&'static str>,
+    /// Samples.
+    samples: u64,
+    /// Samples lost, by the device's count.
+    lost_samples: u64,
+    /// Bytes that belong to no record.
+    dropped_bytes: u64,
+    /// Time from the measurement to the arrival, as far as it is known, milliseconds: median and
+    /// 95 %; null without samples.
+    delay_ms: Option<[f64; 2]>,
+    /// Time since the newest sample at the end, seconds; null without samples.
+    silent_s: Option<f64>,
+}
+
+impl SourceReport {
+    pub(super) fn all(tracker: &LiveTracker) -> Vec<Self> {
+        let now = tracker.now();
+        let of = |source: SourceState| Self {
+            role: source.role.name(),
+            samples: source.samples,
+            lost_samples: source.counts.lost,
+            dropped_bytes: source.counts.dropped_bytes,
+            delay_ms: (!source.delay.is_empty()).then(|| {
+                [0.5, 0.95].map(|part| source.delay.value_at_quantile(part) as f64 / 1_000.0)
+            }),
+            silent_s: source.newest.map(|at| f64::from(now.since(at).seconds())),
+        };
+        tracker.sources().into_iter().map(of).collect()
+    }
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -207,7 +247,7 @@ impl Report {
         Self {
             surroundings,
             shown: prepared.shown.clone(),
-            tracker: arguments.tracker.to_string(),
+            tracker: names(&arguments.tracker),
             size: arguments.live.room.size,
             pixels: prepared.cave.pictured().map(Pictured::pixels).sum(),
             lod: prepared.arguments.lod.name(),
@@ -315,6 +355,14 @@ impl Report {
         ] {
             if count > 0 {
                 write!(f, ", {count} {what}")?;
+            }
+        }
+        let sources = &self.surroundings.sources;
+        for source in sources.iter().filter(|_| sources.len() > 1) {
+            let (role, samples) = (source.role.unwrap_or("all"), source.samples);
+            write!(f, ", {samples} of the {role}")?;
+            if let Some(silent) = source.silent_s.filter(|silent| *silent > 1.0) {
+                write!(f, " (the last {silent:.1} s before the end)")?;
             }
         }
         let frames = session.frames_without_gaze;

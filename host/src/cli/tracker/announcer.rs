@@ -3,8 +3,7 @@
 use super::drops::with_drops;
 use super::warn_of_sensors;
 use crate::cli::output::warn;
-use crate::live::TrackerEvent;
-use crate::tracker::Notice;
+use crate::tracker::{Notice, Role, TrackerEvent};
 use shisen_tracker::clock::ClockEvent;
 use shisen_tracker::command::Failure;
 use shisen_tracker::decoder::{EyeEventKind, Message, Side};
@@ -21,7 +20,11 @@ const STEP: Micros = Micros::from_millis(1_000);
 /// Announces each kind of event at once, then at most once a second. An announcement counts the
 /// events of its kind that were not announced.
 #[derive(Debug, Default)]
-pub(in crate::cli) struct Announcer(BTreeMap<Kind, Announcement>);
+pub(in crate::cli) struct Announcer {
+    /// What the tracker is read for, where there are several.
+    role: Option<&'static str>,
+    said: BTreeMap<Kind, Announcement>,
+}
 
 /// A name, and a number if the device has one.
 type Kind = (&'static str, u32);
@@ -33,6 +36,14 @@ struct Announcement {
 }
 
 impl Announcer {
+    /// Announces the events of a tracker that is read for a part.
+    pub(in crate::cli) fn of(role: Role) -> Self {
+        Self {
+            role: role.name(),
+            ..Self::default()
+        }
+    }
+
     /// Announces an event on standard error.
     pub(in crate::cli) fn announce(&mut self, happening: TrackerEvent) {
         let said = match happening {
@@ -53,7 +64,11 @@ impl Announcer {
             TrackerEvent::Feed(notice) => Self::of_feed(&notice),
         };
         if let Some(said) = said {
-            warn(&said);
+            warn(
+                &self
+                    .role
+                    .map_or(said.clone(), |role| format!("{role}: {said}")),
+            );
         }
     }
 
@@ -205,20 +220,20 @@ impl Announcer {
 
     /// Adds the time; `None` if the kind was announced within the last second.
     fn say(&mut self, kind: Kind, now: Micros, what: &str) -> Option<String> {
-        if let Some(said) = self.0.get_mut(&kind)
+        if let Some(said) = self.said.get_mut(&kind)
             && now.since(said.at) < STEP
         {
             said.unsaid += 1;
             return None;
         }
-        if self.0.len() >= MOST_KINDS && !self.0.contains_key(&kind) {
-            let oldest = self.0.iter().min_by_key(|(_, said)| said.at);
+        if self.said.len() >= MOST_KINDS && !self.said.contains_key(&kind) {
+            let oldest = self.said.iter().min_by_key(|(_, said)| said.at);
             if let Some(oldest) = oldest.map(|(&kind, _)| kind) {
-                self.0.remove(&oldest);
+                self.said.remove(&oldest);
             }
         }
         let said = Announcement { at: now, unsaid: 0 };
-        let unsaid = self.0.insert(kind, said).map_or(0, |said| said.unsaid);
+        let unsaid = self.said.insert(kind, said).map_or(0, |said| said.unsaid);
         let at = now.seconds();
         Some(match unsaid {
             0 => format!("at {at:.3} s {what}"),
@@ -276,7 +291,7 @@ mod tests {
         for code in 0..10_000 {
             let now = Micros(u64::from(code));
             assert!(announcer.of_device(&fault(code), now).is_some());
-            assert!(announcer.0.len() <= MOST_KINDS);
+            assert!(announcer.said.len() <= MOST_KINDS);
         }
         // The newest kind is remembered.
         assert_eq!(announcer.of_device(&fault(9_999), Micros(10_000)), None);

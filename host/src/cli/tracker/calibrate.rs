@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         FittedModel::Affine => Model::Affine,
         FittedModel::SecondOrder => Model::SecondOrder,
     };
-    let spec = &arguments.spec.spec;
+    let spec = arguments.spec.alone()?;
     let timed = arguments.targets.as_deref().map(read_script).transpose()?;
     let mut feed = Feed::open(spec)?;
     file.device = arguments.device.clone().or_else(|| device_name(spec));

@@ -5,8 +5,7 @@ use super::announcer::Announcer;
 use super::features::FeatureReport;
 use crate::cli::arguments::span;
 use crate::cli::prelude::*;
-use crate::live::TrackerEvent;
-use crate::tracker::{Feed, Notice};
+use crate::tracker::{Feed, Notice, TrackerEvent};
 use shisen_tracker::decoder::Event;
 use shisen_tracker::time::Micros;
 

@@ -5,10 +5,11 @@ use super::follow::{EndArguments, follow};
 use super::sample::{Record, Records};
 use crate::cli::output;
 use crate::cli::prelude::*;
-use crate::tracker::Feed;
 use crate::tracker::calibration::{Calibrated, estimation};
+use crate::tracker::{Feed, Intake, Role};
+use shisen_tracker::clock::{ClockConfig, ClockEstimator};
 use shisen_tracker::decoder::Event;
-use shisen_tracker::estimate::GazeEstimator;
+use shisen_tracker::estimate::{GazeEstimator, Sensors};
 use shisen_tracker::time::Micros;
 use std::io::{self, IsTerminal, Write};
 
@@ -29,18 +30,25 @@ pub(in crate::cli) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let spec = &arguments.spec.spec;
-    let calibration = arguments.calibration.as_deref();
+    let spec = arguments.spec.alone()?;
+    let calibration = arguments
+        .calibration
+        .as_deref()
+        .or(spec.calibration.as_deref());
     let calibrated = calibration.map(|path| Calibrated::load(path, spec));
     let calibrated = calibrated.transpose()?;
     let mut feed = Feed::open(spec)?;
+    let clock = ClockEstimator::new(ClockConfig::default()).or_fail()?;
+    let intake = Intake::new(Role::All, clock, spec, calibrated.as_ref());
     let sight = calibrated.map(|calibrated| {
         let head = calibrated.head();
-        let config = estimation(spec, feed.senses(spec), head, Some(&calibrated));
+        let mut config = estimation(spec, feed.senses(spec), head, Some(&calibrated));
+        // The intake chooses the sensor.
+        config.sensors = Sensors::All;
         GazeEstimator::new(config).or_fail()
     });
     let json = arguments.json;
-    let mut records = Records::new(sight.transpose()?);
+    let mut records = Records::new(intake, sight.transpose()?);
     let mut screen = Screen {
         json,
         live: !json && io::stdout().is_terminal(),

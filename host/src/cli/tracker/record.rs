@@ -44,7 +44,7 @@ pub(in crate::cli) struct Report {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut feed = Feed::open(&arguments.spec.spec)?;
+    let mut feed = Feed::open(arguments.spec.alone()?)?;
     let mut recorder = Recorder::create(&arguments.file)?;
     let (mut samples, mut messages) = (0, 0);
     let followed = follow(&mut feed, &arguments.end, &mut |feed, heard| {

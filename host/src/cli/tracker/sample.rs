@@ -4,8 +4,8 @@ use super::announcer::Announcer;
 use super::drops::{by_reason, in_words};
 use super::features::FeatureReport;
 use crate::cli::prelude::*;
-use crate::live::TrackerEvent;
-use shisen_tracker::clock::{ClockConfig, ClockEstimator, StampSource};
+use crate::tracker::{Intake, TrackerEvent};
+use shisen_tracker::clock::StampSource;
 use shisen_tracker::decoder::{Counts, EyeEventKind, Message, Side};
 use shisen_tracker::estimate::GazeEstimator;
 use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Pupil, Reading, Sample};
@@ -229,9 +229,8 @@ fn point(point: Reading<GazePoint>) -> Point {
 }
 
 /// Makes the record of each sample.
-#[derive(Default)]
 pub(super) struct Records {
-    clock: Option<ClockEstimator>,
+    intake: Intake,
     sight: Option<GazeEstimator>,
     announcer: Announcer,
     count: u64,
@@ -248,11 +247,17 @@ pub(super) struct Records {
 
 impl Records {
     /// With an estimator, records say where the viewer looks.
-    pub(super) fn new(sight: Option<GazeEstimator>) -> Self {
+    pub(super) fn new(intake: Intake, sight: Option<GazeEstimator>) -> Self {
         Self {
-            clock: ClockEstimator::new(ClockConfig::default()).ok(),
+            intake,
             sight,
-            ..Self::default()
+            announcer: Announcer::default(),
+            count: 0,
+            held_back: 0,
+            recent: VecDeque::new(),
+            shown: None,
+            described: None,
+            said: Vec::new(),
         }
     }
 
@@ -269,27 +274,27 @@ impl Records {
 
     /// Takes note of how far the device's clock is ahead.
     pub(super) fn hear_offset(&mut self, at: Micros, offset: i64) {
-        if let Some(clock) = &mut self.clock {
-            clock.set_offset(at, offset);
-        }
+        self.intake.set_offset(at, offset);
     }
 
     pub(super) fn next(&mut self, sample: &Sample, counts: &Counts) -> Record {
         let arrival = sample.arrival;
         let announcer = &mut self.announcer;
-        let stamp = self.clock.as_mut().map(|clock| {
-            clock.stamp(sample, &mut |event| {
-                announcer.announce(TrackerEvent::Clock(event, arrival));
-            })
-        });
+        let stamp = self
+            .intake
+            .stamp(sample, &mut |event| announcer.announce(event));
         let moved = self.shown != sample.device_time;
         self.shown = sample.device_time;
-        let frozen = self.clock.as_ref().is_some_and(ClockEstimator::is_frozen);
-        let measured = stamp.map_or(arrival, |stamp| stamp.time);
+        let frozen = self.intake.is_frozen();
+        let intake = &mut self.intake;
         let line_of_sight = self.sight.as_mut().map(|sight| {
-            sight.push(sample, measured, &mut |event| {
-                announcer.announce(TrackerEvent::Gaze(event, arrival));
-            });
+            let time = stamp.time;
+            let taken = intake.take_stamped(sample, time, &mut |event| announcer.announce(event));
+            if let Some((sample, time)) = taken {
+                sight.push(&sample, time, &mut |event| {
+                    announcer.announce(TrackerEvent::Gaze(event, arrival));
+                });
+            }
             let estimate = sight.estimate(arrival, &mut |_| {});
             Sight {
                 position: estimate.line_of_sight.position().to_array(),
@@ -317,9 +322,8 @@ impl Records {
             number,
             arrival_us: arrival.0,
             device_us: sample.device_time.map(|time| time.microseconds),
-            late_us: stamp
-                .filter(|stamp| stamp.source == StampSource::Device && moved && !frozen)
-                .map(|stamp| arrival.since(stamp.time).0),
+            late_us: (stamp.source == StampSource::Device && moved && !frozen)
+                .then(|| arrival.since(stamp.time).0),
             clock: match sample.device_time {
                 None => "none",
                 Some(_) if frozen => STANDS_STILL,
@@ -430,7 +434,9 @@ impl fmt::Display for Record {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tracker::Role;
     use glam::Vec3;
+    use shisen_tracker::clock::ClockEstimator;
     use shisen_tracker::decoder::DropReason;
 
     #[test]
@@ -442,7 +448,9 @@ mod tests {
         let mut counts = Counts::new();
         counts.dropped[DropReason::Truncated as usize] = 3;
         counts.dropped[DropReason::OutOfStep as usize] = 1;
-        let record = Records::new(None).next(&sample, &counts);
+        let spec = "mock".parse().unwrap();
+        let intake = Intake::new(Role::All, ClockEstimator::default(), &spec, None);
+        let record = Records::new(intake, None).next(&sample, &counts);
         assert_eq!((record.dropped, record.dropped_by["truncated"]), (4, 3));
         let line = record.to_string();
         let expected = "  head not tracked  left 0.000 0.000 -1.000  right not tracked  0 Hz  \

@@ -4,10 +4,9 @@ use super::announcer::Announcer;
 use super::follow::EndArguments;
 use super::{Interrupt, Recorded, TrackerName, protocol, require_serial};
 use crate::cli::prelude::*;
-use crate::live::TrackerEvent;
 use crate::tracker::pty::Pty;
 use crate::tracker::serve::{self, LineState, NetProtocol, SILENT, relay};
-use crate::tracker::{Feed, Notice, PAUSE, ProtocolSpec, Recording, TrackerKind};
+use crate::tracker::{Feed, Notice, PAUSE, ProtocolSpec, Recording, TrackerEvent, TrackerKind};
 use shisen_tracker::clock::ClockEstimator;
 use shisen_tracker::decoder::Event;
 use shisen_tracker::mock::Source;
@@ -74,11 +73,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         ));
     };
     let (path, end) = (Path::new(path), &arguments.end);
-    if let TrackerKind::Replay(file) = &arguments.spec.spec.kind {
+    if let TrackerKind::Replay(file) = &arguments.spec.alone()?.kind {
         return recording(file, path, protocol, end);
     }
     let relayed = Relayed {
-        feed: Feed::open(&arguments.spec.spec)?,
+        feed: Feed::open(arguments.spec.alone()?)?,
         announcer: Announcer::default(),
         samples: VecDeque::new(),
     };
@@ -114,7 +113,7 @@ fn on_network(arguments: &Arguments, protocol: &NetProtocol) -> Result<(), Failu
     let mut outlet = protocol.open(arguments.to.as_deref())?;
     let interrupt = Interrupt::watched();
     say(&outlet.description());
-    let spec = &arguments.spec.spec;
+    let spec = arguments.spec.alone()?;
     if protocol.has_readers() && matches!(spec.kind, TrackerKind::Replay(_)) {
         say("waiting until somebody reads");
         while outlet.readers() == Some(0) && !interrupt.came() {

@@ -9,7 +9,7 @@ use crate::live::with_engine;
 use crate::render::Options;
 use crate::scene::builtin::grid;
 use crate::tracker::calibration::estimation;
-use crate::tracker::{Feed, Spec};
+use crate::tracker::{ComposedGaze, Feed, Intake, Role, Source, Spec};
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::clock::ClockEstimator;
 use shisen_tracker::estimate::GazeEstimator;
@@ -63,7 +63,14 @@ fn play(
     let config = estimation(&spec, feed.senses(&spec), HeadPose::IDENTITY, None);
     let estimator = GazeEstimator::new(config).unwrap();
     let clock = ClockEstimator::new(spec.clock()).unwrap();
-    let tracker = LiveTracker::start(feed, clock, estimator, |_| {}).unwrap();
+    let tracker = {
+        let intake = Intake::new(Role::All, clock, &spec, None);
+        let source = (
+            Source { feed, intake },
+            Box::new(|_| {}) as crate::live::Report,
+        );
+        LiveTracker::start(vec![source], ComposedGaze::new(estimator)).unwrap()
+    };
     let baked = Baked::<8>::new(&grid(2.0)).unwrap();
     let cave = Cave::built_in(BuiltInCave::ThreeWall, [8; 2]).unwrap();
     let eyes = [Observer::new(Eye::Left, Viewer::default().eye(Eye::Left))];

@@ -67,6 +67,19 @@ fn mock_screen(spec: &Spec, head: HeadPose) -> Option<Screen> {
     }
 }
 
+/// Returns how the gaze is estimated from two trackers, of which one measures the head: its place,
+/// its stuckness and its ages are those of `head`, the rest is that of `gaze`.
+pub(crate) const fn composed(head: &EstimatorConfig, gaze: &EstimatorConfig) -> EstimatorConfig {
+    let mut config = *gaze;
+    config.room_from_tracker = head.room_from_tracker;
+    config.head_tracked = true;
+    config.head_stuck_after = head.head_stuck_after;
+    config.fallback.head_hold_after = head.fallback.head_hold_after;
+    config.fallback.head_widen_after = head.fallback.head_widen_after;
+    config.fallback.head_full_after = head.fallback.head_full_after;
+    config
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

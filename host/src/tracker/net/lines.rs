@@ -313,3 +313,69 @@ fn eye(line: Option<EyeLine>) -> Result<Eye, String> {
         openness: line.openness,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_read_whole_or_refused() {
+        let monitored =
+            br#"{"number":3,"arrival_us":5,"device_us":70,"late_us":null,"clock":"runs",
+            "sensor":2,"sequence":9,"head":{"position":{"value":[1.0,2.0,3.0],"tracked":false},
+            "orientation":[0,0,0,2],"angular_velocity":null},"gaze_frame":"tracker","left":null,
+            "right":{"origin":null,"direction":{"value":[0,0,-2],"tracked":true},"pupil_m":0.004,
+            "pupil_raw":null,"openness":1.0},"gaze_point":{"kind":"plane","value":[0.5,0.25],
+            "tracked":true},"said":[]}"#;
+        let sample = read(monitored, Micros(11)).unwrap().unwrap();
+        assert_eq!(
+            (sample.arrival, sample.sensor, sample.sequence),
+            (Micros(11), 2, Some(9))
+        );
+        assert_eq!(sample.device_time, Some(DeviceTime::unwrapped(70)));
+        assert_eq!(
+            sample.head.position,
+            Some(Reading::held(Vec3::new(1.0, 2.0, 3.0)))
+        );
+        assert_eq!(
+            sample.head.orientation,
+            Some(Reading::tracked(Quat::IDENTITY))
+        );
+        assert_eq!(sample.gaze_frame, GazeFrame::Tracker);
+        assert_eq!(sample.right.direction, Some(Reading::tracked(Vec3::NEG_Z)));
+        assert_eq!(sample.right.pupil, Some(Pupil::Diameter(0.004)));
+        let point = GazePoint::Plane(Vec2::new(0.5, 0.25));
+        assert_eq!(sample.gaze_point, Some(Reading::tracked(point)));
+        assert_eq!(read(b" \r", Micros(0)), Ok(None));
+        assert_eq!(read(b"{}", Micros(4)), Ok(Some(Sample::arrived(Micros(4)))));
+        for (line, says) in [
+            (&b"{"[..], "EOF"),
+            (br#"{"head":{"orientation":[0,0,0,0]}}"#, "is 0"),
+            (br#"{"head":{"position":[1e39,0,0]}}"#, "not finite"),
+            (br#"{"sensor":256}"#, "256"),
+            (br#"{"gaze_frame":"room"}"#, "room"),
+        ] {
+            let error = read(line, Micros(0)).unwrap_err();
+            assert!(error.contains(says), "{error}");
+        }
+        // A line without an end takes no more memory than the longest one.
+        let mut lines = Lines::new(From::Stdin(sync_channel(1).1));
+        for _ in 0..1_000 {
+            lines.take(&[b'x'; 4_096], Micros(0), &mut |_| {
+                panic!("no line has ended")
+            });
+        }
+        assert!(lines.line.capacity() <= 2 * LONGEST);
+        let mut said = Vec::new();
+        lines.take(b"\n{}\n{\n", Micros(0), &mut |notice| said.push(notice));
+        assert!(matches!(&said[1], Notice::Said(text) if text.contains("more than 65536 bytes")));
+        assert_eq!(
+            (
+                lines.counts.samples,
+                lines.counts.dropped.iter().sum::<u32>()
+            ),
+            (1, 2)
+        );
+        assert_eq!(said.len(), 4, "{said:?}");
+    }
+}

@@ -266,23 +266,24 @@ fn a_rigid_body_is_found_by_its_name() {
         // By unicast.
         let at = info.len() - 5;
         info[at] = 0;
+        let send = |bytes: &[u8], to| assert_eq!(server.send_to(bytes, to).unwrap(), bytes.len());
         let mut buffer = [0; 2_048];
         let mut echoes = 0;
         while echoes < 20 {
             let (length, from) = server.recv_from(&mut buffer).unwrap();
             match buffer[0] {
-                0 => drop(server.send_to(&info, from).unwrap()),
-                4 => drop(server.send_to(&of(5), from).unwrap()),
+                0 => send(&info, from),
+                4 => send(&of(5), from),
                 12 => {
                     echoes += 1;
                     let mut echo = buffer[..length].to_vec();
                     (echo[0], echo[2]) = (13, 16);
                     echo.extend_from_slice(&10_000_000_u64.to_le_bytes());
-                    server.send_to(&echo, from).unwrap();
+                    send(&echo, from);
                 }
                 _ => {
                     let frames = packets.iter().filter(|(_, bytes)| bytes[0] == 7);
-                    frames.for_each(|(_, frame)| drop(server.send_to(frame, from).unwrap()));
+                    frames.for_each(|(_, frame)| send(frame, from));
                 }
             }
         }

@@ -218,7 +218,7 @@ impl Outlet {
         .into_bytes();
         for offset in PATTERN_OFFSETS {
             let number = |channel: usize| {
-                let sign = if channel % 2 == 0 { 1 } else { -1 };
+                let sign = if channel.is_multiple_of(2) { 1 } else { -1 };
                 (sign * (PATTERN_BASE + offset + channel as i64)) as f64
             };
             encode(PATTERN_TIME, (0..CHANNELS.len()).map(number), &mut bytes);

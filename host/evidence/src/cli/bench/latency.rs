@@ -13,7 +13,7 @@ use shisen::cli::numbers::whole;
 use shisen::cli::output::failure::Failure;
 use shisen::cli::output::picture_files::make_writable;
 use shisen::cli::play::{Interference, LiveArguments, Played, Prepared, TimeArguments, live_lod};
-use shisen::cli::tracker::{Interrupt, protocol, require_serial};
+use shisen::cli::tracker::{Interrupt, TrackerName, protocol, require_serial};
 use shisen::live::{
     Display, FrameRecord, Latch, Leg, SessionReport, SessionSettings, SingleMachine, Summary,
 };
@@ -242,11 +242,11 @@ impl Arguments {
         prepared: &Prepared,
         interrupt: &Interrupt,
     ) -> Result<Vec<Run>, Failure> {
-        let mut spec: Spec = line.parse()?;
-        if let TrackerKind::Serial(line) = &mut spec.kind {
+        let mut tracker = TrackerName::from(line.parse::<Spec>()?);
+        if let TrackerKind::Serial(line) = &mut tracker.spec.kind {
             line.protocol = self.protocol.clone();
         }
-        let tracker = self.live.listen(&spec)?;
+        let tracker = self.live.listen(&[tracker], &prepared.cave)?;
         let mut runs = Vec::new();
         let most = match &self.out {
             Some(_) => (self.seconds.as_secs_f64() * f64::from(prepared.hz)) as usize + 16,

@@ -233,3 +233,154 @@ impl Labels<'_> {
         format!("its channels are {}", self.labels.join(", "))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tracker::net::with_help;
+    use crate::tracker::{LslSpec, NetSpec, Spec, TrackerKind};
+    use shisen_tracker::net::lsl::{Feed, Format, Received, read_info};
+    use shisen_tracker::time::Micros;
+
+    fn spec(options: &str) -> GazeSpec {
+        let spec: Spec = format!("lsl:type=Gaze?{options}").parse().unwrap();
+        match spec.kind {
+            TrackerKind::Net(NetSpec::Lsl(LslSpec { gaze, .. })) => gaze,
+            _ => panic!("it is a stream"),
+        }
+    }
+
+    fn info(channels: usize) -> Info {
+        let field = |tag: &str, text: &str| format!("<{tag}>{text}</{tag}>");
+        let text = [
+            field("name", "eyes"),
+            field("type", "Gaze"),
+            field("channel_count", &channels.to_string()),
+            field("channel_format", "double64"),
+            field("nominal_srate", "0"),
+            field("uid", "1"),
+            field("v4data_port", "1"),
+            field("v4service_port", "1"),
+        ];
+        read_info(&format!("<info>{}</info>", text.concat())).unwrap()
+    }
+
+    /// Returns the gaze of one record.
+    fn gaze(options: &str, labels: &str, numbers: &[f64]) -> Result<Sample, String> {
+        let labels: Vec<String> = labels.split_whitespace().map(str::to_owned).collect();
+        let found = Gaze::find(&spec(options), &info(numbers.len()), &labels);
+        let found = found.map_err(|fault| with_help(&fault))?;
+        let mut bytes = b"LSL/110 200 OK\r\nByte-Order: 1234\r\n\r\n".to_vec();
+        for offset in [4, 2] {
+            bytes.push(2);
+            bytes.extend_from_slice(&123_456.789_f64.to_le_bytes());
+            for channel in 0..numbers.len() {
+                let sign = if channel.is_multiple_of(2) { 1.0 } else { -1.0 };
+                let number = sign * (16_777_217.0 + f64::from(offset) + channel as f64);
+                bytes.extend_from_slice(&number.to_le_bytes());
+            }
+        }
+        bytes.push(2);
+        bytes.extend_from_slice(&2.5_f64.to_le_bytes());
+        numbers
+            .iter()
+            .for_each(|number| bytes.extend_from_slice(&number.to_le_bytes()));
+        let mut sample = None;
+        let mut feed = Feed::new(Format::Double64, numbers.len() as u8, 0.0);
+        feed.feed(&bytes, Micros(7), &mut |received| {
+            if let Received::Record(record) = received {
+                sample = Some(found.sample(&record));
+            }
+        });
+        Ok(sample.unwrap())
+    }
+
+    #[test]
+    fn channels_are_found_by_labels_or_settings() {
+        let direction = |options: &str, labels: &str, numbers: &[f64]| {
+            gaze(options, labels, numbers)
+                .unwrap()
+                .combined
+                .direction
+                .unwrap()
+        };
+        let near = |found: Reading<Vec3>, x: f32, y: f32| {
+            let expected = Vec3::new(x, y, -1.0).normalize();
+            assert!(
+                found.tracked && found.value.distance(expected) < 1e-6,
+                "{found:?}"
+            );
+        };
+        // Pupil Capture: millimetres before the scene camera, +Y down.
+        let pupil =
+            "confidence norm_pos_x norm_pos_y gaze_point_3d_x gaze_point_3d_y gaze_point_3d_z";
+        near(
+            direction("", pupil, &[0.9, 0.5, 0.5, 100.0, -200.0, 1_000.0]),
+            0.1,
+            0.2,
+        );
+        for lost in [
+            [0.5, 0.5, 0.5, 100.0, -200.0, 1_000.0],
+            [0.9, 0.5, 0.5, f64::NAN, -200.0, 1_000.0],
+            [0.9, 0.5, 0.5, 0.0, 0.0, 0.0],
+        ] {
+            assert!(!direction("", pupil, &lost).tracked, "{lost:?}");
+        }
+        near(
+            direction(
+                "least_confidence=0.4",
+                pupil,
+                &[0.5, 0.5, 0.5, 0.0, 0.0, 9.0],
+            ),
+            0.0,
+            0.0,
+        );
+        let axes = "x=a&y=b&z=2&axes=right,down,forward";
+        near(direction(axes, "a b c", &[0.1, -0.2, 1.0]), 0.1, 0.2);
+        // Neon: pixels of the scene camera.
+        let camera = "camera=800,400,800,600";
+        near(direction(camera, "x y", &[880.0, 520.0]), 0.1, 0.2);
+        // A screen in pixels and in parts.
+        let place = |options: &str, labels: &str, numbers: &[f64]| {
+            let point = gaze(options, labels, numbers).unwrap().gaze_point.unwrap();
+            (point.value.numbers().to_array(), point.tracked)
+        };
+        let screen = "screen=front&pixels=1000,500";
+        let eyelink = "screen=front&pixels=1000,500&x=rightEyeX&y=rightEyeY";
+        assert_eq!(
+            place(screen, "gaze_x gaze_y", &[250.0, 250.0]),
+            ([0.25, 0.5], true)
+        );
+        let labels = "leftEyeX leftEyeY rightEyeX rightEyeY";
+        assert_eq!(
+            place(eyelink, labels, &[0.0, 0.0, 500.0, 125.0]),
+            ([0.5, 0.25], true)
+        );
+        let upward = "screen=front&origin=bottom";
+        assert_eq!(
+            place(upward, "norm_pos_x norm_pos_y", &[0.25, 0.25]),
+            ([0.25, 0.75], true)
+        );
+        let zero = "screen=front&lost=zero";
+        assert!(!place(zero, "x y", &[0.0, 0.0]).1 && place(screen, "x y", &[0.0, 0.0]).1);
+        for (options, labels, says) in [
+            ("", "x y", "give camera=FX,FY,CX,CY, or screen=WALL"),
+            (
+                "",
+                "left right",
+                "name them with x=, y= and, for a direction, z=: its channels are",
+            ),
+            ("", "", "its 2 channels have no labels: give their numbers"),
+            (
+                "x=up&y=down",
+                "left right",
+                "x=\"up\": no channel has this label; its channels are",
+            ),
+            ("x=a&y=1", "a a", "several channels have this label"),
+            ("x=a", "a b", "x, y and z do not go together"),
+        ] {
+            let error = gaze(options, labels, &[0.0, 0.0]).unwrap_err();
+            assert!(error.contains(says), "{error}");
+        }
+    }
+}
