@@ -42,6 +42,8 @@ const LONGEST_REQUEST: usize = 4_096;
 pub(super) struct Outlet {
     name: String,
     uid: String,
+    /// When it was opened, seconds since 1970; readers ask again while it is 0.
+    created: f64,
     port: u16,
     listener: TcpListener,
     /// Where its description and its time are asked for: by port, and by all streams' port.
@@ -90,6 +92,7 @@ impl Outlet {
             .unwrap_or_default();
         Ok(Self {
             name: name.to_owned(),
+            created: since.as_secs_f64(),
             uid: format!("{:x}-{:x}", std::process::id(), since.as_nanos()),
             port,
             listener,
@@ -104,7 +107,7 @@ impl Outlet {
             "<?xml version=\"1.0\"?>\n<info>\n<name>{}</name>\n<type>Gaze</type>\n\
              <channel_count>{}</channel_count>\n<channel_format>double64</channel_format>\n\
              <source_id>shisen-{}</source_id>\n<nominal_srate>0.0</nominal_srate>\n\
-             <version>1.1</version>\n<created_at>0.0</created_at>\n<uid>{}</uid>\n\
+             <version>1.1</version>\n<created_at>{}</created_at>\n<uid>{}</uid>\n\
              <session_id>default</session_id>\n<hostname>{}</hostname>\n<v4address></v4address>\n\
              <v4data_port>{port}</v4data_port>\n<v4service_port>{port}</v4service_port>\n\
              <v6address></v6address>\n<v6data_port>0</v6data_port>\n\
@@ -112,6 +115,7 @@ impl Outlet {
             escaped(&self.name),
             CHANNELS.len(),
             escaped(&self.name),
+            self.created,
             self.uid,
             escaped(&rustix::system::uname().nodename().to_string_lossy()),
             port = self.port,
