@@ -130,14 +130,16 @@ fn levels_of_meshes_that_hang_together_badly_come_with_a_warning() {
                 assert!(warning.contains(expected), "{warning}");
             }
             // It has no coarser levels.
-            assert_eq!(said(&format!("{mesh} --faces 500..")), "", "{mesh}");
+            let said = said(&format!("{mesh} --faces 500.."));
+            assert!(!said.contains("Warning"), "{mesh}: {said}");
         }
     }
     // Parts that touch at a vertex are no fault: both are closed.
     if let Some(cow) = std::env::var_os("SHISEN_COW") {
         let cow = fs::canonicalize(cow).unwrap();
         let bake = format!("bake A -o a.shisen --faces 500.. --mesh {}", cow.display());
-        assert_eq!(run(folder, &bake).err, "");
+        let said = run(folder, &bake).err;
+        assert!(!said.contains("Warning"), "{said}");
     }
 }
 

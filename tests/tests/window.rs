@@ -26,11 +26,17 @@ impl Server {
 
     /// Starts a server whose screen has so many columns and rows.
     pub(super) fn of(size: &str) -> Self {
+        Self::without(size, &[])
+    }
+
+    /// Does the same without some extensions.
+    pub(super) fn without(size: &str, extensions: &[&str]) -> Self {
         // Without -noreset a server restarts when its last client leaves, and drops a client that
         // connects just then: xdotool connects and leaves many times before the window is there.
         let mut child = Command::new("Xvfb")
             .args("-displayfd 1 -noreset -screen 0".split(' '))
             .arg(format!("{size}x24"))
+            .args(extensions.iter().flat_map(|name| ["-extension", name]))
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
