@@ -58,7 +58,7 @@ fn usage_is_that_of_the_command_asked_for() {
         let output = line(folder.path(), words).output().unwrap();
         assert_eq!(output.status.code(), Some(2));
         let message = String::from_utf8_lossy(&output.stderr);
-        let usage = format!("\n\nUsage: {name} [OPTIONS]\n\n");
+        let usage = format!("\n\nUsage: {name} [OPTIONS]");
         let hint = format!("try '{name} --help'.\n");
         assert!(
             message.starts_with("error: ") && message.contains(&usage),
