@@ -42,7 +42,7 @@ impl Client {
         if client.decoder.has_device() {
             return Ok(client);
         }
-        let mut senders = client.decoder.senders().peekable();
+        let mut senders = names(&client.decoder).peekable();
         let name = device.device.as_str();
         Err(if !client.decoder.is_greeted() {
             not_vrpn(server)
@@ -166,7 +166,11 @@ pub(crate) fn devices(server: &Server, patience: Duration) -> Result<Vec<String>
     if !client.decoder.is_greeted() {
         return Err(not_vrpn(server));
     }
-    let senders = client.decoder.senders().map(str::to_owned);
-    // What every server has of itself.
-    Ok(senders.filter(|name| name != "VRPN Control").collect())
+    Ok(names(&client.decoder).map(str::to_owned).collect())
+}
+
+/// Returns the names of devices: not what every server has of itself, nor what this client said.
+fn names(decoder: &Vrpn) -> impl Iterator<Item = &str> {
+    let own = ["VRPN Control", "vrpn_Forwarder_Brain", ""];
+    decoder.senders().filter(move |name| !own.contains(name))
 }
