@@ -1,6 +1,6 @@
 //! Trackers for other programs: a device on a line, or a server on the network.
 //!
-//! [`serve`] is a device on a line; [`relay`] hands a [`Feed`]'s events to an [`Outlet`].
+//! [`serve`] is a device on a line; [`relay`] hands a feed's events to an [`Outlet`].
 
 mod datagrams;
 mod line;

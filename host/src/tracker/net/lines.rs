@@ -5,6 +5,7 @@ use crate::files::Fault;
 use crate::tracker::notice::Notice;
 use glam::{Quat, Vec2, Vec3};
 use serde::Deserialize;
+use serde_json::Value;
 use shisen_tracker::decoder::{Counts, DropReason, Dropped, Event};
 use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Head, Pupil, Reading, Sample};
 use shisen_tracker::time::{DeviceTime, Micros};
@@ -187,16 +188,31 @@ enum FrameName {
 
 /// Numbers with whether the tracker sees them, or numbers alone.
 #[derive(Deserialize)]
-#[serde(untagged)]
-enum Numbers<const N: usize>
-where
-    [f32; N]: for<'d> Deserialize<'d>,
-{
-    Alone([f32; N]),
-    Marked {
-        value: [f32; N],
-        tracked: Option<bool>,
-    },
+#[serde(try_from = "Value")]
+struct Numbers<const N: usize> {
+    value: [f32; N],
+    tracked: bool,
+}
+
+impl<const N: usize> TryFrom<Value> for Numbers<N> {
+    type Error = String;
+
+    fn try_from(value: Value) -> Result<Self, String> {
+        let (value, tracked) = match value {
+            Value::Object(mut marked) => {
+                let tracked = marked.get("tracked").and_then(Value::as_bool);
+                (marked.remove("value").unwrap_or_default(), tracked)
+            }
+            alone => (alone, None),
+        };
+        let numbers: Vec<f32> = serde_json::from_value(value).map_err(|error| error.to_string())?;
+        let found = numbers.len();
+        let value = numbers.try_into();
+        Ok(Self {
+            value: value.map_err(|_| format!("{found} numbers in place of {N}"))?,
+            tracked: tracked.unwrap_or(true),
+        })
+    }
 }
 
 #[derive(Deserialize, Default)]
@@ -230,15 +246,9 @@ enum PointKind {
     Raw,
 }
 
-impl<const N: usize> Numbers<N>
-where
-    [f32; N]: for<'d> Deserialize<'d>,
-{
+impl<const N: usize> Numbers<N> {
     fn reading<T>(self, make: impl Fn([f32; N]) -> Option<T>) -> Result<Reading<T>, String> {
-        let (value, tracked) = match self {
-            Self::Alone(value) => (value, true),
-            Self::Marked { value, tracked } => (value, tracked.unwrap_or(true)),
-        };
+        let Self { value, tracked } = self;
         if !value.iter().all(|number| number.is_finite()) {
             return Err("a number is not finite".to_owned());
         }
@@ -352,6 +362,7 @@ mod tests {
             (&b"{"[..], "EOF"),
             (br#"{"head":{"orientation":[0,0,0,0]}}"#, "is 0"),
             (br#"{"head":{"position":[1e39,0,0]}}"#, "not finite"),
+            (br#"{"head":{"position":[1,2]}}"#, "2 numbers in place of 3"),
             (br#"{"sensor":256}"#, "256"),
             (br#"{"gaze_frame":"room"}"#, "room"),
         ] {

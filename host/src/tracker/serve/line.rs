@@ -43,8 +43,8 @@ pub struct Progress {
 /// Serves a line from a source of samples in real time, as long as `keep_going` returns true.
 ///
 /// The device sends at once, or with `reached` when a reader has opened the line and is done with
-/// set-up: it has told the device what to send, has asked for [`POLLED`] records one by one, or has
-/// been silent for [`SILENT`] ([`SETTLED`] for a device that takes no commands). `reached` is called
+/// set-up: it has told the device what to send, has asked for `POLLED` records one by one, or has
+/// been silent for [`SILENT`] (`SETTLED` for a device that takes no commands). `reached` is called
 /// with every state that the line reaches.
 ///
 /// # Errors

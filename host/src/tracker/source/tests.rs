@@ -5,7 +5,7 @@ use shisen_tracker::estimate::EstimatorConfig;
 /// trackers that are 15 ms apart.
 #[test]
 fn a_head_that_turns_fast_is_met_in_time() {
-    const TURN: f32 = 0.523_599;
+    const TURN: f32 = std::f32::consts::FRAC_PI_6;
     let mut seed = 1_u32;
     let mut random = || {
         seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

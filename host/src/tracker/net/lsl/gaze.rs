@@ -282,9 +282,9 @@ mod tests {
         }
         bytes.push(2);
         bytes.extend_from_slice(&2.5_f64.to_le_bytes());
-        numbers
-            .iter()
-            .for_each(|number| bytes.extend_from_slice(&number.to_le_bytes()));
+        for number in numbers {
+            bytes.extend_from_slice(&number.to_le_bytes());
+        }
         let mut sample = None;
         let mut feed = Feed::new(Format::Double64, numbers.len() as u8, 0.0);
         feed.feed(&bytes, Micros(7), &mut |received| {
