@@ -8,7 +8,7 @@ use super::{Peer, Server, socket};
 use crate::files::Fault;
 use crate::tracker::notice::Notice;
 use gaze::Gaze;
-use shisen_tracker::decoder::{Counts, Event};
+use shisen_tracker::decoder::{Counts, Event, Message};
 use shisen_tracker::net::lsl::{
     DISCOVERY_PORT, FIRST_PORT, FULL_INFO, Feed, GROUPS, Info, PORTS, Received, feed_request,
     labels, query, read_echo, read_reply, time_request,
@@ -238,8 +238,8 @@ impl Peer for Inlet {
                     sink(Notice::Decoded(Event::Sample(gaze.sample(&record))));
                 }
                 Received::Event(event) => {
-                    if let Event::Message(message) = &event {
-                        refusal = Some(format!("{message:?}"));
+                    if let Event::Message(Message::Fault { code, meaning }) = &event {
+                        refusal = Some(format!("it refuses: {meaning} ({code})"));
                     }
                     sink(Notice::Decoded(event));
                 }
