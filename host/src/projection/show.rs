@@ -38,17 +38,6 @@ struct Pixel {
     weight: u16,
 }
 
-/// 255ths.
-static SHARES: [f32; 256] = {
-    let mut shares = [0.0; 256];
-    let mut number = 0;
-    while number < 256 {
-        shares[number] = number as f32 / 255.0;
-        number += 1;
-    }
-    shares
-};
-
 /// What a projector's pixel shows of its screen's picture.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Light {
@@ -249,13 +238,10 @@ impl Projection {
                 *to = 0;
                 continue;
             };
-            let [x, y] = pixel
-                .shares
-                .map(|share| Vec4::splat(SHARES[usize::from(share)]));
-            let [left, right] = [0, 1].map(|column| {
-                let (above, below) = (clipped(square[column]), clipped(square[column + columns]));
-                above + (below - above) * y
-            });
+            let [x, y] = pixel.shares.map(|share| f32::from(share) * (1.0 / 255.0));
+            let corners = [square[0], square[1], square[columns], square[columns + 1]];
+            let [a, b, c, d] = corners.map(clipped);
+            let (left, right) = (a + (c - a) * y, b + (d - b) * y);
             let light = left + (right - left) * x;
             let mut light = light * (unit * Vec4::splat(f32::from(pixel.weight)));
             if LIFTED {
