@@ -9,4 +9,4 @@ mod outlet;
 mod vrpn;
 
 pub use line::{LineState, Progress, SILENT, serve};
-pub use outlet::{NetProtocol, Outlet, Relayed, relay};
+pub use outlet::{NetProtocol, Outlet, Relayed, Time, relay, utc};

@@ -199,7 +199,7 @@ mod tests {
             let turned = to_vector(pose.orientation).y;
             assert!((turned - (last + counted)).abs() < 1e-4, "{turned}");
         }
-        // Of times before the newest the poses then count, however the head turned since.
+        // Earlier times have the poses that were measured around them.
         head.push_orientation(Micros(1_123_500), from_vector(Vec3::Y * last), None);
         let half = head.at(Micros(1_121_250));
         assert!((half.position.x - 0.5 * 48.5 * 0.0025).abs() < 1e-5);

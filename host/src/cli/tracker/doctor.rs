@@ -67,7 +67,7 @@ pub(in crate::cli) struct Report {
 /// What was heard so far.
 struct Heard {
     sensors: BTreeMap<u8, u64>,
-    /// Of each sensor when its newest sample came, and that sample.
+    /// The newest sample of each sensor.
     newest: BTreeMap<u8, Sample>,
     intervals: BTreeMap<u8, Vec<f64>>,
     delays: Vec<f64>,

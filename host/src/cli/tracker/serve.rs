@@ -5,7 +5,7 @@ use super::follow::EndArguments;
 use super::{Interrupt, Recorded, TrackerName, protocol, require_serial};
 use crate::cli::prelude::*;
 use crate::tracker::pty::Pty;
-use crate::tracker::serve::{self, LineState, NetProtocol, SILENT, relay};
+use crate::tracker::serve::{self, LineState, NetProtocol, SILENT, relay, utc};
 use crate::tracker::{Feed, Notice, PAUSE, ProtocolSpec, Recording, TrackerEvent, TrackerKind};
 use shisen_tracker::clock::ClockEstimator;
 use shisen_tracker::decoder::Event;
@@ -114,10 +114,21 @@ fn on_network(arguments: &Arguments, protocol: &NetProtocol) -> Result<(), Failu
     let interrupt = Interrupt::watched();
     say(&outlet.description());
     let spec = arguments.spec.alone()?;
-    if protocol.has_readers() && matches!(spec.kind, TrackerKind::Replay(_)) {
+    if let (true, TrackerKind::Replay(file)) = (protocol.has_readers(), &spec.kind) {
+        Recording::read(file)?;
         say("waiting until somebody reads");
-        while outlet.readers() == Some(0) && !interrupt.came() {
-            outlet.attend(Micros(0)).or_fail()?;
+        let begun = Instant::now();
+        let is_over = || {
+            arguments
+                .end
+                .seconds
+                .is_some_and(|most| begun.elapsed() >= most)
+        };
+        while outlet.readers() == Some(0) {
+            if interrupt.came() || is_over() {
+                return Ok(());
+            }
+            outlet.attend(utc()).or_fail()?;
             std::thread::sleep(Duration::from_millis(1));
         }
     }

@@ -237,7 +237,7 @@ impl outlet::Outlet for Outlet {
     fn send(&mut self, event: &Event, at: Time) -> io::Result<()> {
         if let Event::Sample(sample) = event {
             let mut bytes = Vec::new();
-            encode(seconds(at.feed), channels(sample).into_iter(), &mut bytes);
+            encode(seconds(at.utc), channels(sample).into_iter(), &mut bytes);
             let sent =
                 |client: &mut Client| !client.is_fed || client.stream.write_all(&bytes).is_ok();
             self.clients.retain_mut(sent);

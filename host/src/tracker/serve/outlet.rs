@@ -100,7 +100,7 @@ pub trait Outlet {
     /// Why nothing more can be sent.
     fn send(&mut self, event: &Event, at: Time) -> io::Result<()>;
 
-    /// Answers those that ask.
+    /// Answers those that ask; `now` is since 1970.
     ///
     /// # Errors
     /// Why nothing more can be sent.
@@ -120,6 +120,12 @@ pub struct Time {
     pub feed: Micros,
     /// Since 1970.
     pub utc: Micros,
+}
+
+/// Returns the time since 1970.
+pub fn utc() -> Micros {
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    Micros(since.map_or(0, |since| since.as_micros() as u64))
 }
 
 /// What [`relay`] has done so far.
@@ -154,9 +160,7 @@ pub fn relay(
             Notice::Offset { at, offset } => clock.set_offset(at, offset),
             other => sink(other),
         });
-        let utc = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-        let utc = Micros(utc.map_or(0, |since| since.as_micros() as u64));
-        let now = feed.now();
+        let (now, clock_time) = (feed.now(), utc());
         for event in events.drain(..) {
             let feed = match &event {
                 Event::Sample(sample) => {
@@ -165,10 +169,10 @@ pub fn relay(
                 }
                 _ => now,
             };
-            let utc = utc.since(now.since(feed));
+            let utc = clock_time.since(now.since(feed));
             outlet.send(&event, Time { feed, utc })?;
         }
-        outlet.attend(now)?;
+        outlet.attend(clock_time)?;
         if !feed.is_live() {
             std::thread::sleep(Duration::from_micros(500));
         }

@@ -147,7 +147,7 @@ impl Outlet for Server {
                 let head = &sample.head;
                 let is_seen = head.position.is_none_or(|place| place.tracked)
                     && head.orientation.is_some_and(|turn| turn.tracked);
-                // Of what is not seen nothing is sent.
+                // A head that is not seen is not sent.
                 if is_seen {
                     self.clients.retain_mut(|client| {
                         let message = client.encoder.pose(at.utc, [DEVICE, 0], sample);
