@@ -8,6 +8,7 @@ pub mod quantiles;
 
 mod budget;
 mod engine;
+mod flight;
 mod governor;
 mod latency;
 mod quality;
@@ -19,6 +20,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 pub use budget::{BudgetError, FrameBudget, Table2};
 pub use engine::{Engine, Rendered, eyes_of, with_engine};
+pub use flight::RoomPlace;
 pub use governor::{Allowance, Decision, FrameCost, Governor};
 pub use latency::{FrameRecord, Latencies, Leg, Summary};
 pub use quality::{FOVEA, Quality};

@@ -14,6 +14,7 @@ mod port;
 mod protocol;
 #[cfg(unix)]
 pub mod pty;
+mod raw;
 mod recording;
 mod script;
 #[cfg(unix)]
@@ -22,6 +23,7 @@ mod settings;
 mod source;
 mod spec;
 mod times;
+mod wand;
 
 pub use feed::{Feed, FeedClock, PAUSE, Senses, simulated};
 pub(crate) use hid::features;
@@ -29,8 +31,10 @@ pub use net::{Datagrams, GazeSpec, LslSpec, NetSpec, Server};
 pub(crate) use net::{Stream, devices, streams};
 pub use notice::{Features, Notice, Trouble};
 pub use protocol::ProtocolSpec;
+pub use raw::RawBytes;
 pub use recording::{Recorder, Recording};
 pub use settings::settings;
 pub use source::{ComposedGaze, Intake, Role, Source, TrackerEvent};
 pub use spec::{HidName, HidSpec, MockSpec, SerialSpec, Spec, TrackerKind};
 pub use times::Times;
+pub use wand::{By, Flight, Navigation, Steering, Wand};

@@ -1,11 +1,13 @@
 //! The live loop's frames: what they are, what they take, and what is never
 //! missing.
 
-use glam::{DVec3, Vec3};
+use glam::{DQuat, DVec3, Vec3};
 use shisen::bake::{AnyScene, Baked, Layout};
 use shisen::cave::{Eye, Viewer};
-use shisen::live::{Allowance, Engine, FrameCost, Governor, Quality, Share, with_engine};
-use shisen::picture::Picture;
+use shisen::live::{
+    Allowance, Engine, FrameCost, Governor, Quality, RoomPlace, Share, with_engine,
+};
+use shisen::picture::{Picture, colour_differences};
 use shisen::render::{self, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen_core::Simd;
@@ -109,6 +111,68 @@ fn a_wall_seen_from_behind_is_dark() {
         let before = hashes(&eyes(0));
         assert_eq!(hashes(&behind), expected);
         assert_eq!(hashes(&eyes(0)), before);
+    });
+}
+
+/// A room that was flown to a place shows what walls and eyes there would.
+#[test]
+fn a_room_that_flew_shows_what_is_seen_from_there() {
+    let baked = baked();
+    let place = RoomPlace {
+        position: DVec3::new(-0.3, 0.4, 0.6),
+        yaw: 0.4,
+    };
+    let turn = DQuat::from_rotation_y(place.yaw);
+    let mut there = three_walls(SIDE);
+    for wall in &mut there.walls {
+        for corner in [
+            &mut wall.lower_left,
+            &mut wall.lower_right,
+            &mut wall.upper_left,
+        ] {
+            *corner = place.point(*corner);
+        }
+    }
+    let forward = Vec3::new(0.2, -0.3, -1.0);
+    let observers = |moved: bool| {
+        Eye::STEREO.map(|eye| {
+            let mut at = Viewer::default().eye(eye);
+            let mut ahead = forward;
+            if moved {
+                at = place.point(at);
+                ahead = (turn * ahead.as_dvec3()).as_vec3();
+            }
+            Observer {
+                lod: Some(scenes::lod(at.as_vec3(), ahead, Vec3::Y)),
+                ..Observer::new(eye, at)
+            }
+        })
+    };
+    let whole = scenes::frame(
+        baked.scene().into(),
+        &there,
+        &observers(true),
+        &options(1, 32),
+    );
+    with(&baked, &options(2, 24), |engine| {
+        let mut flown = Vec::new();
+        engine.set_place(&place);
+        engine
+            .render(&observers(false), &Quality::FULL, None)
+            .expect("a frame");
+        engine.pictures(&mut flown, false).expect("pictures");
+        for (one, other) in whole.pictures.iter().zip(&flown) {
+            let apart = colour_differences(&one.picture, other);
+            let far = apart.iter().filter(|one| **one > 0.02).count();
+            // Edges round to the other side of a pixel's centre.
+            assert!(far * 100 < apart.len(), "{far} of {}", apart.len());
+        }
+        let moved = engine.hashes().expect("hashes");
+        engine.set_place(&RoomPlace::START);
+        engine
+            .render(&observers(false), &Quality::FULL, None)
+            .expect("a frame");
+        assert_ne!(engine.hashes().expect("hashes"), moved);
     });
 }
 

@@ -3,11 +3,17 @@
 #![cfg(unix)]
 
 use super::tracker_command::{await_file, record, start, start_on_line};
+use glam::{Quat, Vec3};
 use serde_json::{Value, json};
 use shisen_tests::command::{count, folder, line, number, refusal, refused, report, says, shisen};
 use shisen_tests::sizes::cases;
+use shisen_tracker::decoder::{Control, ControlState, Message, Text};
+use shisen_tracker::link::Encoder;
+use shisen_tracker::sample::{Reading, Sample};
+use shisen_tracker::time::Micros;
+use std::f32::consts::FRAC_PI_2;
 use std::fs;
-use std::net::TcpListener;
+use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -305,6 +311,61 @@ fn a_flood_is_thinned_and_told() {
         count("refreshes"),
         "{report}"
     );
+}
+
+/// Another program's wand, over VRPN: pushed all the way, and pointing to the left.
+#[test]
+fn a_wand_flies_the_viewer_where_it_points() {
+    let folder = folder();
+    let mut encoder = Encoder::new();
+    let mut recording = Vec::new();
+    let mut sample = Sample::arrived(Micros(0));
+    sample.head.position = Some(Reading::tracked(Vec3::ZERO));
+    sample.head.orientation = Some(Reading::tracked(Quat::from_rotation_y(FRAC_PI_2)));
+    for step in 0..1_000 {
+        let text = format!("arrival {}", 50_000 * step);
+        let pushed = Control {
+            sensor: 0,
+            number: 1,
+            state: ControlState::Axis(1.0),
+            device_time: None,
+        };
+        for message in [
+            Message::Text(Text::new(text.as_bytes())),
+            Message::Control(pushed),
+        ] {
+            recording.extend_from_slice(&encoder.message(&message));
+            if let Message::Text(_) = message {
+                recording.extend_from_slice(&encoder.sample(&sample));
+            }
+        }
+    }
+    fs::write(folder.path().join("wand"), recording).expect("a recording");
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let port = listener.local_addr().expect("an address").port();
+    drop(listener);
+    let words = format!("tracker serve replay:wand --as vrpn?name=Wand0 --to 127.0.0.1:{port}");
+    let server = start(folder.path(), &words);
+    while TcpStream::connect(("127.0.0.1", port)).is_err() {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let words = format!(
+        "run --scene grid --tracker mock:still=1 --size 16 --hz 30 --frames 45 --record log \
+         --navigate vrpn:Wand0@127.0.0.1:{port}?speed=3"
+    );
+    let (report, said) = warned(folder.path(), &words);
+    let places: Vec<Vec<f64>> = logged(folder.path())
+        .iter()
+        .map(|record| serde_json::from_value(record["place"].clone()).expect("four numbers"))
+        .collect();
+    let [x, y, z, yaw] = places[44][..] else {
+        panic!("{places:?}");
+    };
+    // 45 frames last 1.5 s or more, and the first few may come before the wand is heard.
+    assert!(x < -3.0 && yaw == 0.0, "{places:?}");
+    assert!(y.abs() + z.abs() < 1.0e-3 * x.abs(), "{places:?}");
+    assert_eq!(report["sources"][1]["role"], "wand", "{said}");
+    drop(server);
 }
 
 /// The default of the paper's scenes: what the budget is, what was needed, and how often

@@ -112,6 +112,18 @@ impl View {
         }
     }
 
+    /// Returns the same rays, turned about +Y and then moved. `turn` has the sine and the cosine of
+    /// the angle, above 0 to the left (from −Z towards −X); `by` is in metres.
+    #[must_use]
+    pub fn moved(&self, turn: [f32; 2], by: Vec3) -> Self {
+        let [sin, cos] = turn;
+        let turned = |Vec3 { x, y, z }| Vec3::new(cos * x + sin * z, y, cos * z - sin * x);
+        Self(match &self.0 {
+            Kind::Screen(screen) => Kind::Screen(screen.moved(turned, by)),
+            Kind::Dome(dome) => Kind::Dome(dome.moved(turned, by)),
+        })
+    }
+
     pub(super) const fn kind(&self) -> &Kind {
         &self.0
     }

@@ -22,6 +22,7 @@ use crate::live::{
 use crate::render::spectrum::Dispersion;
 use crate::render::{CaptureOptions, Observer, Options, frame_hash};
 use crate::scene::builtin::PaperScene;
+use crate::tracker::Navigation;
 use clap::Arg;
 use clap::builder::ArgPredicate;
 pub use interference::Interference;
@@ -173,15 +174,19 @@ impl LiveArguments {
         changed
     }
 
-    /// Opens a viewer's trackers and listens to them. Announces what happens to them.
-    pub fn listen(&self, trackers: &[TrackerName], room: &Cave) -> Result<LiveTracker, Failure> {
-        Opened::new(
-            trackers,
-            self.calibration.as_deref(),
-            self.room.head(),
-            room,
-        )?
-        .listen()
+    /// Opens a viewer's trackers, and what steers, and listens to them. Announces what happens to them.
+    pub fn listen(
+        &self,
+        trackers: &[TrackerName],
+        navigation: Option<&Navigation>,
+        room: &Cave,
+    ) -> Result<LiveTracker, Failure> {
+        let calibration = self.calibration.as_deref();
+        let mut opened = Opened::new(trackers, calibration, self.room.head(), room)?;
+        if let Some(navigation) = navigation {
+            opened = opened.steered_by(navigation)?;
+        }
+        opened.listen()
     }
 }
 
@@ -267,6 +272,7 @@ impl Prepared {
                 let mut eyes = Vec::new();
                 observe(&last.look, &mut eyes);
                 engine.set_time(last.time)?;
+                engine.set_place(&last.place);
                 engine.render(&eyes, last.decision.quality(), None)?;
                 Ok(frame_hash(engine.hashes()?))
             })

@@ -17,12 +17,13 @@ use crate::cli::arguments::outputs::{OutputsArguments, ProjectArguments};
 use crate::cli::arguments::{SceneName, choices, span};
 use crate::cli::play::{Change, LiveArguments, TimeArguments, live_lod};
 use crate::cli::prelude::*;
-use crate::cli::tracker::{Interrupt, TrackerName};
+use crate::cli::tracker::{Interrupt, TrackerName, with_help};
 use crate::live::{Latch, SessionSettings, Share, SwapLock, eyes_of};
 use crate::outputs::Outputs;
 use crate::projection::Projection;
 use crate::render::{CaptureOptions, Observer};
 use crate::show::stereo::Stereo;
+use crate::tracker::{By, Navigation};
 use files::Log;
 use frames::Frames;
 use report::{Report, SourceReport, Surroundings, Together};
@@ -43,6 +44,12 @@ pub(super) struct Arguments {
     /// `shisen tracker --help`), or head=SPEC and, in a --tracker of its own, gaze=SPEC
     #[arg(long, value_name = "SPEC", default_value = "mock")]
     tracker: Vec<TrackerName>,
+    /// What flies the viewer through the scene: keyboard (the arrows, Page Up, Page Down and Home of
+    /// the window), tracker (the buttons and axes of the --tracker) or the SPEC of another device,
+    /// with speed=2 (m/s), turn=60 (degrees a second), dead=0.1, and the axes x=0, y=1 (x=-0 is the
+    /// reverse) [default: keyboard]
+    #[arg(long, value_name = "SPEC", value_parser = navigation)]
+    navigate: Option<Navigation>,
     /// When a frame takes the gaze
     #[arg(long, value_enum, default_value = "late")]
     latch: Latch,
@@ -88,6 +95,11 @@ pub(super) struct Arguments {
     json: bool,
 }
 
+fn navigation(text: &str) -> Result<Navigation, String> {
+    text.parse::<Navigation>()
+        .map_err(|error| with_help(&error))
+}
+
 choices!(Latch {
     Early => "As soon as the frame before is shown",
     Late => "With the last sample that comes in time, as late as the last frames allow",
@@ -112,6 +124,15 @@ impl Arguments {
         if self.fill == Fill::Previous && !is_shown {
             return Err(misuse!(
                 "--fill previous is for --view png or window and --outputs: nothing is shown"
+            ));
+        }
+        let by_keys = self
+            .navigate
+            .as_ref()
+            .is_some_and(|by| by.by == By::Keyboard);
+        if by_keys && self.view() != View::Window {
+            return Err(misuse!(
+                "--navigate keyboard is for the keys of --view window: give the SPEC of a wand"
             ));
         }
         if self.cluster && self.view() == View::Window {
@@ -239,12 +260,15 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let mut prepared = arguments.live()?.prepare(&time)?;
     let interrupt = Interrupt::watched();
     let mut frames = Frames::open(arguments, &interrupt, log, &prepared, lock.share(), outputs)?;
-    let tracker = arguments.live.listen(&arguments.tracker, &prepared.cave)?;
+    let navigate = arguments.navigate.as_ref();
+    let flight = navigate.map(|navigation| navigation.flight);
+    let tracker = (arguments.live).listen(&arguments.tracker, navigate, &prepared.cave)?;
     let mut earlier = 0;
     // Once for each scene and level of detail that is asked for.
     loop {
         let settings = prepared.settings(SessionSettings {
             latch: arguments.latch,
+            flight: flight.unwrap_or_default(),
             frames: arguments.frames.map(|frames| frames - earlier),
             ..SessionSettings::default()
         });

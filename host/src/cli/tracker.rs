@@ -18,11 +18,12 @@ use crate::cli::prelude::*;
 use crate::live::{LiveTracker, Report};
 use crate::tracker::calibration::{Calibrated, composed, estimation};
 use crate::tracker::{
-    ComposedGaze, Feed, Intake, LslSpec, NetSpec, ProtocolSpec, Role, Source, Spec, TrackerKind,
+    By, ComposedGaze, Feed, Intake, LslSpec, Navigation, NetSpec, ProtocolSpec, Role, Source, Spec,
+    TrackerKind, Wand,
 };
 use announcer::Announcer;
 use clap::Subcommand;
-use glam::DVec2;
+use glam::{DVec2, Quat};
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::clock::ClockEstimator;
 use shisen_tracker::estimate::{Event, GazeEstimator, Screen, Sensors};
@@ -179,6 +180,8 @@ pub(super) struct Opened {
     /// The head's before the gaze's.
     pub(super) sources: Vec<(Source, Announcer)>,
     pub(super) gaze: ComposedGaze,
+    /// What steers, and the number of the source that it is on.
+    wand: Option<(Wand, usize)>,
 }
 
 impl Opened {
@@ -233,7 +236,54 @@ impl Opened {
         Ok(Self {
             sources,
             gaze: ComposedGaze::new(GazeEstimator::new(config).or_fail()?),
+            wand: None,
         })
+    }
+
+    /// Adds what steers the viewer.
+    pub(super) fn steered_by(mut self, navigation: &Navigation) -> Result<Self, Failure> {
+        let config = self.gaze.estimator.config();
+        let place = config.room_from_tracker;
+        let head = HeadPose {
+            position: place.position,
+            orientation: place.orientation,
+        };
+        let spec = match &navigation.by {
+            By::Keyboard => return Ok(self),
+            By::Tracker => {
+                self.wand = Some((navigation.wand(head.orientation), 0));
+                return Ok(self);
+            }
+            By::Wand(spec) => spec,
+        };
+        let path = spec.calibration.as_deref();
+        let calibrated = path.map(|path| Calibrated::load(path, spec)).transpose()?;
+        let mut feed = Feed::open(spec).map_err(|error| {
+            let fault = format!("--navigate: {error}");
+            let help = error
+                .help()
+                .map(|help| help.to_string())
+                .unwrap_or_default();
+            Fault::new(
+                fault,
+                format!("{help}; where the --tracker is on it, --navigate tracker"),
+            )
+        })?;
+        feed.let_be_silent();
+        let own = feed.clock();
+        let first = self.sources.first().map(|(source, _)| source.feed.clock());
+        let clock = ClockEstimator::new(spec.clock()).or_fail()?;
+        let mut intake = Intake::new(Role::Wand, clock, spec, calibrated.as_ref());
+        if let Some(first) = first {
+            feed.start_with(&first);
+            intake.follow(&own, &first, Quat::IDENTITY);
+        }
+        let place =
+            estimation(spec, feed.senses(spec), head, calibrated.as_ref()).room_from_tracker;
+        self.wand = Some((navigation.wand(place.orientation), self.sources.len()));
+        let announcer = Announcer::of(Role::Wand);
+        self.sources.push((Source { feed, intake }, announcer));
+        Ok(self)
     }
 
     /// Listens on threads of its own.
@@ -242,7 +292,7 @@ impl Opened {
             let report: Report = Box::new(move |happening| announcer.announce(happening));
             (source, report)
         });
-        LiveTracker::start(sources.collect(), self.gaze).or_fail()
+        LiveTracker::start(sources.collect(), self.gaze, self.wand).or_fail()
     }
 }
 

@@ -10,6 +10,7 @@ mod deal;
 mod fovea;
 mod threads;
 
+use super::flight::RoomPlace;
 use super::lock;
 use super::quality::Quality;
 use super::swap::Share;
@@ -84,6 +85,9 @@ pub trait Engine {
         Ok(())
     }
 
+    /// Moves the room to another place of the scene.
+    fn set_place(&mut self, _: &RoomPlace) {}
+
     /// Does what [`render_frame`](Self::render_frame) does without `whole_fovea`.
     ///
     /// # Errors
@@ -131,6 +135,7 @@ struct TileEngine<'e, 's, const W: usize> {
     share: Share,
     dealer: Dealer,
     quality: Quality,
+    place: RoomPlace,
 }
 
 /// The result of a frame.
@@ -215,7 +220,8 @@ where
     let capture = match capture.filter(|_| follows && !parts.is_empty()) {
         Some(how) => {
             let capture = LiveCapture::new(how, parts.len(), tiles.len());
-            parts.extend(capture.views(eyes, scene, options, spectrum)?);
+            let place = &RoomPlace::START;
+            parts.extend(capture.views(eyes, place, scene, options, spectrum)?);
             tiles.extend(capture.tiles().map(Mutex::new));
             Some(capture)
         }
@@ -251,6 +257,7 @@ where
             share,
             dealer: Dealer::new(options.settings.samples),
             quality: Quality::FULL,
+            place: RoomPlace::START,
         }))
     })
 }
@@ -323,6 +330,10 @@ where
         Ok(())
     }
 
+    fn set_place(&mut self, place: &RoomPlace) {
+        self.place = *place;
+    }
+
     fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), RenderError> {
         let plan = self.shared.read();
         let filled = filled && !over.is_empty();
@@ -389,6 +400,8 @@ where
         for ((_, screen, observer), (part, (sight, dark))) in
             pairs(self.cave, eyes, self.share).zip(own)
         {
+            let view = render::view(screen, observer).map(|view| self.place.view(&view));
+            let observer = self.place.observer(observer);
             let was = std::mem::replace(sight, observer.forward());
             *settled &= match (was, *sight) {
                 (Some(was), Some(sight)) => was.angle_between(sight) <= SAME_PLACE,
@@ -396,8 +409,7 @@ where
             };
             let renderer = render::in_full(scene, &options, spectrum)?;
             let renderer = renderer.with_faces_of_level(quality.faces);
-            let renderer = quality.lower(*observer).follow(&renderer);
-            let view = render::view(screen, observer);
+            let renderer = quality.lower(observer).follow(&renderer);
             *settled &= *dark == view.is_err();
             *dark = view.is_err();
             *part = (view.unwrap_or(part.0), renderer);
@@ -418,7 +430,7 @@ where
             }
         }
         if let Some(capture) = capture {
-            let views = capture.views(eyes, scene, &options, spectrum)?;
+            let views = capture.views(eyes, &self.place, scene, &options, spectrum)?;
             parts.truncate(screens);
             parts.extend(views);
             let part = steps.map_or(1.0, |_| quality.capture);

@@ -34,6 +34,9 @@ pub struct FrameRecord {
     pub present_us: u64,
     /// Whether it was shown later than due.
     pub late: bool,
+    /// The room's origin in the scene, metres, and its turn about +Y, radians: where the viewer has
+    /// flown.
+    pub place: [f64; 4],
     /// The point between the eyes: metres, in the room.
     pub position: [f32; 3],
     /// The line of sight.

@@ -6,11 +6,13 @@ mod warm_up;
 
 use super::budget::{FrameBudget, MOST_STEPS, Table2};
 use super::engine::{Engine, Rendered};
+use super::flight::RoomPlace;
 use super::governor::{Allowance, Decision, FrameCost, Governor};
 use super::latency::FrameRecord;
 use super::swap::{FrameResult, Look, Order, Purpose, SwapError, SwapLock};
 use super::tracking::{LatchedGaze, LiveTracker};
 use crate::render::{Observer, RenderError};
+use crate::tracker::{Flight, Steering};
 use glam::Vec3;
 use hdrhistogram::Histogram;
 use miette::Diagnostic;
@@ -34,6 +36,8 @@ pub struct SessionSettings {
     pub table: Option<Table2>,
     /// When the gaze is taken.
     pub latch: Latch,
+    /// How fast the viewer flies.
+    pub flight: Flight,
     /// The number of frames; `None`: until the display ends the session.
     pub frames: Option<u64>,
 }
@@ -46,6 +50,7 @@ impl Default for SessionSettings {
             budget: FrameBudget::Off,
             table: None,
             latch: Latch::Late,
+            flight: Flight::default(),
             frames: None,
         }
     }
@@ -99,6 +104,11 @@ pub trait Display {
     /// Returns the line of sight in the room, if the display knows better than the tracker.
     fn gaze(&mut self) -> Option<Vec3> {
         None
+    }
+
+    /// Returns where keys steer the viewer.
+    fn steering(&mut self) -> Steering {
+        Steering::default()
     }
 
     /// Makes ready what [`present`](Self::present) shows: its time is a part of the frame's.
@@ -169,6 +179,7 @@ pub fn run(
         order: 0,
         time: 0.0,
         time_at: 0,
+        place: RoomPlace::START,
         nominal: period,
         governor,
         pacing: Pacing::new(period),
@@ -246,6 +257,7 @@ fn render_order(
         steps, whole_fovea, ..
     } = order.decision;
     engine.set_time(order.time)?;
+    engine.set_place(&order.place);
     let rendered = engine.render_frame(eyes, order.decision.quality(), steps, whole_fovea)?;
     let done = FrameResult {
         frame: order.frame,
@@ -275,6 +287,8 @@ struct Session<'s> {
     /// Seconds of the scene's animations at the next frame, and its refresh.
     time: f64,
     time_at: u64,
+    /// Where the viewer has flown.
+    place: RoomPlace,
     /// The refresh that the settings name. A budget of one is one of the display's.
     nominal: Duration,
     governor: Governor,
@@ -346,6 +360,7 @@ impl Session<'_> {
         Order {
             frame,
             time: self.time,
+            place: self.place,
             look,
             decision,
             purpose,
@@ -452,6 +467,9 @@ impl Session<'_> {
             } else {
                 self.time + since
             };
+            let steering = tracker.steering().with(&self.display.steering());
+            let flight = &self.settings.flight;
+            self.place = self.place.flown(flight, &steering, &look.head, since);
             self.time_at = due;
             let (rendered, all, _) = self.render(&look, &decision, Purpose::Shown)?;
             let shown = self.pacing.shown(rendered.done);
@@ -529,6 +547,7 @@ impl Session<'_> {
             sample_us: latched.sample.map(|time| time.0),
             arrive_us: latched.arrive.map(|time| time.0),
             latch_us: latched.latch.0,
+            place: self.place.position.extend(self.place.yaw).to_array(),
             position: look.position.to_array(),
             forward: look.forward.to_array(),
             state: latched.estimate.state.name(),

@@ -12,6 +12,7 @@ pub use cluster::{Cluster, Wire};
 #[cfg(feature = "cluster")]
 pub use mpi::Mpi;
 
+use super::flight::RoomPlace;
 use super::governor::Decision;
 use glam::Vec3;
 use hdrhistogram::Histogram;
@@ -87,6 +88,8 @@ pub struct Order {
     pub frame: u64,
     /// Seconds of the scene's animations.
     pub time: f64,
+    /// Where the room is in the scene.
+    pub place: RoomPlace,
     /// The viewer's look.
     pub look: Look,
     /// The quality, and the budget on each machine.

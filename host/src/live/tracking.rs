@@ -3,7 +3,7 @@
 mod rhythm;
 
 use super::lock;
-use crate::tracker::{ComposedGaze, FeedClock, Notice, Role, Source, TrackerEvent};
+use crate::tracker::{ComposedGaze, FeedClock, Notice, Role, Source, Steering, TrackerEvent, Wand};
 use hdrhistogram::Histogram;
 use rhythm::Rhythm;
 use shisen_tracker::decoder::{Counts, Event};
@@ -52,6 +52,8 @@ struct Following {
     /// The number of the source whose samples frames wait for: that of the gaze.
     leading: usize,
     passed_over: u64,
+    /// What steers the viewer, and the number of the source that it is on.
+    wand: Option<(Wand, usize)>,
 }
 
 /// What is known of a source so far.
@@ -70,7 +72,7 @@ pub type Report = Box<dyn FnMut(TrackerEvent) + Send>;
 pub struct SourceState {
     /// What it is read for.
     pub role: Role,
-    /// Samples of its head or gaze.
+    /// Samples of its head or gaze; of a wand also changes of buttons and axes.
     pub samples: u64,
     /// Its counts of bytes, samples and faults.
     pub counts: Counts,
@@ -102,11 +104,16 @@ pub struct LatchedGaze {
 
 impl LiveTracker {
     /// Starts to read a viewer's trackers, which is one at least; the times are those of the first.
-    /// Its `Report` gets the events of each.
+    /// Its `Report` gets the events of each. A wand is on the source
+    /// of its number.
     ///
     /// # Errors
     /// The system starts no thread.
-    pub fn start(sources: Vec<(Source, Report)>, mut gaze: ComposedGaze) -> std::io::Result<Self> {
+    pub fn start(
+        sources: Vec<(Source, Report)>,
+        mut gaze: ComposedGaze,
+        wand: Option<(Wand, usize)>,
+    ) -> std::io::Result<Self> {
         let first = sources.first().ok_or(std::io::ErrorKind::InvalidInput)?;
         let feed = first.0.feed.clock();
         let home = gaze.estimator.estimate(first.0.feed.now(), &mut |_| {});
@@ -126,9 +133,12 @@ impl LiveTracker {
         let shared = Arc::new(Shared {
             following: Mutex::new(Following {
                 gaze,
-                leading: roles.position(|role| role != Role::Head).unwrap_or(0),
+                leading: roles
+                    .position(|role| matches!(role, Role::All | Role::Gaze))
+                    .unwrap_or(0),
                 sources: sources.iter().map(followed).collect(),
                 passed_over: 0,
+                wand,
             }),
             came: Condvar::new(),
             over: AtomicBool::new(false),
@@ -201,6 +211,14 @@ impl LiveTracker {
         }
     }
 
+    /// Returns where the wand steers the viewer.
+    pub fn steering(&self) -> Steering {
+        let now = self.now();
+        let wand = &mut lock(&self.shared.following).wand;
+        let steering = wand.as_mut().map(|(wand, _)| wand.steering(now));
+        steering.unwrap_or_default()
+    }
+
     /// Counts of bytes, samples and faults of all trackers so far.
     pub fn counts(&self) -> Counts {
         let all = lock(&self.shared.following);
@@ -251,10 +269,14 @@ fn listen(number: usize, source: Source, shared: &Shared, mut report: Report) {
         let now = feed.now();
         let mut troubles = Vec::new();
         feed.poll(now, &mut |notice| {
+            let is_wand = intake.role() == Role::Wand;
+            if steer((number, is_wand), &notice, intake.at(now), shared) && is_wand {
+                return;
+            }
             let sample = match &notice {
                 Notice::Decoded(Event::Sample(sample)) => *sample,
                 Notice::Decoded(Event::Message(message)) => {
-                    if intake.role() != Role::Head {
+                    if !matches!(intake.role(), Role::Head | Role::Wand) {
                         lock(&shared.following)
                             .gaze
                             .estimator
@@ -304,10 +326,40 @@ fn listen(number: usize, source: Source, shared: &Shared, mut report: Report) {
         for trouble in troubles {
             report(TrackerEvent::Trouble(trouble, counts));
         }
-        lock(&shared.following).sources[number].state.counts = counts;
+        let following = &mut *lock(&shared.following);
+        following.sources[number].state.counts = counts;
+        // A recording holds nothing for ever.
+        let wand = following.wand.as_mut().filter(|(_, on)| *on == number);
+        if let (true, Some((wand, _))) = (feed.is_over(), wand) {
+            wand.release();
+        }
         if !is_live {
             std::thread::sleep(PAUSE);
         }
+    }
+}
+
+/// Hands what a wand's source sends to the wand; returns whether it is an event of a device.
+fn steer((number, is_wand): (usize, bool), notice: &Notice, now: Micros, shared: &Shared) -> bool {
+    let following = &mut *lock(&shared.following);
+    let Some((wand, _)) = following.wand.as_mut().filter(|(_, on)| *on == number) else {
+        return false;
+    };
+    match notice {
+        Notice::Decoded(event) => {
+            wand.hear(event, now);
+            if is_wand {
+                let own = &mut following.sources[number].state;
+                own.samples += 1;
+                own.newest = Some(now);
+            }
+            true
+        }
+        Notice::Unplugged { .. } => {
+            wand.release();
+            false
+        }
+        _ => false,
     }
 }
 

@@ -35,7 +35,7 @@ const FIELD_OF_VIEW: f64 = 1.745_329_251_994_329_5;
 
 const HELP: [&str; 2] = [
     "A B C D scene  L level of detail  F fill  V net or viewer  H levels  T order of tiles",
-    "M mouse is the gaze (or hold a button)  Space pause  S screenshot  Q end",
+    "M mouse is the gaze (or hold a button)  Arrows fly  Home back  Space pause  S screenshot  Q end",
 ];
 
 /// What a session is about.

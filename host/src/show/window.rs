@@ -44,6 +44,10 @@ pub(crate) struct Window {
 pub(crate) enum Event {
     /// A key, as the small letter that it writes, or `'\u{1b}'` for Escape.
     Key(char),
+    /// Whether a key that steers is held.
+    Steering(SteeringKey, bool),
+    /// Keys that are let go from now on go to another window.
+    Unfocused,
     /// The column and the row of the mouse; 0 where it is left of the window or above it.
     Mouse(u32, u32),
     /// Whether the first button is held.
@@ -52,6 +56,36 @@ pub(crate) enum Event {
     Size(u32, u32),
     Exposed,
     Closed,
+}
+
+/// A key that steers.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum SteeringKey {
+    Home,
+    Left,
+    Up,
+    Right,
+    Down,
+    PageUp,
+    PageDown,
+}
+
+impl SteeringKey {
+    /// In the order of their symbols.
+    pub(crate) const ALL: [Self; 7] = [
+        Self::Home,
+        Self::Left,
+        Self::Up,
+        Self::Right,
+        Self::Down,
+        Self::PageUp,
+        Self::PageDown,
+    ];
+
+    fn of(symbol: u32) -> Option<Self> {
+        let number = symbol.checked_sub(HOME)?;
+        Self::ALL.get(number as usize).copied()
+    }
 }
 
 /// Why a window does not open, or has gone, and what to do.
@@ -123,6 +157,9 @@ const ANSWER_SECONDS: u64 = 5;
 /// The symbol of Escape; those of letters are their codes.
 const ESCAPE: u32 = 0xFF1B;
 
+/// The symbol of the first key that steers.
+const HOME: u32 = 0xFF50;
+
 impl Window {
     /// Shows a window of some columns and rows on the server that `DISPLAY` names.
     pub(crate) fn open(title: &str, size: [u32; 2]) -> Result<Self, WindowError> {
@@ -169,6 +206,8 @@ impl Window {
         let mask = EventMask::EXPOSURE
             | EventMask::STRUCTURE_NOTIFY
             | EventMask::KEY_PRESS
+            | EventMask::KEY_RELEASE
+            | EventMask::FOCUS_CHANGE
             | EventMask::BUTTON_PRESS
             | EventMask::BUTTON_RELEASE
             | EventMask::POINTER_MOTION;
@@ -230,20 +269,27 @@ impl Window {
         Ok(None)
     }
 
+    fn symbol(&self, key: u8) -> Option<u32> {
+        let number = key.checked_sub(self.first_key)?;
+        self.symbols.get(usize::from(number)).copied()
+    }
+
     fn read(&self, message: &Message) -> Option<Event> {
         let inside = |at: i16| u32::try_from(at).unwrap_or(0);
         match message {
-            Message::KeyPress(key) => {
-                let number = key.detail.checked_sub(self.first_key)?;
-                match *self.symbols.get(usize::from(number))? {
-                    ESCAPE => Some(Event::Key('\u{1b}')),
-                    code @ 0x20..=0x7E => {
-                        let letter = char::from(code as u8);
-                        Some(Event::Key(letter.to_ascii_lowercase()))
-                    }
-                    _ => None,
+            Message::KeyPress(key) => match self.symbol(key.detail)? {
+                ESCAPE => Some(Event::Key('\u{1b}')),
+                code @ 0x20..=0x7E => {
+                    let letter = char::from(code as u8);
+                    Some(Event::Key(letter.to_ascii_lowercase()))
                 }
+                symbol => Some(Event::Steering(SteeringKey::of(symbol)?, true)),
+            },
+            Message::KeyRelease(key) => {
+                let key = SteeringKey::of(self.symbol(key.detail)?)?;
+                Some(Event::Steering(key, false))
             }
+            Message::FocusOut(_) => Some(Event::Unfocused),
             Message::MotionNotify(mouse) => {
                 Some(Event::Mouse(inside(mouse.event_x), inside(mouse.event_y)))
             }

@@ -4,6 +4,7 @@ use super::live::Live;
 use super::net::Net;
 use super::notice::Notice;
 use super::protocol::ProtocolSpec;
+use super::raw::{Piece, RawBytes, Tap};
 use super::recording::Recording;
 use super::script::{read_script, scripted};
 use super::spec::{MockSpec, Spec, TrackerKind};
@@ -47,7 +48,7 @@ pub struct Feed {
 enum Kind {
     /// Samples that pass through no protocol, and their count.
     Samples(Box<Tracker<'static>>, Counts),
-    Bytes(Box<Line<Tracker<'static>>>, Box<dyn Decoder + Send>),
+    Bytes(Box<Line<Tracker<'static>>>, Box<dyn Decoder + Send>, Tap),
     Replay(Replay),
     Live(Box<Live>),
     Net(Box<Net>),
@@ -134,21 +135,36 @@ impl Feed {
     /// # Errors
     /// A device that cannot be opened, and a file that is no recording.
     pub fn open(spec: &Spec) -> Result<Self, Fault> {
+        Self::tapped(spec, Tap::default())
+    }
+
+    /// Opens a tracker by its SPEC, and keeps the bytes that come.
+    ///
+    /// # Errors
+    /// As [`Self::open`]; a tracker whose bytes are not kept.
+    pub fn open_raw(name: &str, spec: &Spec) -> Result<(Self, RawBytes), Fault> {
+        let (bytes, tap) = RawBytes::new(name, spec)?;
+        Ok((Self::tapped(spec, tap)?, bytes))
+    }
+
+    fn tapped(spec: &Spec, tap: Tap) -> Result<Self, Fault> {
         let kind = match &spec.kind {
             TrackerKind::Mock(spec) => {
                 let tracker = simulated(spec)?;
                 match spec.protocol.as_ref().and_then(|p| Some((p, p.decoder()?))) {
                     Some((protocol, decoder)) => {
                         let line = Line::of(tracker, protocol.device());
-                        Kind::Bytes(Box::new(line), decoder)
+                        Kind::Bytes(Box::new(line), decoder, tap)
                     }
                     None => Kind::Samples(Box::new(tracker), Counts::new()),
                 }
             }
             TrackerKind::Replay(path) => Kind::Replay(Replay::new(Recording::read(path)?)),
-            TrackerKind::Net(net) => Kind::Net(Box::new(Net::open(net.clone(), spec.times.delay)?)),
+            TrackerKind::Net(net) => {
+                Kind::Net(Box::new(Net::open(net.clone(), spec.times.delay, tap)?))
+            }
             device => {
-                let live = Live::open(device.clone()).map_err(|error| Fault::of(&error))?;
+                let live = Live::open(device.clone(), tap).map_err(|error| Fault::of(&error))?;
                 Kind::Live(Box::new(live))
             }
         };
@@ -186,6 +202,13 @@ impl Feed {
         matches!(self.kind, Kind::Live(_) | Kind::Net(_))
     }
 
+    /// Takes silence for usual.
+    pub(crate) fn let_be_silent(&mut self) {
+        if let Kind::Net(net) = &mut self.kind {
+            net.may_be_silent = true;
+        }
+    }
+
     /// Returns whether nothing more will come.
     pub fn is_over(&self) -> bool {
         match &self.kind {
@@ -213,7 +236,7 @@ impl Feed {
         match &self.kind {
             Kind::Samples(_, counts) => *counts,
             Kind::Replay(replay) => replay.counts,
-            Kind::Bytes(_, decoder) => *decoder.counts(),
+            Kind::Bytes(_, decoder, _) => *decoder.counts(),
             Kind::Live(live) => live.counts(),
             Kind::Net(net) => net.counts(),
         }
@@ -228,8 +251,9 @@ impl Feed {
                     sink(Notice::Decoded(Event::Sample(sample)));
                 }
             }
-            Kind::Bytes(line, decoder) => {
+            Kind::Bytes(line, decoder, tap) => {
                 while let Some(chunk) = line.poll(until) {
+                    tap.take(Piece::Came, chunk.bytes(), chunk.arrival);
                     decoder.feed(chunk.bytes(), chunk.arrival, &mut |event| {
                         sink(Notice::Decoded(event));
                     });

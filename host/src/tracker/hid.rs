@@ -51,10 +51,11 @@ pub(super) fn plug(spec: &HidSpec) -> Result<Plugged, LiveError> {
     let mut device = Device::open(&path).map_err(at(&path))?;
     let found = all.iter().find(|found| found.path == path);
     let is_osvr = found.is_some_and(|found| osvr_hdk::USB_IDS.contains(&found.id));
+    let mut descriptor = Vec::new();
     let (decoder, features): (Box<dyn Decoder + Send>, _) = if is_osvr {
         (Box::new(osvr_hdk::OsvrHdk::new()), None)
     } else {
-        let descriptor = device.descriptor().map_err(at(&path))?;
+        descriptor = device.descriptor().map_err(at(&path))?;
         let tracker = EyeTracker::new(&descriptor, spec.axes);
         let tracker = tracker.map_err(|reason| LiveError::Layout(path.clone(), reason))?;
         let mut features = read_features(&mut device, &tracker);
@@ -69,6 +70,7 @@ pub(super) fn plug(spec: &HidSpec) -> Result<Plugged, LiveError> {
         port: Port::Hid(device),
         path,
         decoder,
+        descriptor,
         features,
     })
 }

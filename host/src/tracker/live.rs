@@ -3,6 +3,7 @@
 use super::hid;
 use super::notice::{Features, LiveError, Notice, Trouble};
 use super::port::{Plugged, Port, open_serial};
+use super::raw::{Piece, Tap};
 use super::spec::{SerialSpec, TrackerKind};
 use shisen_tracker::command::{Action, Failure, Script, Session, SettingUp, Watch};
 use shisen_tracker::decoder::{Counts, Decoder, Event};
@@ -61,15 +62,17 @@ pub(super) struct Live {
     /// The device was set up again: a further failure was reported before.
     again: bool,
     held_back: u64,
+    tap: Tap,
 }
 
 impl Live {
-    pub(super) fn open(spec: TrackerKind) -> Result<Self, LiveError> {
+    pub(super) fn open(spec: TrackerKind, tap: Tap) -> Result<Self, LiveError> {
         let plugged = plug(&spec)?;
-        Ok(Self::new(spec, plugged, Micros(0)))
+        Ok(Self::new(spec, plugged, Micros(0), tap))
     }
 
-    fn new(spec: TrackerKind, plugged: Plugged, now: Micros) -> Self {
+    fn new(spec: TrackerKind, plugged: Plugged, now: Micros, tap: Tap) -> Self {
+        tap.take(Piece::Opened, &plugged.descriptor, now);
         let serial = serial(&spec);
         let watch = serial.map_or_else(Watch::of_reports, |_| Watch::new());
         let resets_since = serial.filter(|spec| spec.reset).map(|_| now);
@@ -94,6 +97,7 @@ impl Live {
             repeat_at: now.after(REPEAT_SETUP),
             again: false,
             held_back: 0,
+            tap,
         }
     }
 
@@ -176,6 +180,8 @@ impl Live {
         let (repeat_at, held_back) = (&mut self.repeat_at, &mut self.held_back);
         let is_complete = session.as_ref().is_none_or(Session::is_complete) && self.then.is_none();
         let set_up = self.setting_up.is_over(is_complete, now);
+        let piece = if set_up { Piece::Came } else { Piece::Early };
+        self.tap.take(piece, &buffer[..read], now);
         self.decoder.feed(&buffer[..read], now, &mut |event| {
             watch.on_event(&event, now);
             is_back |= may_be_back && matches!(event, Event::Sample(_));
@@ -207,6 +213,7 @@ impl Live {
             match session.poll(now) {
                 Action::Send(bytes) => {
                     port.write(bytes)?;
+                    self.tap.take(Piece::Sent, bytes, now);
                     self.decoder.on_sent(bytes, now);
                 }
                 Action::Speed(baud) => port.set_speed(baud)?,
@@ -262,7 +269,7 @@ impl Live {
         }
         match plug(&self.spec) {
             Ok(plugged) => {
-                let mut next = Self::new(self.spec.clone(), plugged, now);
+                let mut next = Self::new(self.spec.clone(), plugged, now, self.tap.clone());
                 next.before = self.counts();
                 next.held_back = self.held_back;
                 *self = next;

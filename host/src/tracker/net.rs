@@ -15,6 +15,7 @@ pub use spec::{Datagrams, GazeSpec, LslSpec, NetSpec, Server};
 pub(crate) use vrpn::devices;
 
 use super::notice::Notice;
+use super::raw::{Piece, Tap};
 use crate::files::Fault;
 use miette::Diagnostic as _;
 use shisen_tracker::decoder::{Counts, Event};
@@ -61,6 +62,7 @@ trait Peer: Send {
 pub(super) struct Net {
     spec: NetSpec,
     name: String,
+    tap: Tap,
     peer: Option<Box<dyn Peer>>,
     /// The counts of peers before.
     before: Counts,
@@ -73,6 +75,8 @@ pub(super) struct Net {
     /// The silence that is told next.
     telling: Micros,
     is_far_told: bool,
+    /// Whether silence is usual: a wand that nobody moves.
+    pub(super) may_be_silent: bool,
     /// Whether the delay of samples was given: exchanges with the device find no other.
     is_delay_given: bool,
     /// What is told first.
@@ -81,9 +85,9 @@ pub(super) struct Net {
 
 impl Net {
     /// Opens a tracker and waits until it says what it has.
-    pub(super) fn open(spec: NetSpec, delay: Option<Micros>) -> Result<Self, Fault> {
+    pub(super) fn open(spec: NetSpec, delay: Option<Micros>, tap: Tap) -> Result<Self, Fault> {
         let name = spec.to_string();
-        let peer = spec.open(PATIENCE[0])?;
+        let peer = spec.open(PATIENCE[0], &tap)?;
         let is_known = delay.is_some() || spec.knows_delay();
         let first = (!is_known).then(|| {
             format!(
@@ -94,6 +98,7 @@ impl Net {
         Ok(Self {
             spec,
             name,
+            tap,
             peer: Some(peer),
             before: Counts::new(),
             retry_at: Micros(0),
@@ -102,6 +107,7 @@ impl Net {
             heard: Micros(0),
             telling: SILENCE,
             is_far_told: false,
+            may_be_silent: false,
             is_delay_given: delay.is_some(),
             first,
         })
@@ -140,7 +146,9 @@ impl Net {
                 sink(notice);
             }
         });
-        self.watch(newest, now(), sink);
+        if !self.may_be_silent {
+            self.watch(newest, now(), sink);
+        }
         if farthest > FARTHEST && !std::mem::replace(&mut self.is_far_told, true) {
             sink(Notice::Said(format!(
                 "{}: the head is {farthest:.0} m from the origin: it is taken for metres, and may be \
@@ -185,7 +193,7 @@ impl Net {
             std::thread::sleep(socket::WAIT);
             return;
         }
-        match self.spec.open(PATIENCE[1]) {
+        match self.spec.open(PATIENCE[1], &self.tap) {
             Ok(peer) => {
                 self.peer = Some(peer);
                 self.refusal = None;
@@ -206,19 +214,28 @@ impl Net {
 
 impl NetSpec {
     /// Opens the peer, which may take as long as `patience` for each of its answers.
-    fn open(&self, patience: Duration) -> Result<Box<dyn Peer>, Fault> {
+    fn open(&self, patience: Duration, tap: &Tap) -> Result<Box<dyn Peer>, Fault> {
+        if !matches!(self, Self::NatNet { .. }) {
+            tap.take(Piece::Opened, &[], Micros(0));
+        }
         Ok(match self {
             Self::Vrpn {
                 device,
                 server,
                 metres,
-            } => Box::new(vrpn::Client::open(device, server, *metres, patience)?),
+            } => Box::new(vrpn::Client::open(
+                device,
+                server,
+                *metres,
+                patience,
+                tap.clone(),
+            )?),
             Self::Datagrams { listen, protocol } => {
-                Box::new(datagrams::Listener::open(*listen, protocol)?)
+                Box::new(datagrams::Listener::open(*listen, protocol, tap.clone())?)
             }
             Self::NatNet { server, body, axes } => {
                 let body = body.as_deref();
-                Box::new(natnet::Client::open(server, body, *axes, patience)?)
+                Box::new(natnet::Client::open(server, body, *axes, patience, tap)?)
             }
             Self::Lsl(spec) => Box::new(lsl::Inlet::open(spec, patience)?),
             Self::Stdin => Box::new(lines::Lines::of_stdin()),

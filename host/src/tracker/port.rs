@@ -26,6 +26,8 @@ pub(super) struct Plugged {
     pub(super) port: Port,
     pub(super) path: String,
     pub(super) decoder: Box<dyn Decoder + Send>,
+    /// A HID device's report descriptor, where its decoder needs it.
+    pub(super) descriptor: Vec<u8>,
     /// What an eye tracker said of itself when it was opened.
     pub(super) features: Option<Features>,
 }
@@ -40,6 +42,7 @@ pub(super) fn open_serial(spec: &SerialSpec) -> Result<Plugged, LiveError> {
         port: Port::Serial(port),
         path: spec.path.clone(),
         decoder: decoder.ok_or_else(|| refused(io::ErrorKind::Unsupported.into()))?,
+        descriptor: Vec::new(),
         features: None,
     })
 }

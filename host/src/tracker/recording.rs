@@ -4,10 +4,11 @@
 //! Any other file holds [`link`] frames: messages, and samples each after a text `arrival N`,
 //! N being its time of arrival in microseconds (`arrival N lost M` after M missing records of
 //! the device). A bridge board could have sent such a file; frames without these texts are
-//! replayed by the device's own times.
+//! replayed by the device's own times. Or it holds the device's bytes, which its decoder reads again.
 
 mod table;
 
+use super::raw::{self, RawBytes};
 use crate::files::Fault;
 use shisen_tracker::decoder::{Counts, Decoder, Event, Message, Text};
 use shisen_tracker::link;
@@ -47,7 +48,11 @@ impl Recording {
                         writes one";
             Fault::new(format!("{shown}: {reason}"), help)
         })?;
-        let recording = if is_table(path) {
+        let recording = if raw::is_raw(&bytes) {
+            Self {
+                events: raw::read(path, &bytes)?,
+            }
+        } else if is_table(path) {
             table::read(path, &bytes)?
         } else {
             from_link(&bytes)
@@ -81,6 +86,8 @@ impl Recording {
 pub struct Recorder {
     path: PathBuf,
     to: Output,
+    /// The bytes that are kept in place of events.
+    raw: Option<RawBytes>,
 }
 
 #[derive(Debug)]
@@ -89,11 +96,15 @@ enum Output {
     Nothing(File, bool),
     Csv(Box<csv::Writer<File>>),
     Link(BufWriter<File>, link::Encoder),
+    Raw(BufWriter<File>),
 }
 
 impl Output {
-    fn begin(file: File, is_table: bool) -> io::Result<Self> {
+    fn begin(file: File, is_table: bool, is_raw: bool) -> io::Result<Self> {
         file.set_len(0)?;
+        if is_raw {
+            return Ok(Self::Raw(BufWriter::new(file)));
+        }
         if !is_table {
             return Ok(Self::Link(BufWriter::new(file), link::Encoder::new()));
         }
@@ -113,8 +124,27 @@ impl Recorder {
         let mut options = File::options();
         let file = options.write(true).create(true).truncate(false).open(path);
         let to = Output::Nothing(file.map_err(Fault::write(path))?, existed);
-        let path = path.to_owned();
-        Ok(Self { path, to })
+        let (path, raw) = (path.to_owned(), None);
+        Ok(Self { path, to, raw })
+    }
+
+    /// Opens or creates the file of the bytes of a tracker, which its first event overwrites.
+    ///
+    /// # Errors
+    /// A file that cannot be written, and a table's name.
+    pub fn of_bytes(path: &Path, bytes: RawBytes) -> Result<Self, Fault> {
+        if is_table(path) {
+            let message = format!("{}: bytes are no table", path.display());
+            return Err(Fault::new(
+                message,
+                "give a name without .csv, such as head.raw",
+            ));
+        }
+        let raw = Some(bytes);
+        Ok(Self {
+            raw,
+            ..Self::create(path)?
+        })
     }
 
     /// Writes an event; a table takes samples only. `lost` is the number of the device's
@@ -127,7 +157,7 @@ impl Recorder {
         let is_kept = match event {
             Event::Sample(_) => true,
             Event::Message(_) => !is_table,
-            _ => false,
+            _ => self.raw.is_some(),
         };
         if !is_kept {
             return Ok(());
@@ -135,7 +165,7 @@ impl Recorder {
         if let Output::Nothing(file, _) = &self.to {
             let begun = file
                 .try_clone()
-                .and_then(|file| Output::begin(file, is_table));
+                .and_then(|file| Output::begin(file, is_table, self.raw.is_some()));
             self.to = begun.map_err(Fault::write(&self.path))?;
         }
         let written = match (&mut self.to, event) {
@@ -151,6 +181,7 @@ impl Recorder {
                 let frames = [encoder.message(&text), encoder.sample(sample)];
                 frames.iter().try_for_each(|frame| file.write_all(frame))
             }
+            (Output::Raw(file), _) => self.raw.iter().try_for_each(|raw| raw.write(file)),
             (Output::Link(file, encoder), Event::Message(message)) => {
                 file.write_all(&encoder.message(message))
             }
@@ -169,6 +200,10 @@ impl Recorder {
             Output::Nothing(_, false) => std::fs::remove_file(&self.path),
             Output::Csv(table) => table.flush(),
             Output::Link(file, _) => file.flush(),
+            Output::Raw(file) => {
+                let rest = self.raw.iter().try_for_each(|raw| raw.write(file));
+                rest.and_then(|()| file.flush())
+            }
         };
         flushed.map_err(Fault::write(&self.path))
     }
@@ -270,6 +305,7 @@ impl Times {
 mod tests {
     use super::*;
     use crate::tracker::{Feed, Notice, Spec};
+    use miette::Diagnostic as _;
     use shisen_tracker::decoder::DropReason;
 
     /// Records 2 s of a mock; returns what was written and what was read.
@@ -287,6 +323,43 @@ mod tests {
         assert!(events.len() > 100, "{spec}");
         let read = Recording::read(path).unwrap().events;
         (events, read.into_iter().map(|(event, _)| event).collect())
+    }
+
+    /// Other bytes of the same device give what its decoder makes of them, from the same arrivals.
+    #[test]
+    fn bytes_are_decoded_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bytes");
+        for name in ["mock:as=fastrak", "mock:as=flock&seed=3", "mock:as=link"] {
+            let (mut feed, bytes) = Feed::open_raw(name, &name.parse().unwrap()).unwrap();
+            let mut recorder = Recorder::of_bytes(&path, bytes).unwrap();
+            let mut events = Vec::new();
+            feed.poll(Micros::from_millis(2_000), &mut |notice| {
+                if let Notice::Decoded(event) = notice {
+                    recorder.push(&event, 0).unwrap();
+                    events.push(event);
+                }
+            });
+            recorder.finish().unwrap();
+            let read = Recording::read(&path).unwrap().events;
+            let (read, counts): (Vec<_>, Vec<_>) = read.into_iter().unzip();
+            assert!(events.len() > 100 && events == read, "{name}");
+            assert_eq!(*counts.last().unwrap(), feed.counts(), "{name}");
+        }
+        let whole = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &whole[..whole.len() - 5]).unwrap();
+        let cut = Recording::read(&path).unwrap().events;
+        assert!(matches!(cut.last(), Some((Event::Dropped(_), _))));
+        std::fs::write(&path, b"shisen raw 2\nmock:as=link\n").unwrap();
+        let other = Recording::read(&path).unwrap_err().to_string();
+        assert!(other.contains("of another version than 1"), "{other}");
+        for (name, says) in [
+            ("mock", "mock:as=fastrak"),
+            ("lsl:type=Gaze", "LabRecorder"),
+        ] {
+            let fault = Feed::open_raw(name, &name.parse().unwrap()).unwrap_err();
+            assert!(fault.help().unwrap().to_string().contains(says), "{name}");
+        }
     }
 
     #[test]

@@ -87,6 +87,12 @@ impl<'a> Options<'a> {
         })
     }
 
+    /// Returns the options that are left, as they were given.
+    pub(super) fn rest(self) -> String {
+        let rest = self.0.iter().map(|(key, value)| format!("{key}={value}"));
+        rest.collect::<Vec<_>>().join("&")
+    }
+
     /// Checks that no option is left; an error lists the known ones.
     pub(super) fn end(
         self,

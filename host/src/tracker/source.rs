@@ -23,6 +23,8 @@ pub enum Role {
     Head,
     /// The eyes alone: `gaze=SPEC`.
     Gaze,
+    /// What steers alone: `--navigate SPEC`.
+    Wand,
 }
 
 impl Role {
@@ -32,6 +34,7 @@ impl Role {
             Self::All => None,
             Self::Head => Some("head"),
             Self::Gaze => Some("gaze"),
+            Self::Wand => Some("wand"),
         }
     }
 }

@@ -89,6 +89,25 @@ mod tests {
     }
 
     #[test]
+    fn a_view_that_is_moved_has_its_rays_moved() {
+        let eye = Vec3::new(0.4, 0.3, 0.9);
+        let flat = View::new(eye, Vec3::NEG_Z, 0.1 * Vec3::X, -0.1 * Vec3::Y, [40, 30]);
+        let [dome, cylinder] = views(eye);
+        let lit = [dome, cylinder].map(|view| view.lit_by(beam(0.5 * Vec3::Z)).unwrap());
+        let (angle, by) = (2.5_f32, Vec3::new(7.0, -2.0, 30.0));
+        let turn = Mat3::from_rotation_y(angle);
+        for view in [flat.unwrap(), dome, cylinder, lit[0], lit[1]] {
+            let moved = view.moved([angle.sin(), angle.cos()], by);
+            assert!((moved.eye() - (turn * view.eye() + by)).length() < 1.0e-5);
+            for (x, y) in [(31.0, 14.0), (12.0, 21.0), (20.5, 3.25)] {
+                let [before, after] = [view, moved].map(|view| view.direction(x, y));
+                let miss = (turn * before.unwrap()).angle_between(after.unwrap());
+                assert!(miss < 1.0e-3, "{view:?} {x} {y}: {miss}");
+            }
+        }
+    }
+
+    #[test]
     fn beams_that_light_nothing_are_refused() {
         let [dome, _] = views(Vec3::ZERO);
         let lens = Vec3::new(0.0, 0.0, 0.5);

@@ -243,6 +243,30 @@ impl Dome {
         })
     }
 
+    /// Returns the same dome and eye after a turn about +Y and a move.
+    pub(super) fn moved(&self, turned: impl Fn(Vec3) -> Vec3, by: Vec3) -> Self {
+        let DomePose {
+            position,
+            room_from_capture: axes,
+        } = self.pose;
+        let [x, y, z] = [axes.x_axis, axes.y_axis, axes.z_axis].map(&turned);
+        Self {
+            pose: DomePose {
+                position: turned(position) + by,
+                room_from_capture: Mat3::from_cols(x, y, z),
+            },
+            screen: match self.screen {
+                Shape::None(start) => Shape::None(start),
+                Shape::Dome(centre) => Shape::Dome(turned(centre)),
+                Shape::Cylinder(centre, unrolled) => Shape::Cylinder(turned(centre), unrolled),
+                Shape::Lit(centre, lens, is_cylinder) => {
+                    Shape::Lit(turned(centre), turned(lens), is_cylinder)
+                }
+            },
+            ..*self
+        }
+    }
+
     fn side(&self) -> f32 {
         let [last, _] = self.last;
         f32::from(last) + 1.0

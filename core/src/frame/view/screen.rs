@@ -90,6 +90,17 @@ impl Screen {
         Ok(screen)
     }
 
+    /// Returns the screen with its eye after a turn and a move.
+    pub(super) fn moved(&self, turned: impl Fn(Vec3) -> Vec3, by: Vec3) -> Self {
+        Self {
+            eye: turned(self.eye) + by,
+            first_pixel: turned(self.first_pixel),
+            column_step: turned(self.column_step),
+            row_step: turned(self.row_step),
+            ..*self
+        }
+    }
+
     /// Returns the direction of a point of the screen, in pixels from the centre of the first.
     #[inline(always)]
     pub(crate) fn direction(&self, x: f32, y: f32) -> Vec3 {

@@ -15,6 +15,7 @@ use crate::outputs::Outputs;
 use crate::picture::Picture;
 use crate::render::Observer;
 use crate::show::dashboard::About;
+use crate::tracker::Steering;
 use glam::Vec3;
 
 enum Output {
@@ -206,6 +207,13 @@ impl Display for Frames<'_> {
         match &self.output {
             Output::Window(watch) => watch.gaze(),
             Output::None | Output::Files(_) => None,
+        }
+    }
+
+    fn steering(&mut self) -> Steering {
+        match &self.output {
+            Output::Window(watch) => watch.steering(),
+            Output::None | Output::Files(_) => Steering::default(),
         }
     }
 

@@ -14,6 +14,7 @@ use crate::cli::prelude::*;
 use crate::live::{FrameRecord, lock};
 use crate::show::dashboard::{About, Frame, Latency};
 use crate::show::stereo::Stereo;
+use crate::tracker::Steering;
 use glam::Vec3;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -71,6 +72,8 @@ struct Ends {
 struct Shared {
     /// The direction at which the mouse points.
     gaze: Mutex<Option<Vec3>>,
+    /// Where held keys steer.
+    steering: Mutex<Steering>,
     over: AtomicBool,
     shown: AtomicU64,
     dropped: AtomicU64,
@@ -167,6 +170,11 @@ impl Watch {
         *lock(&self.shared.gaze)
     }
 
+    /// Returns where held keys steer the viewer.
+    pub(super) fn steering(&self) -> Steering {
+        *lock(&self.shared.steering)
+    }
+
     pub(super) fn is_open(&self) -> bool {
         let thread = self.thread.as_ref();
         thread.is_some_and(|thread| !thread.is_finished())
@@ -203,6 +211,7 @@ impl Watch {
             // A thread that panicked has said so.
             self.ending = Some(thread.join().unwrap_or(Ending::Gone));
             *lock(&self.shared.gaze) = None;
+            *lock(&self.shared.steering) = Steering::default();
         }
     }
 }

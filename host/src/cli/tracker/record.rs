@@ -17,6 +17,9 @@ pub(in crate::cli) struct Arguments {
     /// File to write; an older one is overwritten at the first sample
     #[arg(value_name = "FILE")]
     file: PathBuf,
+    /// Keep the bytes as they come, with their times, and no samples; replay:FILE decodes them again
+    #[arg(long)]
+    raw: bool,
     #[command(flatten)]
     end: EndArguments,
     /// Print one JSON object
@@ -44,8 +47,13 @@ pub(in crate::cli) struct Report {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut feed = Feed::open(arguments.spec.alone()?)?;
-    let mut recorder = Recorder::create(&arguments.file)?;
+    let spec = arguments.spec.alone()?;
+    let (mut feed, mut recorder) = if arguments.raw {
+        let (feed, bytes) = Feed::open_raw(&arguments.spec.to_string(), spec)?;
+        (feed, Recorder::of_bytes(&arguments.file, bytes)?)
+    } else {
+        (Feed::open(spec)?, Recorder::create(&arguments.file)?)
+    };
     let (mut samples, mut messages) = (0, 0);
     let followed = follow(&mut feed, &arguments.end, &mut |feed, heard| {
         let lost = feed.counts().lost;

@@ -1,6 +1,7 @@
 //! A capture of the surroundings for pixels that the gaze skips, renewed tile by tile.
 
 use super::deal::LiveTile;
+use crate::live::flight::RoomPlace;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
 use glam::{DVec3, Mat3, Vec3};
 use shisen_core::frame::{DomePose, Pixel, Renderer, Spectrum, Surroundings, View};
@@ -9,7 +10,7 @@ use shisen_core::{Runs, Simd};
 
 type Part<'s, const W: usize> = (View, Renderer<'s, W>);
 
-/// A capture of all directions from between the eyes, along the room's axes.
+/// A capture of all directions from between the eyes, along the scene's axes.
 pub(super) struct LiveCapture {
     options: CaptureOptions,
     /// The number of the first hemisphere among the parts.
@@ -61,6 +62,7 @@ impl LiveCapture {
     pub(super) fn views<'s, const W: usize>(
         &self,
         eyes: &[Observer],
+        place: &RoomPlace,
         scene: &Scene<'s, W>,
         options: &Options,
         spectrum: Spectrum<'s>,
@@ -70,7 +72,7 @@ impl LiveCapture {
     {
         let middle = eyes.iter().map(|eye| eye.place).sum::<DVec3>() / eyes.len() as f64;
         let pose = DomePose {
-            position: middle.as_vec3(),
+            position: place.point(middle).as_vec3(),
             ..self.pose
         };
         render::hemispheres(scene, pose, self.options, options, spectrum)

@@ -69,7 +69,7 @@ fn play(
             Source { feed, intake },
             Box::new(|_| {}) as crate::live::Report,
         );
-        LiveTracker::start(vec![source], ComposedGaze::new(estimator)).unwrap()
+        LiveTracker::start(vec![source], ComposedGaze::new(estimator), None).unwrap()
     };
     let baked = Baked::<8>::new(&grid(2.0)).unwrap();
     let cave = Cave::built_in(BuiltInCave::ThreeWall, [8; 2]).unwrap();

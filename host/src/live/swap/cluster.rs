@@ -3,8 +3,9 @@
 use super::{
     FrameResult, GatheredResults, Look, Order, Purpose, Share, SwapError, SwapLock, Waits,
 };
+use crate::live::flight::RoomPlace;
 use crate::live::governor::Decision;
-use glam::{Quat, Vec3};
+use glam::{DVec3, Quat, Vec3};
 use hdrhistogram::Histogram;
 use shisen_core::gaze::HeadPose;
 use std::time::{Duration, Instant};
@@ -92,6 +93,8 @@ impl Order {
             purpose.unwrap_or_default() as u64,
             self.time.to_bits(),
         ];
+        let place = self.place.position.extend(self.place.yaw).to_array();
+        words.extend(place.map(f64::to_bits));
         let look = &self.look;
         let vectors = [look.head.position, look.position, look.forward, look.up];
         let vectors = vectors.map(|vector| vector.to_array());
@@ -104,14 +107,20 @@ impl Order {
 
     fn read(bytes: &[u8]) -> Option<Self> {
         let words = words(bytes)?;
-        let (&[frame, steps, rung, whole_fovea, purpose, time], look) =
+        let (&[frame, steps, rung, whole_fovea, purpose, time], rest) =
             words.split_first_chunk()?;
+        let (place, look) = rest.split_first_chunk::<4>()?;
+        let [x, y, z, yaw] = place.map(f64::from_bits);
         let look = look.iter().map(|&bits| f32::from_bits(bits as u32));
         let look: [f32; 17] = look.collect::<Vec<_>>().try_into().ok()?;
         let vector = |number: usize| Vec3::from_slice(&look[3 * number..]);
         Some(Self {
             frame,
             time: f64::from_bits(time),
+            place: RoomPlace {
+                position: DVec3::new(x, y, z),
+                yaw,
+            },
             look: Look {
                 head: HeadPose {
                     position: vector(0),

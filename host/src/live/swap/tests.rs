@@ -1,6 +1,7 @@
 //! Machines as threads.
 
 use super::*;
+use glam::DVec3;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 #[derive(Debug)]
@@ -63,6 +64,10 @@ fn order(frame: u64) -> Order {
             forward: Vec3::NEG_Z,
             up: Vec3::Y,
             widen: 0.25,
+        },
+        place: RoomPlace {
+            position: DVec3::new(f64::from(x), 0.25, -1.0e4),
+            yaw: 0.5,
         },
         decision: Decision {
             steps: frame.is_multiple_of(2).then_some(1_000 + frame),

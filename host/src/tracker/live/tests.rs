@@ -19,7 +19,7 @@ impl Bench {
         let path = folder.path().join("line");
         let pty = Some(Pty::open(&path).unwrap());
         let spec = spec(&format!("{}?{options}", path.display()));
-        let live = Live::open(TrackerKind::Serial(spec)).ok();
+        let live = Live::open(TrackerKind::Serial(spec), Tap::default()).ok();
         let step = 0;
         Self {
             folder,

@@ -4,6 +4,7 @@ use super::spec::Datagrams;
 use super::{Peer, SILENCE, socket};
 use crate::files::Fault;
 use crate::tracker::notice::Notice;
+use crate::tracker::raw::{Piece, Tap};
 use shisen_tracker::decoder::{Counts, Decoder, Event};
 use shisen_tracker::net::{dtrack, freed, opentrack};
 use shisen_tracker::time::Micros;
@@ -14,6 +15,7 @@ pub(super) struct Listener {
     listen: SocketAddr,
     socket: UdpSocket,
     decoder: Box<dyn Decoder + Send>,
+    tap: Tap,
     /// The host that is listened to, and when it was heard last.
     sender: Option<(IpAddr, Micros)>,
     is_stranger_told: bool,
@@ -21,19 +23,26 @@ pub(super) struct Listener {
 }
 
 impl Listener {
-    pub(super) fn open(listen: SocketAddr, protocol: &Datagrams) -> Result<Self, Fault> {
+    pub(super) fn open(listen: SocketAddr, protocol: &Datagrams, tap: Tap) -> Result<Self, Fault> {
         Ok(Self {
             listen,
             socket: socket::bind(listen)?,
-            decoder: match protocol {
-                Datagrams::DTrack(config) => Box::new(dtrack::DTrack::new(*config)),
-                Datagrams::Opentrack(config) => Box::new(opentrack::Opentrack::new(*config)),
-                Datagrams::FreeD => Box::new(freed::FreeD::new()),
-            },
+            decoder: protocol.decoder(),
+            tap,
             sender: None,
             is_stranger_told: false,
             buffer: vec![0; socket::LONGEST],
         })
+    }
+}
+
+impl Datagrams {
+    pub(in crate::tracker) fn decoder(&self) -> Box<dyn Decoder + Send> {
+        match self {
+            Self::DTrack(config) => Box::new(dtrack::DTrack::new(*config)),
+            Self::Opentrack(config) => Box::new(opentrack::Opentrack::new(*config)),
+            Self::FreeD => Box::new(freed::FreeD::new()),
+        }
     }
 }
 
@@ -44,7 +53,10 @@ impl Peer for Listener {
         sink: &mut dyn FnMut(Notice),
     ) -> Result<(), String> {
         let Self {
-            decoder, sender, ..
+            decoder,
+            sender,
+            tap,
+            ..
         } = self;
         let mut stranger = None;
         let read = socket::datagrams(&self.socket, &mut self.buffer, |bytes, from| {
@@ -54,6 +66,7 @@ impl Peer for Listener {
                 stranger = Some((from, host));
                 return;
             }
+            tap.take(Piece::Came, bytes, now);
             decoder.feed(bytes, now, &mut |event| {
                 if matches!(event, Event::Sample(_)) {
                     *sender = Some((from, now));

@@ -4,6 +4,7 @@ use super::exchange::{Exchange, Exchanges};
 use super::{Peer, Server, socket};
 use crate::files::Fault;
 use crate::tracker::notice::Notice;
+use crate::tracker::raw::{Piece, Tap};
 use shisen_tracker::decoder::{Counts, Decoder as _, Event};
 use shisen_tracker::head::axes::Axes;
 use shisen_tracker::net::natnet::{
@@ -26,6 +27,7 @@ pub(super) struct Client {
     /// Where frames come, if that is another one.
     frames: Option<UdpSocket>,
     decoder: NatNet,
+    tap: Tap,
     /// The sensor that is handed over; `None`: all.
     only: Option<u8>,
     alive_at: Micros,
@@ -40,6 +42,7 @@ impl Client {
         body: Option<&str>,
         axes: Axes,
         patience: Duration,
+        tap: &Tap,
     ) -> Result<Self, Fault> {
         let addresses = socket::addresses(server)?;
         let own = (Ipv4Addr::UNSPECIFIED, 0);
@@ -52,6 +55,7 @@ impl Client {
             })?,
             commands: socket::bind(own.into())?,
             frames: None,
+            tap: tap.clone(),
             decoder: NatNet::new(Config {
                 version: None,
                 axes,
@@ -75,6 +79,8 @@ impl Client {
         if let Some(body) = body {
             client.only = Some(client.number_of(body, version, patience)?);
         }
+        let said = version.into_iter().chain(client.only).collect::<Vec<u8>>();
+        tap.take(Piece::Opened, &said, Micros(0));
         if let Some((group, port)) = client.decoder.multicast() {
             let frames = socket::bind((Ipv4Addr::UNSPECIFIED, port).into())?;
             let joined = frames.join_multicast_v4(&group.into(), &Ipv4Addr::UNSPECIFIED);
@@ -148,7 +154,7 @@ impl Peer for Client {
         sink: &mut dyn FnMut(Notice),
     ) -> Result<(), String> {
         let (decoder, exchanges) = (&mut self.decoder, &mut self.exchanges);
-        let (server, only) = (self.server.ip(), self.only);
+        let (server, only, tap) = (self.server.ip(), self.only, &self.tap);
         let mut take = |bytes: &[u8], from: SocketAddr| {
             if from.ip() != server {
                 return;
@@ -166,6 +172,7 @@ impl Peer for Client {
                 }
                 return;
             }
+            tap.take(Piece::Came, bytes, now);
             decoder.feed(bytes, now, &mut |event| {
                 let is_other = matches!(&event, Event::Sample(sample)
                     if only.is_some_and(|only| sample.sensor != only));

@@ -3,6 +3,7 @@
 use super::{Peer, Server, socket};
 use crate::files::Fault;
 use crate::tracker::notice::Notice;
+use crate::tracker::raw::{Piece, Tap};
 use shisen_tracker::decoder::{Counts, Decoder as _, Event};
 use shisen_tracker::net::vrpn::{COOKIE, Config, Encoder, PING, Vrpn};
 use shisen_tracker::time::Micros;
@@ -18,6 +19,7 @@ const DEAD: Micros = Micros::from_millis(10_000);
 pub(super) struct Client {
     stream: TcpStream,
     decoder: Vrpn,
+    tap: Tap,
     /// Metres of the device's unit.
     metres: f32,
     encoder: Encoder,
@@ -35,8 +37,10 @@ impl Client {
         server: &Server,
         metres: f32,
         patience: Duration,
+        tap: Tap,
     ) -> Result<Self, Fault> {
         let mut client = Self::greet(device, server, patience)?;
+        client.tap = tap;
         client.metres = metres;
         client.wait(patience, Vrpn::has_device);
         if client.decoder.has_device() {
@@ -73,6 +77,7 @@ impl Client {
             stream,
             decoder: Vrpn::new(device.clone()),
             metres: 1.0,
+            tap: Tap::default(),
             encoder,
             early: Vec::new(),
             ask_at: Micros(0),
@@ -86,9 +91,10 @@ impl Client {
         let begun = Instant::now();
         let mut goes_on = true;
         while goes_on && !is_enough(&self.decoder) && begun.elapsed() < patience {
-            let (decoder, early) = (&mut self.decoder, &mut self.early);
+            let (decoder, early, tap) = (&mut self.decoder, &mut self.early, &self.tap);
             early.clear();
             let read = socket::bytes(&mut self.stream, &mut self.buffer, |bytes| {
+                tap.take(Piece::Came, bytes, Micros(0));
                 decoder.feed(bytes, Micros(0), &mut |event| early.push(event));
             });
             goes_on = read.is_ok() && !self.decoder.is_lost();
@@ -124,10 +130,11 @@ impl Peer for Client {
         for event in self.early.drain(..) {
             hand_over(event, now());
         }
-        let (decoder, heard) = (&mut self.decoder, &mut self.heard);
+        let (decoder, heard, tap) = (&mut self.decoder, &mut self.heard, &self.tap);
         socket::bytes(&mut self.stream, &mut self.buffer, |bytes| {
             let now = now();
             *heard = Some(now);
+            tap.take(Piece::Came, bytes, now);
             decoder.feed(bytes, now, &mut |event| hand_over(event, now));
         })?;
         if self.decoder.is_lost() {
