@@ -459,6 +459,23 @@ impl TileJob {
         self.finished
     }
 
+    /// Returns how many of its pixels, in the order in which they are rendered, keep their colour if
+    /// it is [given up](Self::give_up) now.
+    pub const fn kept(&self) -> u32 {
+        self.finished.saturating_add(self.begun.pixels)
+    }
+
+    /// Returns the job of a tile that was rendered in full and is to be [given up](Self::give_up)
+    /// where another one was, after its [`kept`](Self::kept) pixels: for the same frame without its
+    /// budget.
+    pub const fn cut(tile: Tile, kept: u32) -> Self {
+        Self {
+            tile,
+            finished: kept,
+            begun: Begun::NOTHING,
+        }
+    }
+
     /// Returns whether all its pixels are finished.
     pub const fn is_finished(&self) -> bool {
         self.finished as u64 == self.tile.width as u64 * self.tile.height as u64

@@ -29,6 +29,7 @@ pub mod output;
 pub mod play;
 mod prelude;
 pub mod program;
+mod replay;
 mod room;
 mod run;
 mod show;
@@ -50,6 +51,7 @@ use std::process::ExitCode;
 enum Shisen {
     Cave(Box<cave::Arguments>),
     Run(Box<run::Arguments>),
+    Replay(Box<replay::Arguments>),
     Show(show::Arguments),
     TestPattern(test_pattern::Arguments),
     Bake(bake::Arguments),
@@ -111,6 +113,7 @@ impl Program for Shisen {
             "run",
             schema::<Either<run::report::Report, live::FrameRecord>>,
         ),
+        ("replay", schema::<replay::report::Report>),
         ("show", schema::<OutputsReport>),
         (
             "test-pattern",
@@ -146,6 +149,7 @@ impl Program for Shisen {
         match self {
             Self::Cave(arguments) => cave::run(arguments),
             Self::Run(arguments) => run::run(arguments),
+            Self::Replay(arguments) => replay::run(arguments),
             Self::Show(arguments) => show::run(arguments),
             Self::TestPattern(arguments) => test_pattern::run(arguments),
             Self::Bake(arguments) => bake::run(arguments),

@@ -113,6 +113,7 @@ pub mod live;
 pub mod outputs;
 pub mod picture;
 pub mod projection;
+pub mod record;
 pub mod render;
 pub mod scene;
 pub mod show;

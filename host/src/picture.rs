@@ -330,6 +330,23 @@ pub(crate) fn srgb_of_pixel(pixel: [f32; 4]) -> [u8; 3] {
     [red, green, blue]
 }
 
+/// Returns the hash of a tile by its rows of pixels: of the bits of red, green, blue and alpha of
+/// each, the lowest byte first.
+pub fn tile_hash<'p>(rows: impl IntoIterator<Item = &'p [Pixel]>) -> u64 {
+    let mut hash = Xxh3Default::new();
+    for row in rows {
+        if cfg!(target_endian = "little") {
+            hash.update(row.as_bytes());
+        } else {
+            for pixel in row {
+                let channels = [pixel.red, pixel.green, pixel.blue, pixel.alpha];
+                hash.update(channels.map(f32::to_le_bytes).as_flattened());
+            }
+        }
+    }
+    hash.digest()
+}
+
 /// Encodes 8-bit sRGB or sRGB with alpha, row by row from the top.
 pub(crate) fn encode_png(
     file: impl Write,

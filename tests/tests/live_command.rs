@@ -38,7 +38,7 @@ fn the_command_follows_the_mock_and_reports() {
     let folder = folder();
     // Wherever the viewer looks in the meantime, less than a frame needs.
     let words = "run --scene A --tracker mock:seed=3 --hz 100 --budget 40000steps --frames 40 --size 48 \
-                 --record log --view png";
+                 --report log --view png";
     let report = report(folder.path(), words);
     says(
         &report,
@@ -98,7 +98,7 @@ fn a_gaze_that_is_lost_leaves_no_hole_where_it_was() {
     let folder = folder();
     record(folder.path(), "mock", "gaze.csv", 200);
     let words = "run --scene A --tracker replay:gaze.csv --size 48 --budget 40000steps --hz 100 \
-                 --frames 150 --record log";
+                 --frames 150 --report log";
     let report = report(folder.path(), words);
     let lost = logged(folder.path()).into_iter();
     let lost = lost.filter(|record| record["state"] == "full quality");
@@ -116,7 +116,7 @@ fn a_tracker_that_is_killed_adds_nothing_to_latencies() {
                 full_after=0.6";
     let words = format!(
         "run --scene A --tracker {spec} --hz 50 --size 24 --budget 20000steps --frames 120 --view png \
-         --record log --json"
+         --report log --json"
     );
     let mut run = start(folder.path(), &words);
     await_file(&folder.path().join("shisen-out/frame-000030.png"));
@@ -155,7 +155,7 @@ fn a_tracker_that_is_killed_adds_nothing_to_latencies() {
 #[test]
 fn an_interrupt_ends_it_with_a_report() {
     let folder = folder();
-    let words = "run --scene A --size 16 --hz 60 --view png --record log --json";
+    let words = "run --scene A --size 16 --hz 60 --view png --report log --json";
     let mut run = start(folder.path(), words);
     await_file(&folder.path().join("shisen-out/frame-000003.png"));
     let report: Value = serde_json::from_str(&run.interrupt()).expect("an object");
@@ -186,7 +186,7 @@ fn budgets_that_are_too_small_are_counted_and_told() {
     }
     // Where a refresh leaves more time than the budget, no frame is late, and all are over
     // their time.
-    let words = "run --scene A --hz 10 --budget 0.1ms --frames 8 --record log";
+    let words = "run --scene A --hz 10 --budget 0.1ms --frames 8 --report log";
     let (report, said) = warned(folder.path(), words);
     assert_eq!(report["over_time_frames"], 8, "{report}");
     assert_eq!(report["over_budget_frames"], 0, "{report}");
@@ -290,7 +290,7 @@ fn a_window_system_that_hangs_is_told() {
 fn a_flood_is_thinned_and_told() {
     let folder = folder();
     let words =
-        "run --scene A --tracker mock:rate=10000 --size 24 --hz 60 --frames 90 --record log";
+        "run --scene A --tracker mock:rate=10000 --size 24 --hz 60 --frames 90 --report log";
     let (report, said) = warned(folder.path(), words);
     let count = |key: &str| count(&report, key);
     assert!(count("samples") > 10_000, "{report}");
@@ -350,8 +350,8 @@ fn a_wand_flies_the_viewer_where_it_points() {
         std::thread::sleep(Duration::from_millis(20));
     }
     let words = format!(
-        "run --scene grid --tracker mock:still=1 --size 16 --hz 30 --frames 45 --record log \
-         --navigate vrpn:Wand0@127.0.0.1:{port}?speed=3"
+        "run --scene grid --tracker mock:still=1 --size 16 --hz 30 --frames 45 --report log \
+         --navigate vrpn:Wand0@127.0.0.1:{port}?speed=3&head=0"
     );
     let (report, said) = warned(folder.path(), &words);
     let places: Vec<Vec<f64>> = logged(folder.path())
@@ -418,7 +418,7 @@ fn bad_input_is_told() {
         folder().path(),
         1,
         "
-        run --record no/such/folder/log => cannot write
+        run --report no/such/folder/log => cannot write
         run --tracker serial:/dev/shisen-gone?protocol=fastrak => shisen-gone",
     );
 }
@@ -428,7 +428,7 @@ fn bad_input_is_told() {
 #[test]
 fn a_record_that_cannot_be_written_leaves_the_report() {
     let words =
-        "run --scene grid --size 16 --hz 200 --frames 20 --budget off --record /dev/full --json";
+        "run --scene grid --size 16 --hz 200 --frames 20 --budget off --report /dev/full --json";
     let output = line(folder().path(), words).output().expect("it starts");
     assert_eq!(output.status.code(), Some(1));
     let report: Value = serde_json::from_slice(&output.stdout).expect("an object");

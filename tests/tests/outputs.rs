@@ -226,7 +226,7 @@ fn frames_follow_the_refresh_and_eyes_take_turns() {
     let wall = Wall::new(&server, [40; 2], &["wall0", "wall1", "wall2"]);
     let words = format!(
         "run --scene A --size 40 {THREE} --stereo sequential --view none --seconds 5 --lod off \
-         --budget 8ms --record log"
+         --budget 8ms --report log"
     );
     let shown = start(folder.path(), &server, &words);
     let (report, said) = finish(shown);

@@ -23,12 +23,17 @@ impl<'a> Pictured<'a> {
         }
     }
 
+    /// Returns the columns and rows of its picture.
+    pub const fn size(self) -> [u32; 2] {
+        match self {
+            Self::Screen(screen) => screen.size(),
+            Self::Projector(projector) => projector.pixels,
+        }
+    }
+
     /// Returns the number of its pixels, for one eye.
     pub fn pixels(self) -> u64 {
-        match self {
-            Self::Screen(screen) => screen.pixels(),
-            Self::Projector(projector) => projector.pixels.map(u64::from).iter().product(),
-        }
+        self.size().map(u64::from).iter().product()
     }
 
     /// Returns the rays from an eye at `eye` (metres, in the room) through its pixels.

@@ -90,6 +90,8 @@ pub enum WallsName {
     BuiltIn(BuiltInCave),
     /// A TOML file of walls and domes.
     File(PathBuf),
+    /// What such a file held when it was recorded.
+    Text(PathBuf, String),
 }
 
 impl From<OsString> for WallsName {
@@ -118,6 +120,7 @@ impl WallsName {
         Ok(match self {
             Self::BuiltIn(which) => Cave::built_in(*which, size)?,
             Self::File(path) => Cave::load(path, size)?,
+            Self::Text(path, text) => Cave::from_toml(text, &path.to_string_lossy(), size)?,
         })
     }
 }

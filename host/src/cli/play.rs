@@ -22,11 +22,12 @@ use crate::live::{
 use crate::render::spectrum::Dispersion;
 use crate::render::{CaptureOptions, Observer, Options, frame_hash};
 use crate::scene::builtin::PaperScene;
-use crate::tracker::Navigation;
+use crate::tracker::{By, Navigation, RawBytes, check_controls};
 use clap::Arg;
 use clap::builder::ArgPredicate;
 pub use interference::Interference;
 use shisen_core::Simd;
+use xxhash_rust::xxh3::xxh3_64;
 
 const UP: &str = "Direction of the top of the head, for --lod [default: as the tracker says]";
 
@@ -174,19 +175,30 @@ impl LiveArguments {
         changed
     }
 
-    /// Opens a viewer's trackers, and what steers, and listens to them. Announces what happens to them.
-    pub fn listen(
+    /// Opens a viewer's trackers and listens to them. Announces what happens to them.
+    pub fn listen(&self, trackers: &[TrackerName], room: &Cave) -> Result<LiveTracker, Failure> {
+        Ok(self.listen_raw(trackers, None, room, false)?.0)
+    }
+
+    /// Does the same with what steers; with `raw` also returns the bytes of the trackers.
+    pub fn listen_raw(
         &self,
         trackers: &[TrackerName],
         navigation: Option<&Navigation>,
         room: &Cave,
-    ) -> Result<LiveTracker, Failure> {
+        raw: bool,
+    ) -> Result<(LiveTracker, Vec<RawBytes>), Failure> {
         let calibration = self.calibration.as_deref();
-        let mut opened = Opened::new(trackers, calibration, self.room.head(), room)?;
+        let mut opened = Opened::new(trackers, calibration, self.room.head(), room, raw)?;
         if let Some(navigation) = navigation {
+            let first = trackers.first().filter(|_| navigation.by == By::Tracker);
+            if let Some(first) = first {
+                check_controls(&first.to_string(), &first.spec)?;
+            }
             opened = opened.steered_by(navigation)?;
         }
-        opened.listen()
+        let raw = std::mem::take(&mut opened.raw);
+        Ok((opened.listen()?, raw))
     }
 }
 
@@ -237,6 +249,11 @@ impl TimeArguments {
 }
 
 impl Prepared {
+    /// Returns the hash of the baked scene.
+    pub fn scene_hash(&self) -> u64 {
+        xxh3_64(self.baked.as_bytes())
+    }
+
     pub const fn simd(&self) -> Simd {
         self.baked.layout().simd(self.options.simd)
     }
@@ -291,7 +308,8 @@ impl Prepared {
         })
     }
 
-    fn engage<T>(
+    /// Runs a part with an engine, and what puts the eyes of a look into a list.
+    pub fn engage<T>(
         &self,
         share: Share,
         part: impl FnOnce(&mut dyn Engine, &mut Observe<'_>) -> Result<T, SessionError>,

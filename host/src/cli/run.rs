@@ -1,7 +1,8 @@
 //! `shisen run`: frames that follow a tracker, each within a budget.
 
-mod files;
+pub(super) mod files;
 mod frames;
+mod recorder;
 pub(super) mod report;
 mod shortfall;
 mod together;
@@ -26,6 +27,7 @@ use crate::show::stereo::Stereo;
 use crate::tracker::{By, Navigation};
 use files::Log;
 use frames::Frames;
+use recorder::Recorder;
 use report::{Report, SourceReport, Surroundings, Together};
 
 /// Follows a tracker frame after frame, within a budget
@@ -79,9 +81,16 @@ pub(super) struct Arguments {
     /// Folder of the pictures of --view png and of the window; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "shisen-out")]
     out: PathBuf,
-    /// File for a record of each frame, one JSON object a line
+    /// File for what decides each frame and hashes of what it was: `shisen replay` shows and checks
+    /// it
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Keep the trackers' bytes in the record, too
+    #[arg(long, requires = "record")]
+    raw: bool,
+    /// File for the times and figures of each frame, one JSON object a line
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
     /// Share walls and eyes among the processes that mpirun started. All need the same arguments
     /// and the scene's files on their machine; the first reads the tracker
     #[arg(long)]
@@ -138,6 +147,17 @@ impl Arguments {
         if self.cluster && self.view() == View::Window {
             return Err(misuse!(
                 "--cluster is for --view none or png: a window would show a part of the walls"
+            ));
+        }
+        if self.record.is_some() && self.cluster {
+            return Err(misuse!(
+                "--record keeps what one machine renders: leave --cluster out"
+            ));
+        }
+        if self.record.is_some() && self.fill == Fill::Capture {
+            return Err(misuse!(
+                "--record cannot keep --fill capture, which builds on parts of many frames: take \
+                 --fill previous or background"
             ));
         }
         if stereo == Stereo::Mono {
@@ -210,7 +230,7 @@ impl Arguments {
         self.project.direct(&self.outputs, cave, needs_screens)
     }
 
-    fn live(&self) -> Result<LiveArguments, Failure> {
+    pub(super) fn live(&self) -> Result<LiveArguments, Failure> {
         let capture = Change::Capture(self.capture_for(self.fill));
         let mut live = self.live.changed(capture);
         live.direct = self.direct(&live.room.cave()?)?;
@@ -242,7 +262,7 @@ fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let mut frames = Frames::open(
         arguments,
         &interrupt,
-        None,
+        (None, None),
         &prepared,
         lock.share(),
         outputs,
@@ -254,15 +274,28 @@ fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
 
 /// Follows the tracker, and tells other machines what to render.
 fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
-    let log = arguments.record.as_deref().map(Log::create).transpose()?;
+    let log = arguments.report.as_deref().map(Log::create).transpose()?;
+    let recorder = Recorder::create(arguments)?;
     let outputs = arguments.open_outputs(lock.share())?;
     let time = arguments.time(outputs.as_ref());
     let mut prepared = arguments.live()?.prepare(&time)?;
     let interrupt = Interrupt::watched();
-    let mut frames = Frames::open(arguments, &interrupt, log, &prepared, lock.share(), outputs)?;
+    let kept = (log, recorder);
+    let mut frames = Frames::open(
+        arguments,
+        &interrupt,
+        kept,
+        &prepared,
+        lock.share(),
+        outputs,
+    )?;
     let navigate = arguments.navigate.as_ref();
     let flight = navigate.map(|navigation| navigation.flight);
-    let tracker = (arguments.live).listen(&arguments.tracker, navigate, &prepared.cave)?;
+    let (tracker, raw) =
+        arguments
+            .live
+            .listen_raw(&arguments.tracker, navigate, &prepared.cave, arguments.raw)?;
+    frames.keep_raw(raw);
     let mut earlier = 0;
     // Once for each scene and level of detail that is asked for.
     loop {

@@ -18,8 +18,8 @@ use crate::cli::prelude::*;
 use crate::live::{LiveTracker, Report};
 use crate::tracker::calibration::{Calibrated, composed, estimation};
 use crate::tracker::{
-    By, ComposedGaze, Feed, Intake, LslSpec, Navigation, NetSpec, ProtocolSpec, Role, Source, Spec,
-    TrackerKind, Wand,
+    By, ComposedGaze, Feed, Intake, LslSpec, Navigation, NetSpec, ProtocolSpec, RawBytes, Role,
+    Source, Spec, TrackerKind, Wand,
 };
 use announcer::Announcer;
 use clap::Subcommand;
@@ -182,16 +182,19 @@ pub(super) struct Opened {
     pub(super) gaze: ComposedGaze,
     /// What steers, and the number of the source that it is on.
     wand: Option<(Wand, usize)>,
+    /// The bytes of each tracker, where they are kept.
+    pub(super) raw: Vec<RawBytes>,
 }
 
 impl Opened {
     /// Opens the trackers of a viewer, whose origin is at `head` unless their calibrations say where
-    /// they are. `room` has the screens that gazes may be on.
+    /// they are. `room` has the screens that gazes may be on; with `is_raw` their bytes are kept.
     pub(super) fn new(
         trackers: &[TrackerName],
         calibration: Option<&Path>,
         head: HeadPose,
         room: &Cave,
+        is_raw: bool,
     ) -> Result<Self, Failure> {
         let mut trackers: Vec<&TrackerName> = trackers.iter().collect();
         trackers.sort_by_key(|one| one.role == Role::Gaze);
@@ -207,11 +210,18 @@ impl Opened {
             ));
         }
         let (mut sources, mut configs) = (Vec::new(), Vec::new());
-        for TrackerName { role, spec, .. } in trackers {
+        let mut raw = Vec::new();
+        for TrackerName { name, role, spec } in trackers {
             let path = calibration.or(spec.calibration.as_deref());
             let calibrated = path.map(|path| Calibrated::load(path, spec)).transpose()?;
             let screen = screen(spec, room)?;
-            let feed = Feed::open(spec)?;
+            let feed = if is_raw {
+                let (feed, bytes) = Feed::open_raw(name, spec)?;
+                raw.push(bytes);
+                feed
+            } else {
+                Feed::open(spec)?
+            };
             let mut senses = feed.senses(spec);
             senses.head &= *role != Role::Gaze;
             senses.eyes &= *role != Role::Head;
@@ -237,6 +247,7 @@ impl Opened {
             sources,
             gaze: ComposedGaze::new(GazeEstimator::new(config).or_fail()?),
             wand: None,
+            raw,
         })
     }
 

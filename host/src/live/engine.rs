@@ -16,7 +16,7 @@ use super::quality::Quality;
 use super::swap::Share;
 use crate::bake::{Stage, StageMemory, Staged};
 use crate::cave::{Cave, Eye};
-use crate::picture::Picture;
+use crate::picture::{Picture, tile_hash};
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
 use crate::scene;
 use crate::with_scene;
@@ -122,6 +122,32 @@ pub trait Engine {
     /// Puts the newest frame's tiles into `tiles`, each with the number of its picture, in the
     /// order in which they got their allotments.
     fn tiles(&self, tiles: &mut Vec<(usize, Tile)>);
+
+    /// Puts the newest frame's tiles that its budget cut off into `cuts`.
+    fn cuts(&self, cuts: &mut Vec<Cut>);
+
+    /// Renders a frame without a budget, and cuts tiles off as another one's budget did.
+    ///
+    /// # Errors
+    /// Those of [`render_frame`](Self::render_frame).
+    fn render_cut(
+        &mut self,
+        eyes: &[Observer],
+        quality: &Quality,
+        cuts: &[Cut],
+    ) -> Result<Rendered, RenderError>;
+
+    /// Puts a hash of each of the newest frame's tiles into `hashes`, by picture, row and column.
+    fn tile_hashes(&self, hashes: &mut Vec<u64>);
+}
+
+/// A tile that a frame's budget cut off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Cut {
+    /// The tile's number, by picture, row and column.
+    pub tile: u32,
+    /// Its pixels that were done, in the order in which they are rendered.
+    pub kept: u32,
 }
 
 /// An engine for one width of nodes.
@@ -371,6 +397,47 @@ where
             (tile.part < screens).then(|| (tile.part, tile.job.tile()))
         }));
     }
+
+    fn cuts(&self, cuts: &mut Vec<Cut>) {
+        let tiles = (0..).zip(&self.shared.tiles);
+        cuts.clear();
+        cuts.extend(tiles.filter_map(|(number, tile)| {
+            let kept = lock(tile).kept?;
+            Some(Cut { tile: number, kept })
+        }));
+    }
+
+    fn render_cut(
+        &mut self,
+        eyes: &[Observer],
+        quality: &Quality,
+        cuts: &[Cut],
+    ) -> Result<Rendered, RenderError> {
+        let rendered = self.render_frame(eyes, quality, None, false)?;
+        let plan = self.shared.read();
+        for cut in cuts {
+            let tile = self.shared.tiles.get(cut.tile as usize);
+            let Some(mut tile) = tile.map(lock) else {
+                continue;
+            };
+            let tile = &mut *tile;
+            let (view, renderer) = &plan.parts[tile.part];
+            let mut job = TileJob::cut(tile.job.tile(), cut.kept);
+            let given_up = job.give_up(renderer, view, &mut tile.pixels);
+            debug_assert!(given_up.is_ok(), "its own pixels");
+        }
+        Ok(rendered)
+    }
+
+    fn tile_hashes(&self, hashes: &mut Vec<u64>) {
+        let capture = &self.shared.read().capture;
+        // Those of a capture come last.
+        let count = capture.as_ref().map(|capture| capture.tile);
+        let tiles = &self.shared.tiles;
+        let tiles = tiles.get(..count.unwrap_or(tiles.len())).unwrap_or(tiles);
+        let hash = |tile: &Mutex<LiveTile>| tile_hash([lock(tile).pixels.as_slice()]);
+        tiles.par_iter().map(hash).collect_into_vec(hashes);
+    }
 }
 
 impl<const W: usize> TileEngine<'_, '_, W>
@@ -420,7 +487,7 @@ where
         for (number, tile) in shared.tiles.iter().enumerate() {
             let mut tile = lock(tile);
             tile.job = TileJob::new(tile.job.tile());
-            tile.spent = 0;
+            (tile.spent, tile.kept) = (0, None);
             if plan.dark.get(tile.part) == Some(&true) {
                 tile.pixels.fill(Pixel::default());
             } else if own.is_none_or(|own| number < own) {
@@ -550,6 +617,7 @@ where
                 let (view, renderer) = &plan.parts[tile.part];
                 unfinished += 1;
                 unfinished_fovea |= is_foveal(plan.sights[tile.part], view, tile.job.tile());
+                tile.kept = Some(tile.job.kept());
                 let given_up = tile.job.give_up(renderer, view, &mut tile.pixels);
                 debug_assert!(given_up.is_ok(), "its own pixels");
             }

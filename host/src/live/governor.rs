@@ -101,10 +101,15 @@ impl Governor {
     /// is forgotten after a while.
     #[must_use]
     pub fn forgetful(mut self) -> Self {
+        self.forget();
+        self
+    }
+
+    /// Forgets what frames needed at a place of the gaze after a while from now on.
+    pub(super) fn forget(&mut self) {
         for ladder in &mut self.ladders {
             ladder.forget_in(MEMORY);
         }
-        self
     }
 
     /// Decides for the next frame.

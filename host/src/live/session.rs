@@ -112,7 +112,7 @@ pub trait Display {
     }
 
     /// Makes ready what [`present`](Self::present) shows: its time is a part of the frame's.
-    fn prepare(&mut self, _: &dyn Engine, _: &Look, _: &[Observer]) {}
+    fn prepare(&mut self, _: &dyn Engine) {}
 
     /// Returns whether [`present`](Self::present) waits for the refresh.
     fn waits(&self) -> bool {
@@ -121,7 +121,13 @@ pub trait Display {
 
     /// Shows a frame at a time, which is that of a refresh. Returns when it was shown, where the
     /// display says.
-    fn present(&mut self, _: &dyn Engine, _: &Look, _: &[Observer], _: Instant) -> Option<Refresh> {
+    fn present(
+        &mut self,
+        _: &dyn Engine,
+        _: &Order,
+        _: &[Observer],
+        _: Instant,
+    ) -> Option<Refresh> {
         None
     }
 
@@ -225,13 +231,13 @@ pub fn follow(
         let (done, _) = render_order(engine, &eyes, &order)?;
         let is_shown = order.purpose == Purpose::Shown;
         if is_shown {
-            display.prepare(engine, &order.look, &eyes);
+            display.prepare(engine);
         }
         lock.gather(&done)?;
         if is_shown {
             lock.swap(order.frame)?;
             let agreed = Instant::now();
-            let refresh = display.present(engine, &order.look, &eyes, agreed);
+            let refresh = display.present(engine, &order, &eyes, agreed);
             lock.note_shown(refresh.map(|refresh| refresh.shown.saturating_duration_since(agreed)));
         }
     }
@@ -373,13 +379,13 @@ impl Session<'_> {
         look: &Look,
         decision: &Decision,
         purpose: Purpose,
-    ) -> Result<(Rendered, FrameResult, FrameCost), SessionError> {
+    ) -> Result<(Rendered, FrameResult, FrameCost, Order), SessionError> {
         let begun = Instant::now();
         let order = self.next(look, decision, purpose);
         self.lock.order(&order)?;
         let (done, mut rendered) = render_order(self.engine, &self.eyes, &order)?;
         if purpose == Purpose::Shown {
-            self.display.prepare(self.engine, look, &self.eyes);
+            self.display.prepare(self.engine);
         }
         let gathered = self.lock.gather(&done)?;
         if self.lock.share().ranks() > 1 || self.display.waits() {
@@ -407,7 +413,7 @@ impl Session<'_> {
             let need = self.governor.full_need();
             self.needed.record(need / steps.max(1) as f64);
         }
-        Ok((rendered, gathered.all, cost))
+        Ok((rendered, gathered.all, cost, order))
     }
 
     fn record_spent(&mut self, steps: u64, time: Duration) {
@@ -469,9 +475,13 @@ impl Session<'_> {
             };
             let steering = tracker.steering().with(&self.display.steering());
             let flight = &self.settings.flight;
-            self.place = self.place.flown(flight, &steering, &look.head, since);
+            let place = self.place.flown(flight, &steering, &look.head, since);
+            if std::mem::replace(&mut self.place, place) != place {
+                // What frames needed from elsewhere says little.
+                self.governor.forget();
+            }
             self.time_at = due;
-            let (rendered, all, _) = self.render(&look, &decision, Purpose::Shown)?;
+            let (rendered, all, _, order) = self.render(&look, &decision, Purpose::Shown)?;
             let shown = self.pacing.shown(rendered.done);
             if !self.display.waits() {
                 sleep_until(self.pacing.at(shown));
@@ -486,7 +496,7 @@ impl Session<'_> {
                 _ => now,
             };
             let possible = self.pacing.shown(now);
-            let refresh = self.display.present(self.engine, &look, &self.eyes, at);
+            let refresh = self.display.present(self.engine, &order, &self.eyes, at);
             let after = refresh.map(|refresh| refresh.shown.saturating_duration_since(now));
             self.lock.note_shown(after);
             let (shown, present) = match refresh {

@@ -6,7 +6,7 @@ use super::lock;
 use crate::tracker::{ComposedGaze, FeedClock, Notice, Role, Source, Steering, TrackerEvent, Wand};
 use hdrhistogram::Histogram;
 use rhythm::Rhythm;
-use shisen_tracker::decoder::{Counts, Event};
+use shisen_tracker::decoder::{Counts, Event, Message};
 use shisen_tracker::estimate::{self, Estimate};
 use shisen_tracker::time::Micros;
 use std::fmt;
@@ -213,9 +213,8 @@ impl LiveTracker {
 
     /// Returns where the wand steers the viewer.
     pub fn steering(&self) -> Steering {
-        let now = self.now();
-        let wand = &mut lock(&self.shared.following).wand;
-        let steering = wand.as_mut().map(|(wand, _)| wand.steering(now));
+        let wand = &lock(&self.shared.following).wand;
+        let steering = wand.as_ref().map(|(wand, _)| wand.steering());
         steering.unwrap_or_default()
     }
 
@@ -328,10 +327,9 @@ fn listen(number: usize, source: Source, shared: &Shared, mut report: Report) {
         }
         let following = &mut *lock(&shared.following);
         following.sources[number].state.counts = counts;
-        // A recording holds nothing for ever.
         let wand = following.wand.as_mut().filter(|(_, on)| *on == number);
-        if let (true, Some((wand, _))) = (feed.is_over(), wand) {
-            wand.release();
+        if let Some((wand, _)) = wand {
+            wand.is_present = feed.is_present();
         }
         if !is_live {
             std::thread::sleep(PAUSE);
@@ -347,8 +345,13 @@ fn steer((number, is_wand): (usize, bool), notice: &Notice, now: Micros, shared:
     };
     match notice {
         Notice::Decoded(event) => {
-            wand.hear(event, now);
-            if is_wand {
+            wand.hear(event);
+            if is_wand
+                && matches!(
+                    event,
+                    Event::Sample(_) | Event::Message(Message::Control(_))
+                )
+            {
                 let own = &mut following.sources[number].state;
                 own.samples += 1;
                 own.newest = Some(now);

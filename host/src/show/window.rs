@@ -44,8 +44,9 @@ pub(crate) struct Window {
 pub(crate) enum Event {
     /// A key, as the small letter that it writes, or `'\u{1b}'` for Escape.
     Key(char),
-    /// Whether a key that steers is held.
-    Steering(SteeringKey, bool),
+    /// Whether a key that steers is held: by number, Home, Left, Up, Right, Down, Page Up, Page
+    /// Down.
+    Steering(usize, bool),
     /// Keys that are let go from now on go to another window.
     Unfocused,
     /// The column and the row of the mouse; 0 where it is left of the window or above it.
@@ -56,36 +57,6 @@ pub(crate) enum Event {
     Size(u32, u32),
     Exposed,
     Closed,
-}
-
-/// A key that steers.
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum SteeringKey {
-    Home,
-    Left,
-    Up,
-    Right,
-    Down,
-    PageUp,
-    PageDown,
-}
-
-impl SteeringKey {
-    /// In the order of their symbols.
-    pub(crate) const ALL: [Self; 7] = [
-        Self::Home,
-        Self::Left,
-        Self::Up,
-        Self::Right,
-        Self::Down,
-        Self::PageUp,
-        Self::PageDown,
-    ];
-
-    fn of(symbol: u32) -> Option<Self> {
-        let number = symbol.checked_sub(HOME)?;
-        Self::ALL.get(number as usize).copied()
-    }
 }
 
 /// Why a window does not open, or has gone, and what to do.
@@ -157,8 +128,14 @@ const ANSWER_SECONDS: u64 = 5;
 /// The symbol of Escape; those of letters are their codes.
 const ESCAPE: u32 = 0xFF1B;
 
-/// The symbol of the first key that steers.
-const HOME: u32 = 0xFF50;
+/// Returns the number of a key that steers.
+fn steering_key(symbol: u32) -> Option<usize> {
+    const HOME: u32 = 0xFF50;
+    const PAGE_DOWN: u32 = 0xFF56;
+    (HOME..=PAGE_DOWN)
+        .contains(&symbol)
+        .then(|| (symbol - HOME) as usize)
+}
 
 impl Window {
     /// Shows a window of some columns and rows on the server that `DISPLAY` names.
@@ -283,11 +260,11 @@ impl Window {
                     let letter = char::from(code as u8);
                     Some(Event::Key(letter.to_ascii_lowercase()))
                 }
-                symbol => Some(Event::Steering(SteeringKey::of(symbol)?, true)),
+                symbol => Some(Event::Steering(steering_key(symbol)?, true)),
             },
             Message::KeyRelease(key) => {
-                let key = SteeringKey::of(self.symbol(key.detail)?)?;
-                Some(Event::Steering(key, false))
+                let symbol = self.symbol(key.detail)?;
+                Some(Event::Steering(steering_key(symbol)?, false))
             }
             Message::FocusOut(_) => Some(Event::Unfocused),
             Message::MotionNotify(mouse) => {

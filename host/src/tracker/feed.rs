@@ -205,7 +205,15 @@ impl Feed {
     /// Takes silence for usual.
     pub(crate) fn let_be_silent(&mut self) {
         if let Kind::Net(net) = &mut self.kind {
-            net.may_be_silent = true;
+            net.be_quiet();
+        }
+    }
+
+    /// Returns whether what sends is there, as far as that is known.
+    pub(crate) fn is_present(&self) -> bool {
+        match &self.kind {
+            Kind::Net(net) => net.is_present(self.now()),
+            _ => !self.is_over(),
         }
     }
 

@@ -18,7 +18,7 @@ use super::notice::Notice;
 use super::raw::{Piece, Tap};
 use crate::files::Fault;
 use miette::Diagnostic as _;
-use shisen_tracker::decoder::{Counts, Event};
+use shisen_tracker::decoder::{Counts, DropReason, Event, Message};
 use shisen_tracker::time::Micros;
 use std::time::{Duration, Instant};
 
@@ -49,6 +49,11 @@ trait Peer: Send {
 
     fn counts(&self) -> Counts;
 
+    /// Returns whether it has said anything of late, as far as it says anything of itself.
+    fn is_present(&self, _now: Micros) -> bool {
+        true
+    }
+
     /// Returns what to do where nothing comes.
     fn remedy(&self) -> String;
 
@@ -75,8 +80,10 @@ pub(super) struct Net {
     /// The silence that is told next.
     telling: Micros,
     is_far_told: bool,
+    /// The counts when silence was told last.
+    dropped: Counts,
     /// Whether silence is usual: a wand that nobody moves.
-    pub(super) may_be_silent: bool,
+    may_be_silent: bool,
     /// Whether the delay of samples was given: exchanges with the device find no other.
     is_delay_given: bool,
     /// What is told first.
@@ -107,15 +114,28 @@ impl Net {
             heard: Micros(0),
             telling: SILENCE,
             is_far_told: false,
+            dropped: Counts::new(),
             may_be_silent: false,
             is_delay_given: delay.is_some(),
             first,
         })
     }
 
+    /// Tells neither of silence nor of unknown delays.
+    pub(super) fn be_quiet(&mut self) {
+        self.may_be_silent = true;
+        self.first = None;
+    }
+
     pub(super) fn counts(&self) -> Counts {
         let counts = self.peer.as_ref().map(|peer| peer.counts());
         counts.map_or(self.before, |counts| self.before.plus(&counts))
+    }
+
+    /// Returns whether the other end is there.
+    pub(super) fn is_present(&self, now: Micros) -> bool {
+        let peer = self.peer.as_ref();
+        peer.is_some_and(|peer| peer.is_present(now))
     }
 
     pub(super) fn is_over(&self) -> bool {
@@ -133,10 +153,16 @@ impl Net {
             .map(Notice::Said)
             .into_iter()
             .for_each(&mut *sink);
-        let is_delay_given = self.is_delay_given;
+        let (is_delay_given, back_off) = (self.is_delay_given, &mut self.back_off);
         let mut newest = None;
         let mut farthest = 0.0_f32;
         let polled = peer.poll(&now, &mut |notice| {
+            if let Notice::Decoded(Event::Sample(_) | Event::Message(_)) = &notice {
+                *back_off = BACK_OFF[0];
+            }
+            if let Notice::Decoded(Event::Message(Message::Control(_))) = &notice {
+                newest = newest.or(Some(now()));
+            }
             if let Notice::Decoded(Event::Sample(sample)) = &notice {
                 newest = Some(sample.arrival);
                 let place = sample.head.position.filter(|place| place.tracked);
@@ -159,8 +185,9 @@ impl Net {
         if let Err(reason) = polled {
             self.before = self.counts();
             self.peer = None;
-            self.back_off = BACK_OFF[0];
             self.retry_at = now().after(self.back_off);
+            // One that breaks before it has sent anything is left alone for longer.
+            self.back_off = Micros(2 * self.back_off.0).min(BACK_OFF[1]);
             let path = self.name.clone();
             sink(Notice::Unplugged { path, reason });
         }
@@ -180,10 +207,13 @@ impl Net {
         } else if silent >= self.telling
             && let Some(peer) = self.peer.as_ref().filter(|peer| !peer.is_over())
         {
-            let (seconds, remedy) = (silent.seconds(), peer.remedy());
+            let counts = self.before.plus(&peer.counts());
+            let remedy = dropped_since(&self.dropped, &counts).unwrap_or_else(|| peer.remedy());
+            let seconds = silent.seconds();
             sink(Notice::Said(format!(
                 "no sample has come from {name} for {seconds:.0} s: {remedy}"
             )));
+            self.dropped = counts;
             self.telling = Micros(TOLD_AGAIN * self.telling.0);
         }
     }
@@ -219,17 +249,9 @@ impl NetSpec {
             tap.take(Piece::Opened, &[], Micros(0));
         }
         Ok(match self {
-            Self::Vrpn {
-                device,
-                server,
-                metres,
-            } => Box::new(vrpn::Client::open(
-                device,
-                server,
-                *metres,
-                patience,
-                tap.clone(),
-            )?),
+            Self::Vrpn { device, server } => {
+                Box::new(vrpn::Client::open(device, server, patience, tap.clone())?)
+            }
             Self::Datagrams { listen, protocol } => {
                 Box::new(datagrams::Listener::open(*listen, protocol, tap.clone())?)
             }
@@ -242,6 +264,23 @@ impl NetSpec {
             Self::Lines(server) => Box::new(lines::Lines::connect(server, patience)?),
         })
     }
+}
+
+/// Says what became of bytes that came and gave no sample; `None` where none came.
+pub(crate) fn dropped_since(before: &Counts, now: &Counts) -> Option<String> {
+    let reasons = DropReason::ALL.into_iter().filter_map(|reason| {
+        let count = now.dropped_for(reason) - before.dropped_for(reason);
+        (count > 0).then(|| format!("{count} {}", reason.name()))
+    });
+    let reasons = reasons.collect::<Vec<_>>().join(", ");
+    let is_far =
+        now.dropped_for(DropReason::OutOfRange) > before.dropped_for(DropReason::OutOfRange);
+    let hint = if is_far {
+        "numbers are not finite, or the head is farther than 100 m: its unit may be millimetres"
+    } else {
+        "see that its protocol, version and settings are those of the SPEC"
+    };
+    (!reasons.is_empty()).then(|| format!("what comes is dropped ({reasons}); {hint}"))
 }
 
 fn with_help(fault: &Fault) -> String {

@@ -86,13 +86,17 @@ impl RawBytes {
         Ok((Self(Arc::clone(&taken)), Tap(Some(taken))))
     }
 
+    /// Returns what has come since the last call.
+    pub fn take(&self) -> Vec<u8> {
+        std::mem::take(&mut *lock(&self.0))
+    }
+
     /// Writes what has come since the last call.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn write(&self, to: &mut dyn Write) -> io::Result<()> {
-        let taken = std::mem::take(&mut *lock(&self.0));
-        to.write_all(&taken)
+        to.write_all(&self.take())
     }
 }
 
@@ -143,8 +147,10 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Vec<(Event, Counts)>, Fa
     }
     if !rest.is_empty() {
         // The last piece was cut off.
-        let counts = events.last().map_or(before, |(_, counts)| *counts);
+        let mut counts = events.last().map_or(before, |(_, counts)| *counts);
         let (bytes, reason) = (rest.len() as u32, DropReason::Length);
+        counts.dropped[reason as usize] += 1;
+        counts.dropped_bytes += u64::from(bytes);
         events.push((Event::Dropped(Dropped { bytes, reason }), counts));
     }
     Ok(events)
@@ -163,8 +169,6 @@ fn next(bytes: &[u8]) -> Option<(Piece, Micros, &[u8], &[u8])> {
 /// A device whose bytes are decoded.
 struct Device {
     decoder: Box<dyn Decoder + Send>,
-    /// Metres of its unit.
-    metres: f32,
     /// The sensor that is handed over; `None`: all.
     only: Option<u8>,
 }
@@ -172,7 +176,7 @@ struct Device {
 impl Device {
     /// Returns a device by its SPEC and by what it said of itself when it was opened.
     fn new(spec: &Spec, said: &[u8]) -> Result<Self, Fault> {
-        let (mut metres, mut only) = (1.0, None);
+        let mut only = None;
         let decoder: Box<dyn Decoder + Send> = match &spec.kind {
             TrackerKind::Hid(_) if said.is_empty() => Box::new(OsvrHdk::new()),
             TrackerKind::Hid(hid) => {
@@ -182,14 +186,7 @@ impl Device {
                     Fault::new(message, "record it again")
                 })?)
             }
-            TrackerKind::Net(NetSpec::Vrpn {
-                device,
-                metres: unit,
-                ..
-            }) => {
-                metres = *unit;
-                Box::new(Vrpn::new(device.clone()))
-            }
+            TrackerKind::Net(NetSpec::Vrpn { device, .. }) => Box::new(Vrpn::new(device.clone())),
             TrackerKind::Net(NetSpec::NatNet { axes, .. }) => {
                 let (version, rest) = said.split_first_chunk::<2>().unzip();
                 only = rest.and_then(|rest| rest.first().copied());
@@ -207,26 +204,17 @@ impl Device {
                 })?
             }
         };
-        Ok(Self {
-            decoder,
-            metres,
-            only,
-        })
+        Ok(Self { decoder, only })
     }
 
     fn feed(&mut self, bytes: &[u8], at: Micros, came: &mut Vec<Event>) {
-        let (metres, only) = (self.metres, self.only);
+        let only = self.only;
         self.decoder.feed(bytes, at, &mut |event| {
-            let mut event = event;
-            if let Event::Sample(sample) = &mut event {
-                if only.is_some_and(|only| only != sample.sensor) {
-                    return;
-                }
-                if let Some(place) = &mut sample.head.position {
-                    place.value *= metres;
-                }
+            let is_other = matches!(&event, Event::Sample(sample)
+                if only.is_some_and(|only| only != sample.sensor));
+            if !is_other {
+                came.push(event);
             }
-            came.push(event);
         });
     }
 }

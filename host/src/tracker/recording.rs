@@ -57,7 +57,8 @@ impl Recording {
         } else {
             from_link(&bytes)
         };
-        if recording.samples().next().is_none() {
+        let has_bytes = raw::is_raw(&bytes) && !recording.events.is_empty();
+        if recording.samples().next().is_none() && !has_bytes {
             return Err(Fault::new(
                 format!("{shown} holds no sample"),
                 "give a file that `shisen tracker record` wrote; a table needs the extension .csv",
@@ -86,8 +87,6 @@ impl Recording {
 pub struct Recorder {
     path: PathBuf,
     to: Output,
-    /// The bytes that are kept in place of events.
-    raw: Option<RawBytes>,
 }
 
 #[derive(Debug)]
@@ -96,15 +95,13 @@ enum Output {
     Nothing(File, bool),
     Csv(Box<csv::Writer<File>>),
     Link(BufWriter<File>, link::Encoder),
-    Raw(BufWriter<File>),
+    /// Bytes in place of events.
+    Raw(BufWriter<File>, RawBytes),
 }
 
 impl Output {
-    fn begin(file: File, is_table: bool, is_raw: bool) -> io::Result<Self> {
+    fn begin(file: File, is_table: bool) -> io::Result<Self> {
         file.set_len(0)?;
-        if is_raw {
-            return Ok(Self::Raw(BufWriter::new(file)));
-        }
         if !is_table {
             return Ok(Self::Link(BufWriter::new(file), link::Encoder::new()));
         }
@@ -124,11 +121,11 @@ impl Recorder {
         let mut options = File::options();
         let file = options.write(true).create(true).truncate(false).open(path);
         let to = Output::Nothing(file.map_err(Fault::write(path))?, existed);
-        let (path, raw) = (path.to_owned(), None);
-        Ok(Self { path, to, raw })
+        let path = path.to_owned();
+        Ok(Self { path, to })
     }
 
-    /// Opens or creates the file of the bytes of a tracker, which its first event overwrites.
+    /// Creates the file of the bytes of a tracker.
     ///
     /// # Errors
     /// A file that cannot be written, and a table's name.
@@ -140,11 +137,9 @@ impl Recorder {
                 "give a name without .csv, such as head.raw",
             ));
         }
-        let raw = Some(bytes);
-        Ok(Self {
-            raw,
-            ..Self::create(path)?
-        })
+        let file = File::create(path).map_err(Fault::write(path))?;
+        let (path, to) = (path.to_owned(), Output::Raw(BufWriter::new(file), bytes));
+        Ok(Self { path, to })
     }
 
     /// Writes an event; a table takes samples only. `lost` is the number of the device's
@@ -157,15 +152,15 @@ impl Recorder {
         let is_kept = match event {
             Event::Sample(_) => true,
             Event::Message(_) => !is_table,
-            _ => self.raw.is_some(),
+            _ => false,
         };
-        if !is_kept {
+        if !is_kept || matches!(self.to, Output::Raw(..)) {
             return Ok(());
         }
         if let Output::Nothing(file, _) = &self.to {
             let begun = file
                 .try_clone()
-                .and_then(|file| Output::begin(file, is_table, self.raw.is_some()));
+                .and_then(|file| Output::begin(file, is_table));
             self.to = begun.map_err(Fault::write(&self.path))?;
         }
         let written = match (&mut self.to, event) {
@@ -181,13 +176,23 @@ impl Recorder {
                 let frames = [encoder.message(&text), encoder.sample(sample)];
                 frames.iter().try_for_each(|frame| file.write_all(frame))
             }
-            (Output::Raw(file), _) => self.raw.iter().try_for_each(|raw| raw.write(file)),
             (Output::Link(file, encoder), Event::Message(message)) => {
                 file.write_all(&encoder.message(message))
             }
             _ => Ok(()),
         };
         written.map_err(Fault::write(&self.path))
+    }
+
+    /// Writes the bytes that have come, from the first on.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn keep_bytes(&mut self) -> Result<(), Fault> {
+        match &mut self.to {
+            Output::Raw(file, raw) => raw.write(file).map_err(Fault::write(&self.path)),
+            _ => Ok(()),
+        }
     }
 
     /// Writes what is still in memory. Removes a new file for which no event came.
@@ -200,10 +205,7 @@ impl Recorder {
             Output::Nothing(_, false) => std::fs::remove_file(&self.path),
             Output::Csv(table) => table.flush(),
             Output::Link(file, _) => file.flush(),
-            Output::Raw(file) => {
-                let rest = self.raw.iter().try_for_each(|raw| raw.write(file));
-                rest.and_then(|()| file.flush())
-            }
+            Output::Raw(file, raw) => raw.write(file).and_then(|()| file.flush()),
         };
         flushed.map_err(Fault::write(&self.path))
     }

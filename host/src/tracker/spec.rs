@@ -178,6 +178,8 @@ impl FromStr for Spec {
             "serial" | "hid" => rest.split_once('?'),
             // A file's name may hold a `?`, but options have a `=` behind it.
             "replay" => rest.rsplit_once('?').filter(|split| split.1.contains('=')),
+            // The name of a stream may go on with its settings.
+            "lsl" => lsl(rest),
             name if net::KINDS.contains(&name) => rest.split_once('?'),
             _ => {
                 return Err(Fault::new(
@@ -232,6 +234,19 @@ impl FromStr for Spec {
             calibration,
         })
     }
+}
+
+/// Splits a stream's `type=` and `name=` from its settings.
+fn lsl(text: &str) -> Option<(&str, &str)> {
+    let is_setting = |part: &str| !(part.starts_with("type=") || part.starts_with("name="));
+    let mut at = 0;
+    while let Some(end) = text[at..].find(['?', '&']).map(|end| at + end) {
+        at = end + 1;
+        if text.as_bytes()[end] == b'?' || is_setting(&text[at..]) {
+            return Some((&text[..end], &text[at..]));
+        }
+    }
+    None
 }
 
 /// Returns the names of the protocols for which `has` holds.

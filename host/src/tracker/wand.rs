@@ -1,11 +1,11 @@
 //! `--navigate`: the buttons and axes by which a viewer flies through a scene.
 
+use super::net::{Datagrams, NetSpec};
 use super::settings::Options;
-use super::spec::Spec;
+use super::spec::{Spec, TrackerKind};
 use crate::files::Fault;
 use glam::{Quat, Vec3};
 use shisen_tracker::decoder::{Control, ControlState, Event, Message};
-use shisen_tracker::time::Micros;
 use std::str::FromStr;
 
 /// How a viewer flies, and by what.
@@ -99,11 +99,12 @@ impl Navigation {
         Wand {
             does: self.wand,
             room_from_tracker,
-            axes: [0.0; 2],
-            buttons: [false; 3],
-            sensor: None,
-            pointing: None,
-            heard: None,
+            only: match &self.by {
+                By::Wand(spec) => spec.head,
+                By::Keyboard | By::Tracker => None,
+            },
+            hands: Vec::new(),
+            is_present: true,
         }
     }
 }
@@ -158,42 +159,83 @@ impl FromStr for Navigation {
             }
             "keyboard" => By::Keyboard,
             "tracker" => By::Tracker,
-            _ if rest.is_empty() => By::Wand(Box::new(target.parse()?)),
-            _ => By::Wand(Box::new(format!("{target}?{rest}").parse()?)),
+            _ if rest.is_empty() => By::Wand(Box::new(steering(target)?)),
+            _ => By::Wand(Box::new(steering(&format!("{target}?{rest}"))?)),
         };
         Ok(Self { flight, by, wand })
     }
 }
 
-/// After this silence a wand that has been sending poses is let go, as it would fly on for ever.
-const LOST: Micros = Micros::from_millis(500);
+/// Reads the SPEC of a device that has buttons or axes.
+fn steering(text: &str) -> Result<Spec, Fault> {
+    let spec: Spec = text.parse()?;
+    check_controls(text, &spec)?;
+    Ok(spec)
+}
 
-/// The state of a wand.
+/// Refuses a device that has neither buttons nor axes.
+///
+/// # Errors
+/// Such a device, by its name.
+pub(crate) fn check_controls(name: &str, spec: &Spec) -> Result<(), Fault> {
+    let has_controls = match &spec.kind {
+        TrackerKind::Net(NetSpec::Datagrams { protocol, .. }) => {
+            matches!(protocol, Datagrams::DTrack(_))
+        }
+        TrackerKind::Net(net) => matches!(net, NetSpec::Vrpn { .. }),
+        TrackerKind::Mock(_) => false,
+        TrackerKind::Serial(_) | TrackerKind::Hid(_) | TrackerKind::Replay(_) => true,
+    };
+    if has_controls {
+        return Ok(());
+    }
+    let message = format!("{name} has no buttons and no axes");
+    let help = "give vrpn:DEVICE@HOST, dtrack:PORT, tracker (for such a one) or keyboard";
+    Err(Fault::new(message, help))
+}
+
+/// Most sensors whose controls are followed.
+const MOST_HANDS: usize = 8;
+
+/// The state of a wand, or of several of one device: the first that is moved steers.
 #[derive(Debug, Clone)]
 pub struct Wand {
     does: WandAxes,
     room_from_tracker: Quat,
+    /// The sensor in the hand, if the SPEC names it: `head=N`.
+    only: Option<u8>,
+    hands: Vec<Hand>,
+    /// Whether the device is there: one that is not steers nowhere.
+    pub is_present: bool,
+}
+
+/// The controls of a sensor.
+#[derive(Debug, Clone, Default)]
+struct Hand {
+    sensor: u8,
     /// To the right and forwards.
     axes: [f32; 2],
     /// Forwards, back, and to where the viewer began.
     buttons: [bool; 3],
-    /// The sensor of its controls; that of the first that moves.
-    sensor: Option<u8>,
     pointing: Option<Vec3>,
-    /// When its newest pose came.
-    heard: Option<Micros>,
 }
 
 impl Wand {
     /// Takes note of what a device sends.
-    pub fn hear(&mut self, event: &Event, now: Micros) {
+    pub fn hear(&mut self, event: &Event) {
         match event {
             Event::Message(Message::Control(control)) => self.take(control),
-            Event::Sample(sample) if self.sensor == Some(sample.sensor) => {
+            Event::Sample(sample) => {
                 let turn = sample.head.orientation.filter(|turn| turn.tracked);
-                if let Some(turn) = turn {
-                    self.pointing = Some(self.room_from_tracker * (turn.value * Vec3::NEG_Z));
-                    self.heard = Some(now);
+                let pointing = turn.map(|turn| self.room_from_tracker * (turn.value * Vec3::NEG_Z));
+                let only = self.only;
+                // Sensor 0 is the head's where no other is named.
+                let is_its = |hand: &&mut Hand| match only {
+                    Some(only) => only == sample.sensor,
+                    None => hand.sensor == sample.sensor && hand.sensor > 0,
+                };
+                for hand in self.hands.iter_mut().filter(is_its) {
+                    hand.pointing = pointing.or(hand.pointing);
                 }
             }
             _ => {}
@@ -201,17 +243,30 @@ impl Wand {
     }
 
     fn take(&mut self, control: &Control) {
-        if *self.sensor.get_or_insert(control.sensor) != control.sensor {
+        // Protocols whose controls have no sensor give them 0.
+        let is_other = |only| control.sensor != only && control.sensor > 0;
+        if self.only.is_some_and(is_other) {
             return;
         }
+        let sensor = control.sensor;
+        let known = self.hands.iter().position(|hand| hand.sensor == sensor);
+        let at = known.unwrap_or_else(|| {
+            self.hands.truncate(MOST_HANDS - 1);
+            self.hands.push(Hand {
+                sensor,
+                ..Hand::default()
+            });
+            self.hands.len() - 1
+        });
+        let hand = &mut self.hands[at];
         match control.state {
             ControlState::Button(is_pressed) => {
-                if let Some(button) = self.buttons.get_mut(usize::from(control.number)) {
+                if let Some(button) = hand.buttons.get_mut(usize::from(control.number)) {
                     *button = is_pressed;
                 }
             }
             ControlState::Axis(value) => {
-                let axes = self.axes.iter_mut().zip(self.does.numbers);
+                let axes = hand.axes.iter_mut().zip(self.does.numbers);
                 let axes = axes.zip(self.does.reversed);
                 for ((axis, number), is_reversed) in axes {
                     if number == control.number {
@@ -224,27 +279,30 @@ impl Wand {
 
     /// Lets go of all, as a device that is gone.
     pub fn release(&mut self) {
-        (self.axes, self.buttons) = ([0.0; 2], [false; 3]);
-        (self.pointing, self.heard) = (None, None);
+        self.hands.clear();
     }
 
     /// Returns where it steers.
-    pub fn steering(&mut self, now: Micros) -> Steering {
-        if self.heard.is_some_and(|heard| now.since(heard) > LOST) {
-            self.release();
-        }
+    pub fn steering(&self) -> Steering {
+        let hands = self.hands.iter().filter(|_| self.is_present);
+        let mut steering = hands.map(|hand| self.steered_by(hand));
+        let moved = steering.find(|one| !one.is_still() || one.is_homeward);
+        moved.unwrap_or_default()
+    }
+
+    fn steered_by(&self, hand: &Hand) -> Steering {
         let dead = self.does.dead_zone;
-        let [turn, forward] = self.axes.map(|value| {
+        let [turn, forward] = hand.axes.map(|value| {
             let beyond = (value.abs().min(1.0) - dead).max(0.0) / (1.0 - dead);
             beyond.copysign(value)
         });
-        let [ahead, back, is_homeward] = self.buttons;
+        let [ahead, back, is_homeward] = hand.buttons;
         let pressed = f32::from(i8::from(ahead) - i8::from(back));
         Steering {
             forward: (forward + pressed).clamp(-1.0, 1.0),
             turn,
             rise: 0.0,
-            pointing: self.pointing,
+            pointing: hand.pointing,
             is_homeward,
         }
     }
@@ -254,10 +312,11 @@ impl Wand {
 mod tests {
     use super::*;
     use shisen_tracker::sample::{Reading, Sample};
+    use shisen_tracker::time::Micros;
 
-    fn control(number: u8, state: ControlState) -> Event {
+    fn control(sensor: u8, number: u8, state: ControlState) -> Event {
         Event::Message(Message::Control(Control {
-            sensor: 32,
+            sensor,
             number,
             state,
             device_time: None,
@@ -265,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wand_steers_until_it_is_lost() {
+    fn a_wand_steers_while_it_is_there() {
         let text = "dtrack:5000?dead=0.2&y=3&speed=5&frame=right,up,back";
         let navigation: Navigation = text.parse().unwrap();
         assert_eq!(navigation.flight.speed, 5.0);
@@ -274,28 +333,36 @@ mod tests {
         };
         assert_eq!(**spec, "dtrack:5000?frame=right,up,back".parse().unwrap());
         let mut wand = navigation.wand(Quat::from_rotation_y(std::f32::consts::FRAC_PI_2));
-        let axis = |number, value| control(number, ControlState::Axis(value));
+        let axis = |number, value| control(32, number, ControlState::Axis(value));
+        // One that lies about does not keep another from steering.
+        wand.hear(&control(33, 0, ControlState::Axis(0.05)));
         for event in [axis(0, -0.6), axis(1, 1.0), axis(3, 0.1)] {
-            wand.hear(&event, Micros(0));
+            wand.hear(&event);
         }
-        let right = wand.steering(Micros(0));
+        let right = wand.steering();
         assert!(
             (right.turn - 0.5).abs() < 1.0e-6 && right.forward == 0.0,
             "{right:?}"
         );
-        // One without poses may be silent for ever.
-        assert_eq!(wand.steering(Micros::from_millis(90_000)), right);
         let mut sample = Sample {
             sensor: 32,
             ..Sample::arrived(Micros(0))
         };
         sample.head.orientation = Some(Reading::tracked(Quat::IDENTITY));
-        wand.hear(&Event::Sample(sample), Micros(0));
-        wand.hear(&control(1, ControlState::Button(true)), Micros(0));
-        let back = wand.steering(Micros::from_millis(500));
+        wand.hear(&Event::Sample(sample));
+        wand.hear(&control(32, 1, ControlState::Button(true)));
+        // Hidden, it points where it did.
+        sample.head.orientation = None;
+        wand.hear(&Event::Sample(sample));
+        let back = wand.steering();
         assert_eq!(back.forward, -1.0);
         assert!(back.pointing.unwrap().distance(Vec3::NEG_X) < 1.0e-6);
-        assert!(wand.steering(Micros::from_millis(501)).is_still());
+        wand.is_present = false;
+        assert!(wand.steering().is_still());
+        wand.is_present = true;
+        assert_eq!(wand.steering(), back);
+        wand.release();
+        assert!(wand.steering().is_still());
     }
 
     #[test]
@@ -311,6 +378,7 @@ mod tests {
             ),
             ("tracker?x=a", "x=\"a\" is not possible"),
             ("joystick", "is not a kind of tracker"),
+            ("lsl:type=Gaze", "has no buttons and no axes"),
         ] {
             let refused = text.parse::<Navigation>().unwrap_err().to_string();
             assert!(refused.contains(says), "{refused}");

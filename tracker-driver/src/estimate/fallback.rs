@@ -53,6 +53,9 @@ pub struct FallbackConfig {
     pub head_after: Micros,
     /// Gaze: [`State::FullQuality`].
     pub full_after: Micros,
+    /// Whether a gaze without end of age, or that never came, is the head's direction as long as the
+    /// head is known: where another tracker measures that.
+    pub keeps_head: bool,
     /// The widening from `head_after` on, radians, 0 to π; it grows from `widen_after` on.
     pub widen_by: f32,
     /// Head: [`State::Hold`], or worse.
@@ -74,6 +77,7 @@ impl Default for FallbackConfig {
             widen_after: Micros(200_000),
             head_after: Micros(1_200_000),
             full_after: Micros(3_000_000),
+            keeps_head: false,
             widen_by: 0.349_066,
             head_hold_after: Micros(80_000),
             head_widen_after: Micros(200_000),
@@ -96,11 +100,14 @@ pub(super) enum Age {
 
 /// Returns the rung for the ages, and how far the field of full detail is widened, radians.
 pub(super) fn rung(config: &FallbackConfig, gaze: Age, head: Age, blink: bool) -> (State, f32) {
+    let is_old = |age: Micros| age >= config.full_after && !blink;
     let (of_gaze, gaze_widens) = match gaze {
         // There is only the head's direction.
         Age::Unused => (State::HeadDirection, config.widen_by),
+        Age::Never if config.keeps_head => (State::HeadDirection, config.widen_by),
+        Age::Of(age) if config.keeps_head && is_old(age) => (State::HeadDirection, config.widen_by),
         Age::Never => (State::FullQuality, 0.0),
-        Age::Of(age) if age >= config.full_after && !blink => (State::FullQuality, 0.0),
+        Age::Of(age) if is_old(age) => (State::FullQuality, 0.0),
         Age::Of(age) if blink && age >= config.hold_after => (State::Hold, 0.0),
         Age::Of(age) if age >= config.head_after => (State::HeadDirection, config.widen_by),
         Age::Of(age) if age >= config.widen_after => {

@@ -39,7 +39,7 @@
 //! # Axes and times
 //!
 //! VRPN defines no axes: they are the device's, and [`Config::axes`] takes them to ours. Poses are
-//! in metres. No flag says that a sensor is not tracked: most servers send nothing of it then.
+//! in metres, or in [`Config::metres`]. No flag says that a sensor is not tracked: most servers send nothing of it then.
 //! Times are the server's, often of the arrival there; a message without a time gets none.
 
 mod encode;
@@ -111,14 +111,17 @@ pub struct Config {
     pub device: Name,
     /// The device's axes.
     pub axes: Axes,
+    /// Metres of the device's unit.
+    pub metres: f32,
 }
 
 impl Config {
-    /// Returns a device whose axes are ours; `None` for a longer name than VRPN has.
+    /// Returns a device whose axes and unit are ours; `None` for a longer name than VRPN has.
     pub fn new(device: &str) -> Option<Self> {
         Some(Self {
             device: device.try_into().ok()?,
             axes: Axes::SAME,
+            metres: 1.0,
         })
     }
 }
@@ -375,9 +378,9 @@ impl Vrpn {
             }
         } else if let Some(kind) = self.ids.kind(header) {
             self.pings = self.pings.saturating_add(u32::from(kind == PING));
-            let axes = &self.config.axes;
+            let config = &self.config;
             hand_over(&mut self.counts, header.length, sink, |sink| {
-                read(kind, header, body, axes, arrival, sink)
+                read(kind, header, body, config, arrival, sink)
             });
         }
     }
@@ -417,7 +420,7 @@ fn read(
     kind: &str,
     header: &Header,
     body: &[u8],
-    axes: &Axes,
+    Config { axes, metres, .. }: &Config,
     arrival: Micros,
     sink: &mut dyn FnMut(Event),
 ) -> Result<(), DropReason> {
@@ -440,7 +443,7 @@ fn read(
             if !(0..SENSORS).contains(&sensor) {
                 return Err(DropReason::Field);
             }
-            let position = valid::position(vector(&mut body)?)?;
+            let position = valid::position(vector(&mut body)? * *metres)?;
             let Vec3 { x, y, z } = vector(&mut body)?;
             let orientation = rotation(Quat::from_xyzw(x, y, z, number(&mut body)?))?;
             sink(Event::Sample(Sample {

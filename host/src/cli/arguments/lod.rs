@@ -263,6 +263,15 @@ impl LodArguments {
         given.or(of_quality).unwrap_or(Acuity::GUENTER)
     }
 
+    /// Returns the same with another choice.
+    #[must_use]
+    pub fn with(&self, lod: Choice) -> Self {
+        Self {
+            lod,
+            ..self.clone()
+        }
+    }
+
     pub const fn choice(&self) -> Choice {
         self.lod
     }

@@ -51,6 +51,21 @@ impl RoomArguments {
         self.walls.cave([self.size; 2])
     }
 
+    /// Returns the file of `--walls`.
+    pub fn walls_file(&self) -> Option<&Path> {
+        match &self.walls {
+            WallsName::File(path) => Some(path),
+            WallsName::BuiltIn(_) | WallsName::Text(..) => None,
+        }
+    }
+
+    /// Takes a text for that of the file.
+    pub fn set_walls(&mut self, text: String) {
+        if let WallsName::File(path) = &self.walls {
+            self.walls = WallsName::Text(path.clone(), text);
+        }
+    }
+
     pub fn head(&self) -> HeadPose {
         self.head_towards(self.look)
     }

@@ -28,6 +28,10 @@ pub struct TracingArguments {
 }
 
 impl TracingArguments {
+    pub const fn set_threads(&mut self, threads: NonZeroUsize) {
+        self.threads = Some(threads);
+    }
+
     /// Returns the options to render a scene with, and a report of them.
     pub fn options(&self, baked: &BakedScene) -> Result<(Options, TracingReport), Failure> {
         let mut options = Options {

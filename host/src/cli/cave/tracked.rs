@@ -64,7 +64,13 @@ impl Follower {
         room: &Cave,
         interrupt: &Interrupt,
     ) -> Result<Self, Failure> {
-        let mut given = Opened::new(trackers, arguments.calibration.as_deref(), head, room)?;
+        let mut given = Opened::new(
+            trackers,
+            arguments.calibration.as_deref(),
+            head,
+            room,
+            false,
+        )?;
         let hz = arguments.hz;
         if !given
             .sources

@@ -96,7 +96,7 @@ fn taken(arguments: &[&str], capture: Option<CaptureOptions>, tracker: &Spec) ->
     let live = line.live.changed(Change::Capture(capture));
     let prepared = live.prepare(&line.time).unwrap();
     let tracker = live
-        .listen(&[tracker.clone().into()], None, &prepared.cave)
+        .listen(&[tracker.clone().into()], &prepared.cave)
         .unwrap();
     let settings = prepared.settings(SessionSettings::default());
     let mut auditor = Auditor::default();

@@ -98,7 +98,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let beams = Beam::all(&cave)?;
     let title = match &arguments.walls {
         WallsName::BuiltIn(which) => which.name().to_owned(),
-        WallsName::File(path) => path.display().to_string(),
+        WallsName::File(path) | WallsName::Text(path, _) => path.display().to_string(),
     };
     let plan = Plan {
         title: &title,

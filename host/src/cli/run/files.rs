@@ -1,4 +1,4 @@
-//! The pictures of `--view png`, and the file of `--record`.
+//! The pictures of `--view png`, and the file of `--report`.
 
 use crate::cave::{Eye, Screen};
 use crate::cli::prelude::*;
@@ -10,17 +10,17 @@ use crate::show::stereo::Stereo;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 
-pub(super) struct Files {
+pub(in crate::cli) struct Files {
     /// Existing folder of the pictures.
-    pub(super) folder: PathBuf,
-    pub(super) stereo: Stereo,
-    pub(super) cave: Cave,
+    pub(in crate::cli) folder: PathBuf,
+    pub(in crate::cli) stereo: Stereo,
+    pub(in crate::cli) cave: Cave,
     /// This machine's walls and eyes.
-    pub(super) share: Share,
+    pub(in crate::cli) share: Share,
 }
 
 impl Files {
-    pub(super) fn write(
+    pub(in crate::cli) fn write(
         &self,
         number: u64,
         pictures: &[Picture],

@@ -1,6 +1,7 @@
 //! Sends frames to files, to a window or nowhere.
 
 use super::files::{Files, Log};
+use super::recorder::Recorder;
 use super::shortfall::Shortfall;
 use super::watch::{Command, Watch, Watched};
 use super::{Arguments, View};
@@ -10,12 +11,12 @@ use crate::cli::output::Warner;
 use crate::cli::play::{Change, Prepared};
 use crate::cli::prelude::*;
 use crate::cli::tracker::Interrupt;
-use crate::live::{Display, Engine, FrameRecord, Look, Refresh, Share};
+use crate::live::{Display, Engine, FrameRecord, Order, Refresh, Share};
 use crate::outputs::Outputs;
 use crate::picture::Picture;
 use crate::render::Observer;
 use crate::show::dashboard::About;
-use crate::tracker::Steering;
+use crate::tracker::{RawBytes, Steering};
 use glam::Vec3;
 
 enum Output {
@@ -31,6 +32,7 @@ pub(super) struct Frames<'s> {
     /// When to end, by `--seconds`.
     end: Option<Instant>,
     log: Option<Log>,
+    recorder: Option<Recorder>,
     output: Output,
     pub(super) outputs: Option<Outputs>,
     pub(super) fill: Fill,
@@ -49,7 +51,7 @@ impl<'s> Frames<'s> {
     pub(super) fn open(
         arguments: &'s Arguments,
         interrupt: &'s Interrupt,
-        log: Option<Log>,
+        (log, recorder): (Option<Log>, Option<Recorder>),
         prepared: &Prepared,
         share: Share,
         outputs: Option<Outputs>,
@@ -88,6 +90,7 @@ impl<'s> Frames<'s> {
             interrupt,
             end: None,
             log,
+            recorder,
             output,
             outputs,
             fill: arguments.fill,
@@ -100,10 +103,22 @@ impl<'s> Frames<'s> {
         })
     }
 
+    /// Keeps the bytes of trackers in the record.
+    pub(super) fn keep_raw(&mut self, raw: Vec<RawBytes>) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.keep_raw(raw);
+        }
+    }
+
     pub(super) fn begin(&mut self, prepared: &Prepared) {
         // Pictures of another scene fill nothing.
         self.pictures.clear();
         self.shortfall = Shortfall::of(prepared.arguments.lod.choice());
+        if let Some(recorder) = &mut self.recorder
+            && let Err(failure) = recorder.begin(prepared, self.fill)
+        {
+            self.failure.get_or_insert(failure);
+        }
         if let Output::Window(watch) = &mut self.output {
             watch.begin(About {
                 scene: prepared.shown.scene.clone(),
@@ -125,11 +140,9 @@ impl<'s> Frames<'s> {
 
     /// Ends the window, and returns its report and the first error of a file.
     pub(super) fn finish(self) -> (Option<Watched>, Result<(), Failure>) {
-        let files = match (self.failure, self.log) {
-            (Some(failure), _) => Err(failure),
-            (None, Some(log)) => log.finish(),
-            (None, None) => Ok(()),
-        };
+        let log = self.log.map_or(Ok(()), Log::finish);
+        let record = self.recorder.map_or(Ok(()), Recorder::finish);
+        let files = self.failure.map_or(Ok(()), Err).and(log).and(record);
         let window = match self.output {
             Output::Window(watch) => Some(watch.finish()),
             Output::None | Output::Files(_) => None,
@@ -137,21 +150,26 @@ impl<'s> Frames<'s> {
         (window, files)
     }
 
-    fn show(&mut self, newest: &dyn Engine, look: &Look, eyes: &[Observer]) -> Result<(), Failure> {
+    fn show(
+        &mut self,
+        newest: &dyn Engine,
+        order: &Order,
+        eyes: &[Observer],
+    ) -> Result<(), Failure> {
         let filled = self.fill == Fill::Previous;
+        // Frames that nobody looks at are copied only for the next frame.
+        let are_needed = match &self.output {
+            Output::None => false,
+            Output::Files(_) => true,
+            Output::Window(watch) => filled && watch.is_open(),
+        };
+        if self.outputs.is_none() && (are_needed || filled && self.recorder.is_some()) {
+            newest.pictures(&mut self.pictures, filled)?;
+        }
         match &mut self.output {
             Output::None => {}
-            Output::Files(files) => {
-                if self.outputs.is_none() {
-                    newest.pictures(&mut self.pictures, filled)?;
-                }
-                files.write(self.shown, &self.pictures, eyes)?;
-            }
+            Output::Files(files) => files.write(self.shown, &self.pictures, eyes)?,
             Output::Window(watch) => {
-                // Frames that nobody looks at are copied only for the next frame.
-                if filled && self.outputs.is_none() && watch.is_open() {
-                    newest.pictures(&mut self.pictures, true)?;
-                }
                 if let Some(frame) = watch.wanted() {
                     if filled {
                         frame.pictures.clone_from(&self.pictures);
@@ -159,13 +177,28 @@ impl<'s> Frames<'s> {
                         newest.pictures(&mut frame.pictures, false)?;
                     }
                     newest.tiles(&mut frame.tiles);
-                    frame.head = look.head;
+                    frame.head = order.look.head;
                     frame.eyes.clear();
                     frame.eyes.extend_from_slice(eyes);
                 }
             }
         }
         Ok(())
+    }
+
+    /// Adds a frame to the record.
+    fn record(
+        &mut self,
+        newest: &dyn Engine,
+        order: &Order,
+        eyes: &[Observer],
+        when: Instant,
+    ) -> Result<(), Failure> {
+        let Some(recorder) = &mut self.recorder else {
+            return Ok(());
+        };
+        let filled = (self.fill == Fill::Previous).then_some(self.pictures.as_slice());
+        recorder.add(newest, order, (eyes, filled), when)
     }
 
     /// Does what keys ask for; returns whether frames go on.
@@ -176,6 +209,9 @@ impl<'s> Frames<'s> {
         while let Ok(command) = watch.commands.try_recv() {
             match command {
                 Command::Change(change) => {
+                    if let Some(recorder) = &mut self.recorder {
+                        recorder.note(&change);
+                    }
                     self.change = Some(change);
                     return false;
                 }
@@ -183,11 +219,18 @@ impl<'s> Frames<'s> {
                     let before = self.arguments.capture_for(self.fill);
                     self.fill = match self.fill {
                         Fill::Background => Fill::Previous,
+                        // A record has no captures.
+                        Fill::Previous if self.recorder.is_some() => Fill::Background,
                         Fill::Previous => Fill::Capture,
                         Fill::Capture => Fill::Background,
                     };
                     self.pictures.clear();
                     watch.set_fill(self.fill.name());
+                    if let Some(recorder) = &mut self.recorder
+                        && let Err(failure) = recorder.begin_again(self.fill)
+                    {
+                        self.failure.get_or_insert(failure);
+                    }
                     let capture = self.arguments.capture_for(self.fill);
                     if capture != before {
                         self.change = Some(Change::Capture(capture));
@@ -221,7 +264,7 @@ impl Display for Frames<'_> {
         self.interrupt.came()
     }
 
-    fn prepare(&mut self, newest: &dyn Engine, _: &Look, _: &[Observer]) {
+    fn prepare(&mut self, newest: &dyn Engine) {
         if let Some(outputs) = &mut self.outputs {
             let filled = self.fill == Fill::Previous;
             match newest.pictures(&mut self.pictures, filled) {
@@ -240,7 +283,7 @@ impl Display for Frames<'_> {
     fn present(
         &mut self,
         newest: &dyn Engine,
-        look: &Look,
+        order: &Order,
         eyes: &[Observer],
         at: Instant,
     ) -> Option<Refresh> {
@@ -249,7 +292,10 @@ impl Display for Frames<'_> {
             outputs.said().for_each(|text| self.warner.warn(text));
             shown
         });
-        if let Err(failure) = self.show(newest, look, eyes) {
+        let now = Instant::now();
+        let when = shown.map_or(now, |refresh| refresh.shown);
+        let kept = self.show(newest, order, eyes);
+        if let Err(failure) = kept.and_then(|()| self.record(newest, order, eyes, when)) {
             self.failure.get_or_insert(failure);
         }
         self.shown += 1;

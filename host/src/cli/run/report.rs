@@ -359,7 +359,7 @@ impl Report {
         }
         let sources = &self.surroundings.sources;
         for source in sources.iter().filter(|_| sources.len() > 1) {
-            let (role, samples) = (source.role.unwrap_or("all"), source.samples);
+            let (role, samples) = (source.role.unwrap_or("tracker"), source.samples);
             write!(f, ", {samples} of the {role}")?;
             if let Some(silent) = source.silent_s.filter(|silent| *silent > 1.0) {
                 write!(f, " (the last {silent:.1} s before the end)")?;

@@ -72,11 +72,44 @@ struct Ends {
 struct Shared {
     /// The direction at which the mouse points.
     gaze: Mutex<Option<Vec3>>,
-    /// Where held keys steer.
-    steering: Mutex<Steering>,
+    keys: Mutex<SteeringKeys>,
     over: AtomicBool,
     shown: AtomicU64,
     dropped: AtomicU64,
+}
+
+/// The keys that steer: Home, Left, Up, Right, Down, Page Up and Page Down.
+#[derive(Debug, Default)]
+struct SteeringKeys {
+    held: [bool; 7],
+    pressed: [bool; 7],
+}
+
+impl SteeringKeys {
+    fn set(&mut self, key: usize, held: bool) {
+        if let Some(key) = self.held.get_mut(key) {
+            *key = held;
+        }
+        if let Some(key) = self.pressed.get_mut(key) {
+            *key |= held;
+        }
+    }
+
+    fn take(&mut self) -> Steering {
+        let mut keys = std::mem::take(&mut self.pressed);
+        for (key, held) in keys.iter_mut().zip(self.held) {
+            *key |= held;
+        }
+        let [is_homeward, left, up, right, down, page_up, page_down] = keys;
+        let pull = |to: bool, fro: bool| f32::from(i8::from(to) - i8::from(fro));
+        Steering {
+            forward: pull(up, down),
+            turn: pull(right, left),
+            rise: pull(page_up, page_down),
+            pointing: None,
+            is_homeward,
+        }
+    }
 }
 
 /// The loop's end of a window.
@@ -170,9 +203,9 @@ impl Watch {
         *lock(&self.shared.gaze)
     }
 
-    /// Returns where held keys steer the viewer.
+    /// Returns where keys steer the viewer that are held, or were pressed since the last call.
     pub(super) fn steering(&self) -> Steering {
-        *lock(&self.shared.steering)
+        lock(&self.shared.keys).take()
     }
 
     pub(super) fn is_open(&self) -> bool {
@@ -211,7 +244,7 @@ impl Watch {
             // A thread that panicked has said so.
             self.ending = Some(thread.join().unwrap_or(Ending::Gone));
             *lock(&self.shared.gaze) = None;
-            *lock(&self.shared.steering) = Steering::default();
+            *lock(&self.shared.keys) = SteeringKeys::default();
         }
     }
 }

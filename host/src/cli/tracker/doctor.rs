@@ -6,9 +6,9 @@ use super::follow::{EndArguments, follow};
 use crate::cli::arguments::span;
 use crate::cli::prelude::*;
 use crate::live::quantiles::quantile_of;
-use crate::tracker::{Feed, Intake, Role, Senses, Spec, TrackerEvent, TrackerKind};
+use crate::tracker::{Feed, Intake, Role, Senses, Spec, TrackerEvent, TrackerKind, dropped_since};
 use shisen_tracker::clock::{ClockEstimator, ClockEvent, StampSource};
-use shisen_tracker::decoder::Event;
+use shisen_tracker::decoder::{Counts, Event};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::collections::BTreeMap;
@@ -30,7 +30,7 @@ pub(in crate::cli) struct Arguments {
 /// How well a tracker does.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(in crate::cli) struct Report {
-    /// Samples.
+    /// Samples of the head that the SPEC names, or of all sensors.
     samples: u64,
     /// Samples of each sensor.
     sensors: BTreeMap<u8, u64>,
@@ -64,6 +64,8 @@ pub(in crate::cli) struct Report {
     findings: Vec<String>,
 }
 
+const UNKNOWN: &str = "unknown";
+
 /// What was heard so far.
 struct Heard {
     sensors: BTreeMap<u8, u64>,
@@ -79,6 +81,8 @@ struct Heard {
     repeated: u64,
     farthest: f32,
     drift: Option<i64>,
+    /// Milliseconds since the newest sample.
+    silent: f64,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -99,6 +103,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         repeated: 0,
         farthest: 0.0,
         drift: None,
+        silent: 0.0,
     };
     let seconds = arguments.seconds.as_secs_f64();
     say(&format!("listening for {seconds} s"));
@@ -106,25 +111,33 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         frames: None,
         seconds: Some(arguments.seconds),
     };
-    follow(&mut feed, &end, &mut |_, said| {
+    let followed = follow(&mut feed, &end, &mut |_, said| {
         if let Some((at, offset)) = said.offset {
             intake.set_offset(at, offset);
             heard.is_measured = true;
         }
         for event in &said.events {
             if let Event::Sample(sample) = event {
-                heard.take(sample, &mut intake);
+                heard.take(sample, spec, &mut intake);
             }
         }
         Ok(true)
-    })?;
+    });
     heard.drift = intake.rate();
     let report = heard.report(&feed, spec);
-    print(&report, arguments.json)
+    // Without any sample there is only why.
+    if report.samples > 0 || !report.findings.is_empty() {
+        print(&report, arguments.json)?;
+    }
+    followed
 }
 
 impl Heard {
-    fn take(&mut self, sample: &Sample, intake: &mut Intake) {
+    fn take(&mut self, sample: &Sample, spec: &Spec, intake: &mut Intake) {
+        *self.sensors.entry(sample.sensor).or_default() += 1;
+        if spec.head.is_some_and(|head| head != sample.sensor) {
+            return;
+        }
         let clock_events = &mut self.clock_events;
         let stamp = intake.stamp(sample, &mut |event| {
             let is_good = matches!(event, TrackerEvent::Clock(ClockEvent::Thawed { .. }, _));
@@ -137,7 +150,6 @@ impl Heard {
         *self.sources.entry(source).or_default() += 1;
         self.delays
             .push(milliseconds(sample.arrival.since(stamp.time)));
-        *self.sensors.entry(sample.sensor).or_default() += 1;
         let before = self.newest.insert(sample.sensor, *sample);
         if let Some(before) = before {
             let interval = milliseconds(sample.arrival.since(before.arrival));
@@ -171,17 +183,23 @@ impl Heard {
 
     fn report(mut self, feed: &Feed, spec: &Spec) -> Report {
         let counts = feed.counts();
-        let samples: u64 = self.sensors.values().sum();
-        let most = self.sensors.iter().max_by_key(|(_, count)| **count);
+        let own = |sensor: &u8| spec.head.is_none_or(|head| head == *sensor);
+        let all = self.sensors.iter().filter(|(sensor, _)| own(sensor));
+        let samples: u64 = all.clone().map(|(_, count)| count).sum();
+        let most = all.max_by_key(|(_, count)| **count);
         let main = most.map_or(0, |(sensor, _)| *sensor);
-        let intervals = self.intervals.remove(&main).unwrap_or_default();
+        let mut intervals = self.intervals.remove(&main).unwrap_or_default();
+        let newest = self.newest.get(&main).filter(|_| feed.is_live());
+        self.silent = newest.map_or(0.0, |newest| milliseconds(feed.now().since(newest.arrival)));
+        // The last one is not over yet.
+        intervals.push(self.silent);
         let quantile = |part| quantile_of(intervals.clone(), part);
         let spanned: f64 = intervals.iter().sum();
         let share = |count: u64| count as f64 / (samples as f64).max(1.0);
         let mut report = Report {
             samples,
             sensors: self.sensors.clone(),
-            rate_hz: 1_000.0 * intervals.len() as f64 / spanned.max(1.0e-3),
+            rate_hz: 1_000.0 * (intervals.len() - 1) as f64 / spanned.max(1.0e-3),
             interval_ms: [0.5, 0.99, 1.0].map(quantile),
             times: match self.sources.len() {
                 1 => self.sources.keys().next().copied().unwrap_or("arrival"),
@@ -191,7 +209,7 @@ impl Heard {
             least_delay: match spec.times.delay() {
                 Some(_) => "given",
                 None if self.is_measured => "measured",
-                None => "unknown",
+                None => UNKNOWN,
             },
             drift_ppm: self.drift.map(|rate| -rate as f64 / 1_000.0),
             clock_events: self.clock_events,
@@ -202,7 +220,11 @@ impl Heard {
             repeated: share(self.repeated),
             findings: Vec::new(),
         };
-        report.findings = findings(&report, &self, feed.senses(spec), spec);
+        report.findings = if samples == 0 {
+            without_samples(&report, &counts, spec)
+        } else {
+            findings(&report, &self, feed.senses(spec), spec)
+        };
         report
     }
 }
@@ -211,11 +233,31 @@ fn milliseconds(span: Micros) -> f64 {
     span.0 as f64 / 1_000.0
 }
 
+/// Returns why there is no sample of what comes.
+fn without_samples(report: &Report, counts: &Counts, spec: &Spec) -> Vec<String> {
+    let why = dropped_since(&Counts::new(), counts);
+    let mut all: Vec<String> = why.into_iter().collect();
+    if let (Some(head), false) = (spec.head, report.sensors.is_empty()) {
+        let there: Vec<String> = report.sensors.keys().map(u8::to_string).collect();
+        all.push(format!(
+            "sensor {head} sends nothing: take one of those that do, {}",
+            there.join(", ")
+        ));
+    }
+    all
+}
+
 /// Returns what is wrong, each with what to do.
 fn findings(report: &Report, heard: &Heard, senses: Senses, spec: &Spec) -> Vec<String> {
     let mut all = Vec::new();
     let [median, tail, longest] = report.interval_ms;
     let percent = |share: f64| 100.0 * share;
+    if heard.silent > 1_000.0 {
+        let seconds = heard.silent / 1_000.0;
+        all.push(format!(
+            "nothing came in the last {seconds:.1} s: see that the device runs"
+        ));
+    }
     if report.sensors.len() > 1 && spec.head.is_none() {
         let sensors: Vec<String> = report.sensors.keys().map(u8::to_string).collect();
         all.push(format!(
@@ -270,18 +312,11 @@ fn findings(report: &Report, heard: &Heard, senses: Senses, spec: &Spec) -> Vec<
             report.clock_events
         ));
     }
-    if report.drift_ppm.is_some_and(|drift| drift.abs() > 200.0) {
+    if let Some(drift) = report.drift_ppm.filter(|drift| drift.abs() > 200.0) {
         all.push(format!(
-            "the device's clock runs {:.0} ppm fast: it is followed, but a good one stays within 100",
-            report.drift_ppm.unwrap_or_default()
+            "the device's clock runs {drift:.0} ppm fast: it is followed, but a good one stays within \
+             100"
         ));
-    }
-    if report.least_delay == "unknown" && !matches!(spec.kind, TrackerKind::Mock(_)) {
-        all.push(
-            "how long the fastest samples are under way is not known: if the maker says, or a \
-             photodiode does, give delay=S"
-                .to_owned(),
-        );
     }
     if senses.head && report.tracked_head < 0.95 {
         all.push(format!(
@@ -324,8 +359,14 @@ impl fmt::Display for Report {
         writeln!(
             f,
             "times by {}; from measurement to arrival {delay:.2} ms at the median, {late:.2} ms at \
-             99 % (least delay {})",
-            self.times, self.least_delay
+             99 % (least delay {}{})",
+            self.times,
+            self.least_delay,
+            if self.least_delay == UNKNOWN {
+                ": give delay=S, in seconds, if its maker or a photodiode says"
+            } else {
+                ""
+            }
         )?;
         if let Some(drift) = self.drift_ppm {
             writeln!(f, "the device's clock runs {drift:.0} ppm fast")?;

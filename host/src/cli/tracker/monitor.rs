@@ -65,6 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         for event in &heard.events {
             match event {
+                Event::Sample(sample) if spec.head.is_some_and(|own| own != sample.sensor) => {}
                 Event::Sample(sample) => {
                     let record = records.next(sample, &counts);
                     let goes_on = screen.print(&record, sample.arrival)?;

@@ -14,7 +14,7 @@ pub(in crate::cli) struct Arguments {
     /// The tracker: see `shisen tracker --help`
     #[arg(value_name = "SPEC")]
     spec: TrackerName,
-    /// File to write; an older one is overwritten at the first sample
+    /// File to write; an older one is overwritten at the first sample, with --raw at once
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Keep the bytes as they come, with their times, and no samples; replay:FILE decodes them again
@@ -56,6 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let (mut samples, mut messages) = (0, 0);
     let followed = follow(&mut feed, &arguments.end, &mut |feed, heard| {
+        recorder.keep_bytes()?;
         let lost = feed.counts().lost;
         for event in &heard.events {
             samples += u64::from(matches!(event, Event::Sample(_)));
@@ -66,8 +67,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     // Samples before a failure are kept.
     recorder.finish()?;
+    if arguments.raw && followed.is_err() {
+        // A fault is found by bytes that give no sample.
+        say(&format!("what came is in {}", arguments.file.display()));
+    }
     followed?;
-    if samples + messages == 0 {
+    if samples + messages == 0 && !arguments.raw {
         let message = format!("no sample came: {} is unchanged", arguments.file.display());
         let help = "record for longer; `shisen tracker monitor` shows what comes";
         return Err(Fault::new(message, help).into());

@@ -47,6 +47,8 @@ pub(super) struct LiveTile {
     pub(super) pixels: Vec<Pixel>,
     pub(super) spent: u64,
     pub(super) expected: u64,
+    /// The pixels that it kept when it was given up.
+    pub(super) kept: Option<u32>,
 }
 
 impl LiveTile {
@@ -58,6 +60,7 @@ impl LiveTile {
             pixels: vec![Pixel::default(); area],
             spent: 0,
             expected: area as u64 * UNKNOWN_PIXEL,
+            kept: None,
         }
     }
 

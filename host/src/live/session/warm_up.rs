@@ -71,7 +71,7 @@ impl Session<'_> {
         if self.display.is_over() {
             return Ok(None);
         }
-        let (.., cost) = self.render(look, decision, purpose)?;
+        let (_, _, cost, _) = self.render(look, decision, purpose)?;
         Ok(Some(cost))
     }
 

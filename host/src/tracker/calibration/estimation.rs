@@ -73,6 +73,7 @@ pub(crate) const fn composed(head: &EstimatorConfig, gaze: &EstimatorConfig) -> 
     let mut config = *gaze;
     config.room_from_tracker = head.room_from_tracker;
     config.head_tracked = true;
+    config.fallback.keeps_head = true;
     config.head_stuck_after = head.head_stuck_after;
     config.fallback.head_hold_after = head.fallback.head_hold_after;
     config.fallback.head_widen_after = head.fallback.head_widen_after;

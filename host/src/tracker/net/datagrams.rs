@@ -10,6 +10,9 @@ use shisen_tracker::net::{dtrack, freed, opentrack};
 use shisen_tracker::time::Micros;
 use std::net::{IpAddr, SocketAddr, UdpSocket};
 
+/// The silence after which a sender of many datagrams a second is not there.
+const ABSENT: Micros = Micros::from_millis(500);
+
 /// Listens to the first host that sends what can be read.
 pub(super) struct Listener {
     listen: SocketAddr,
@@ -18,6 +21,8 @@ pub(super) struct Listener {
     tap: Tap,
     /// The host that is listened to, and when it was heard last.
     sender: Option<(IpAddr, Micros)>,
+    /// When the newest datagram of that host came.
+    heard: Option<Micros>,
     is_stranger_told: bool,
     buffer: Vec<u8>,
 }
@@ -30,6 +35,7 @@ impl Listener {
             decoder: protocol.decoder(),
             tap,
             sender: None,
+            heard: None,
             is_stranger_told: false,
             buffer: vec![0; socket::LONGEST],
         })
@@ -56,6 +62,7 @@ impl Peer for Listener {
             decoder,
             sender,
             tap,
+            heard,
             ..
         } = self;
         let mut stranger = None;
@@ -66,6 +73,7 @@ impl Peer for Listener {
                 stranger = Some((from, host));
                 return;
             }
+            *heard = Some(now);
             tap.take(Piece::Came, bytes, now);
             decoder.feed(bytes, now, &mut |event| {
                 if matches!(event, Event::Sample(_)) {
@@ -87,6 +95,10 @@ impl Peer for Listener {
 
     fn counts(&self) -> Counts {
         *self.decoder.counts()
+    }
+
+    fn is_present(&self, now: Micros) -> bool {
+        self.heard.is_none_or(|heard| now.since(heard) < ABSENT)
     }
 
     fn remedy(&self) -> String {

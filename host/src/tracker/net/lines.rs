@@ -7,6 +7,7 @@ use glam::{Quat, Vec2, Vec3};
 use serde::Deserialize;
 use serde_json::Value;
 use shisen_tracker::decoder::{Counts, DropReason, Dropped, Event};
+use shisen_tracker::head::axes::FARTHEST_POSITION;
 use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Head, Pupil, Reading, Sample};
 use shisen_tracker::time::{DeviceTime, Micros};
 use std::io::Read as _;
@@ -249,9 +250,7 @@ enum PointKind {
 impl<const N: usize> Numbers<N> {
     fn reading<T>(self, make: impl Fn([f32; N]) -> Option<T>) -> Result<Reading<T>, String> {
         let Self { value, tracked } = self;
-        if !value.iter().all(|number| number.is_finite()) {
-            return Err("a number is not finite".to_owned());
-        }
+        check(&value)?;
         let value = make(value).ok_or("a direction or a rotation is 0")?;
         Ok(Reading { value, tracked })
     }
@@ -279,7 +278,11 @@ fn read(line: &[u8], arrival: Micros) -> Result<Option<Sample>, String> {
                 })
             })
             .transpose()?,
-        angular_velocity: line.head.angular_velocity.map(Vec3::from_array),
+        angular_velocity: line
+            .head
+            .angular_velocity
+            .map(|about| check(&about).map(|()| Vec3::from_array(about)))
+            .transpose()?,
     };
     if let Some(FrameName::Tracker) = line.gaze_frame {
         sample.gaze_frame = GazeFrame::Tracker;
@@ -301,15 +304,33 @@ fn read(line: &[u8], arrival: Micros) -> Result<Option<Sample>, String> {
     Ok(Some(sample))
 }
 
+/// Refuses numbers that are none, or larger than anything that is measured.
+fn check(numbers: &[f32]) -> Result<(), String> {
+    const LARGEST: f32 = 1.0e6;
+    match numbers.iter().find(|number| !(number.abs() <= LARGEST)) {
+        None => Ok(()),
+        Some(number) => Err(format!("{number} is not finite, or out of range")),
+    }
+}
+
 fn place(numbers: Option<Numbers<3>>) -> Result<Option<Reading<Vec3>>, String> {
     let place = |numbers: Numbers<3>| numbers.reading(|place| Some(Vec3::from_array(place)));
-    numbers.map(place).transpose()
+    let place = numbers.map(place).transpose()?;
+    let far = place.filter(|place| place.value.abs().max_element() > FARTHEST_POSITION);
+    match far {
+        None => Ok(place),
+        Some(far) => Err(format!("{} is farther than 100 m", far.value)),
+    }
 }
 
 fn eye(line: Option<EyeLine>) -> Result<Eye, String> {
     let Some(line) = line else {
         return Ok(Eye::default());
     };
+    let others = [line.pupil_m, line.pupil_raw, line.openness];
+    for number in others.into_iter().flatten() {
+        check(&[number])?;
+    }
     let direction = line.direction.map(|direction| {
         direction.reading(|direction| Vec3::from_array(direction).try_normalize())
     });
@@ -362,6 +383,12 @@ mod tests {
             (&b"{"[..], "EOF"),
             (br#"{"head":{"orientation":[0,0,0,0]}}"#, "is 0"),
             (br#"{"head":{"position":[1e39,0,0]}}"#, "not finite"),
+            (br#"{"head":{"position":[1700,0,0]}}"#, "farther than 100 m"),
+            (
+                br#"{"head":{"angular_velocity":[1e39,0,0]}}"#,
+                "out of range",
+            ),
+            (br#"{"left":{"openness":1e39}}"#, "out of range"),
             (br#"{"head":{"position":[1,2]}}"#, "2 numbers in place of 3"),
             (br#"{"sensor":256}"#, "256"),
             (br#"{"gaze_frame":"room"}"#, "room"),

@@ -230,7 +230,7 @@ impl Peer for Inlet {
     ) -> Result<(), String> {
         let (feed, gaze, heard) = (&mut self.feed, &self.gaze, &mut self.heard);
         let mut refusal = None;
-        socket::bytes(&mut self.stream, &mut self.buffer, |bytes| {
+        let read = socket::bytes(&mut self.stream, &mut self.buffer, |bytes| {
             let now = now();
             *heard = Some(now);
             feed.feed(bytes, now, &mut |received| match received {
@@ -244,10 +244,11 @@ impl Peer for Inlet {
                     sink(Notice::Decoded(event));
                 }
             });
-        })?;
+        });
         if self.feed.is_lost() {
             return Err(refusal.unwrap_or_else(|| "it sends what no outlet sends".to_owned()));
         }
+        read?;
         let exchanges = &mut self.exchanges;
         let answered = socket::datagrams(&self.service, &mut self.buffer, |bytes, _| {
             let at = now();

@@ -16,8 +16,6 @@ pub enum NetSpec {
         device: vrpn::Config,
         /// The server.
         server: Server,
-        /// Metres of the device's unit.
-        metres: f32,
     },
     /// `dtrack:5000`, `udp:4242?protocol=opentrack`: datagrams that come without being asked for.
     Datagrams {
@@ -280,11 +278,10 @@ fn read_vrpn(target: &str, options: &mut Options<'_>) -> Result<NetSpec, Fault> 
     let mut device = vrpn::Config::new(name).filter(|_| !name.is_empty());
     if let Some(device) = &mut device {
         device.axes = axes(options)?;
+        let metres = &mut device.metres;
+        options.word(metres, "unit", "m cm mm", [1.0, 1.0e-2, 1.0e-3])?;
     }
-    let mut metres = 1.0;
-    options.word(&mut metres, "unit", "m cm mm", [1.0, 1.0e-2, 1.0e-3])?;
     Ok(NetSpec::Vrpn {
-        metres,
         device: device.ok_or_else(fault)?,
         server: server(host, Some(vrpn::PORT), "vrpn:Tracker0@192.168.1.5")?,
     })

@@ -15,13 +15,14 @@ use std::time::{Duration, Instant};
 const ASK: Micros = Micros::from_millis(1_000);
 const DEAD: Micros = Micros::from_millis(10_000);
 
+/// The silence after which it may not be there: it answers each question.
+const ABSENT: Micros = Micros::from_millis(2_500);
+
 /// A connection to a server.
 pub(super) struct Client {
     stream: TcpStream,
     decoder: Vrpn,
     tap: Tap,
-    /// Metres of the device's unit.
-    metres: f32,
     encoder: Encoder,
     /// What came with the descriptions.
     early: Vec<Event>,
@@ -35,13 +36,11 @@ impl Client {
     pub(super) fn open(
         device: &Config,
         server: &Server,
-        metres: f32,
         patience: Duration,
         tap: Tap,
     ) -> Result<Self, Fault> {
         let mut client = Self::greet(device, server, patience)?;
         client.tap = tap;
-        client.metres = metres;
         client.wait(patience, Vrpn::has_device);
         if client.decoder.has_device() {
             return Ok(client);
@@ -76,7 +75,6 @@ impl Client {
         Ok(Self {
             stream,
             decoder: Vrpn::new(device.clone()),
-            metres: 1.0,
             tap: Tap::default(),
             encoder,
             early: Vec::new(),
@@ -116,14 +114,10 @@ impl Peer for Client {
         now: &dyn Fn() -> Micros,
         sink: &mut dyn FnMut(Notice),
     ) -> Result<(), String> {
-        let metres = self.metres;
         let mut hand_over = |event, arrival| {
             let mut event = event;
             if let Event::Sample(sample) = &mut event {
                 sample.arrival = arrival;
-                if let Some(place) = &mut sample.head.position {
-                    place.value *= metres;
-                }
             }
             sink(Notice::Decoded(event));
         };
@@ -131,15 +125,16 @@ impl Peer for Client {
             hand_over(event, now());
         }
         let (decoder, heard, tap) = (&mut self.decoder, &mut self.heard, &self.tap);
-        socket::bytes(&mut self.stream, &mut self.buffer, |bytes| {
+        let read = socket::bytes(&mut self.stream, &mut self.buffer, |bytes| {
             let now = now();
             *heard = Some(now);
             tap.take(Piece::Came, bytes, now);
             decoder.feed(bytes, now, &mut |event| hand_over(event, now));
-        })?;
+        });
         if self.decoder.is_lost() {
             return Err("it sends what no VRPN server sends".to_owned());
         }
+        read?;
         let now = now();
         if now.since(*self.heard.get_or_insert(now)) > DEAD {
             return Err(format!("it has not answered for {:.0} s", DEAD.seconds()));
@@ -155,6 +150,10 @@ impl Peer for Client {
 
     fn counts(&self) -> Counts {
         *self.decoder.counts()
+    }
+
+    fn is_present(&self, now: Micros) -> bool {
+        self.heard.is_none_or(|heard| now.since(heard) < ABSENT)
     }
 
     fn remedy(&self) -> String {

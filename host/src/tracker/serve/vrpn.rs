@@ -5,8 +5,11 @@ use crate::files::Fault;
 use shisen_tracker::decoder::{Control, ControlState, Decoder as _, Event, Message};
 use shisen_tracker::net::vrpn::{ANALOG, BUTTON, COOKIE, Config, Encoder, PING, PONG, POSE, Vrpn};
 use shisen_tracker::time::Micros;
+use std::collections::BTreeSet;
 use std::io::{self, ErrorKind, Read as _, Write as _};
 use std::net::{SocketAddr, TcpListener, TcpStream, UdpSocket};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
@@ -14,7 +17,21 @@ use std::time::Duration;
 const DEVICE: i32 = 0;
 const TYPES: [&str; 5] = [POSE, BUTTON, ANALOG, PING, PONG];
 
-/// Most clients at a time.
+const BUTTON_IDS: [i32; 2] = [DEVICE, 1];
+const ANALOG_IDS: [i32; 2] = [DEVICE, 2];
+
+fn button_body(number: u8, is_pressed: bool) -> Vec<u8> {
+    let words = [i32::from(number), i32::from(is_pressed)];
+    words.into_iter().flat_map(i32::to_be_bytes).collect()
+}
+
+fn analog_body(axes: &[f64]) -> Vec<u8> {
+    let count = [axes.len() as f64];
+    let numbers = count.iter().chain(axes);
+    numbers.flat_map(|number| number.to_be_bytes()).collect()
+}
+
+/// Most clients at a time, and calls.
 const MOST_CLIENTS: usize = 16;
 
 /// How long a client that asked by UDP is called.
@@ -32,6 +49,10 @@ pub(super) struct Server {
     called: (Sender<TcpStream>, Receiver<TcpStream>),
     clients: Vec<Client>,
     axes: Vec<f64>,
+    /// The buttons that are pressed.
+    pressed: BTreeSet<u8>,
+    /// Calls that are being made.
+    calls: Arc<AtomicUsize>,
 }
 
 struct Client {
@@ -60,6 +81,8 @@ impl Server {
             called: channel(),
             clients: Vec::new(),
             axes: Vec::new(),
+            pressed: BTreeSet::new(),
+            calls: Arc::default(),
         })
     }
 
@@ -77,6 +100,21 @@ impl Server {
         hello.extend_from_slice(&encoder.sender(Micros(0), DEVICE, &self.name));
         for (id, kind) in (0..).zip(TYPES) {
             hello.extend_from_slice(&encoder.kind(Micros(0), id, kind));
+        }
+        // What is held already.
+        for button in &self.pressed {
+            hello.extend_from_slice(&encoder.message(
+                Micros(0),
+                BUTTON_IDS,
+                &button_body(*button, true),
+            ));
+        }
+        if !self.axes.is_empty() {
+            hello.extend_from_slice(&encoder.message(
+                Micros(0),
+                ANALOG_IDS,
+                &analog_body(&self.axes),
+            ));
         }
         let mut client = Client {
             stream,
@@ -97,14 +135,21 @@ impl Server {
             let port = words
                 .split_once(' ')
                 .and_then(|(_, port)| port.parse().ok());
-            if let Some(port) = port.filter(|port| *port >= 1_024) {
+            let is_busy = self.calls.load(Ordering::Relaxed) >= MOST_CLIENTS;
+            if let Some(port) = port.filter(|port| *port >= 1_024 && !is_busy) {
                 let (to, called) = (SocketAddr::new(from.ip(), port), self.called.0.clone());
-                std::thread::spawn(move || {
+                let calls = Arc::clone(&self.calls);
+                calls.fetch_add(1, Ordering::Relaxed);
+                let call = move || {
                     if let Ok(stream) = TcpStream::connect_timeout(&to, CALL) {
                         // Fails where the server has ended.
                         let _ = called.send(stream);
                     }
-                });
+                    calls.fetch_sub(1, Ordering::Relaxed);
+                };
+                if std::thread::Builder::new().spawn(call).is_err() {
+                    self.calls.fetch_sub(1, Ordering::Relaxed);
+                }
             }
         }
     }
@@ -121,8 +166,12 @@ impl Server {
     fn send_control(&mut self, time: Micros, control: &Control) {
         match control.state {
             ControlState::Button(is_pressed) => {
-                let words = [i32::from(control.number), i32::from(is_pressed)];
-                let body: Vec<u8> = words.into_iter().flat_map(i32::to_be_bytes).collect();
+                if is_pressed {
+                    self.pressed.insert(control.number);
+                } else {
+                    self.pressed.remove(&control.number);
+                }
+                let body = button_body(control.number, is_pressed);
                 self.send_to_all(time, BUTTON, &body);
             }
             ControlState::Axis(value) => {
@@ -131,9 +180,7 @@ impl Server {
                     self.axes.resize(self.axes.len().max(number + 1), 0.0);
                     self.axes[number] = f64::from(value);
                 }
-                let count = [self.axes.len() as f64];
-                let numbers = count.iter().chain(&self.axes);
-                let body: Vec<u8> = numbers.flat_map(|number| number.to_be_bytes()).collect();
+                let body = analog_body(&self.axes);
                 self.send_to_all(time, ANALOG, &body);
             }
         }

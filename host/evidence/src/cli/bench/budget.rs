@@ -112,11 +112,9 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 ..SessionSettings::default()
             })
         };
-        let tracker = arguments.live.listen(
-            std::slice::from_ref(&arguments.tracker),
-            None,
-            &prepared.cave,
-        )?;
+        let tracker = arguments
+            .live
+            .listen(std::slice::from_ref(&arguments.tracker), &prepared.cave)?;
         let played = prepared.play(&tracker, &settings, &mut counts, &mut SingleMachine)?;
         Ok::<_, Failure>((played, counts.seconds))
     };

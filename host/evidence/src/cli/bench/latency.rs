@@ -246,7 +246,7 @@ impl Arguments {
         if let TrackerKind::Serial(line) = &mut tracker.spec.kind {
             line.protocol = self.protocol.clone();
         }
-        let tracker = self.live.listen(&[tracker], None, &prepared.cave)?;
+        let tracker = self.live.listen(&[tracker], &prepared.cave)?;
         let mut runs = Vec::new();
         let most = match &self.out {
             Some(_) => (self.seconds.as_secs_f64() * f64::from(prepared.hz)) as usize + 16,

@@ -1,13 +1,12 @@
 //! The window's own thread.
 
-use super::{Command, Ending, Ends, Shared, lock};
+use super::{Command, Ending, Ends, Shared, SteeringKeys, lock};
 use crate::cli::play::Change;
 use crate::cli::prelude::*;
 use crate::scene::builtin::PaperScene;
 use crate::show::dashboard::{Canvas, Dashboard, Frame, Status, ViewName};
 use crate::show::stereo::Stereo;
-use crate::show::window::{Event, SteeringKey, Window};
-use crate::tracker::Steering;
+use crate::show::window::{Event, Window};
 use std::error::Error;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -34,8 +33,6 @@ struct Presenter {
     follows: bool,
     /// Whether the mouse is the gaze because its button is held.
     held: bool,
-    /// Which keys that steer are held.
-    steering: [bool; SteeringKey::ALL.len()],
     pointer: (u32, u32),
     screenshots: u32,
     /// Whether something has to be drawn.
@@ -62,7 +59,6 @@ pub(super) fn start(
         },
         follows: false,
         held: false,
-        steering: Default::default(),
         pointer: (0, 0),
         screenshots: 0,
         stale: true,
@@ -171,25 +167,12 @@ impl Presenter {
             Event::Mouse(x, y) => self.pointer = (x, y),
             Event::Button(held) => self.held = held,
             Event::Key(key) => self.key(key, dashboard),
-            Event::Steering(key, held) => self.steering[key as usize] = held,
-            Event::Unfocused => self.steering = Default::default(),
+            Event::Steering(key, held) => lock(&self.shared.keys).set(key, held),
+            Event::Unfocused => *lock(&self.shared.keys) = SteeringKeys::default(),
             Event::Size(..) | Event::Exposed | Event::Closed => {}
         }
         self.status.mouse = self.follows || self.held;
-        *lock(&self.shared.steering) = self.steering();
         self.stale |= self.status.mouse || !matches!(event, Event::Mouse(..));
-    }
-
-    /// Returns where the held keys steer.
-    fn steering(&self) -> Steering {
-        let held = |key: SteeringKey| f32::from(u8::from(self.steering[key as usize]));
-        Steering {
-            forward: held(SteeringKey::Up) - held(SteeringKey::Down),
-            turn: held(SteeringKey::Right) - held(SteeringKey::Left),
-            rise: held(SteeringKey::PageUp) - held(SteeringKey::PageDown),
-            pointing: None,
-            is_homeward: self.steering[SteeringKey::Home as usize],
-        }
     }
 
     fn key(&mut self, key: char, dashboard: &mut Dashboard<'_>) {
