@@ -38,6 +38,7 @@ mod outputs;
 mod overrun;
 mod paper_rays;
 mod poses;
+mod replay;
 mod scene_fuzz;
 mod shadows;
 mod soft_light;

@@ -7,6 +7,7 @@ pub(crate) mod scenes;
 use embedded_hal::i2c::{self, I2c, Operation};
 use line::{Line, assert_usable, decoder, records};
 use shisen::bake::Baked;
+use shisen::record::Reader;
 use shisen::scene::Scene;
 use shisen::scene::mesh::TriangleMesh;
 use shisen_tracker::decoder::{Decoder, Event};
@@ -38,6 +39,7 @@ pub fn run(target: &str, bytes: &[u8]) {
         "items" => items(bytes),
         "scene-blob" => drop(scenes::blob(bytes)),
         "scene-file" => scene_file(bytes),
+        "record" => record(bytes),
         "dtrack" | "lsl" | "natnet" | "vrpn" => captured(target, bytes),
         protocol => stream(protocol, bytes),
     }
@@ -53,6 +55,7 @@ pub fn targets() -> impl Iterator<Item = &'static str> {
         "items",
         "lsl",
         "natnet",
+        "record",
         "scene-blob",
         "scene-file",
         "vrpn",
@@ -75,9 +78,25 @@ pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
     for (name, capture) in CAPTURES {
         seeds.push((name, capture.to_vec()));
     }
+    seeds.push(("record", RECORD.to_vec()));
     seeds.push(("scene-file", SCENE.into()));
     seeds.push(("scene-blob", baked_scene()));
     seeds
+}
+
+/// Three frames of a session, one of which its budget cut off.
+const RECORD: &[u8] = include_bytes!("record");
+
+/// Reads a record; its entries are those of its bytes, once.
+fn record(bytes: &[u8]) {
+    let Ok(mut reader) = Reader::new(Path::new("record"), bytes) else {
+        return;
+    };
+    let mut entries = 0;
+    while let Some(entry) = reader.entry() {
+        entries += 1;
+        assert!(entries <= bytes.len(), "{entry:?}");
+    }
 }
 
 /// What peers on the network sent.

@@ -1,0 +1,126 @@
+//! `shisen run --record` and `shisen replay`: the same frames again.
+#![cfg(unix)]
+
+use shisen_tests::command::{count, folder, line, refusal, report};
+use std::fs;
+use std::path::Path;
+
+/// Records frames of `words`; returns the report of replaying them with `how`.
+fn replayed(folder: &Path, words: &str, how: &str) -> serde_json::Value {
+    report(
+        folder,
+        &format!("run --view none --hz 60 --record record {words}"),
+    );
+    report(folder, format!("replay record {how}").trim())
+}
+
+/// By other threads and another code path, where budgets of time cut frames off wherever they did,
+/// and where the viewer moves, looks around and things move.
+#[test]
+fn recorded_frames_are_the_same_bits_again() {
+    let folder = folder();
+    let folder = folder.path();
+    let spinning = "[materials.red]\ndiffuse = [1, 0.2, 0.2]\n\
+                    [meshes.animal]\nbuiltin = \"quadruped\"\n\
+                    [[object]]\nname = \"animal\"\nmesh = \"animal\"\nmaterial = \"red\"\n\
+                    normalise = true\nposition = [0, 0, -2]\n\
+                    [[animation]]\nobject = \"animal\"\nspin = { seconds_per_turn = 2 }\n";
+    fs::write(folder.join("spinning.toml"), spinning).expect("a scene");
+    let mut cut = 0;
+    for (words, how) in [
+        (
+            "--scene A --size 64 --budget 4ms --frames 12",
+            "--threads 1",
+        ),
+        (
+            "--scene gallery --size 48 --budget 90000steps --frames 6",
+            "--device portable",
+        ),
+        (
+            "--scene A --size 48 --lod off --samples 4 --budget 60000steps --frames 6",
+            "--threads 3",
+        ),
+        (
+            "--scene prism --size 32 --samples 8 --budget off --frames 3",
+            "--from 1",
+        ),
+        (
+            "--scene A --size 48 --eyes 1 --fill previous --budget 3ms --frames 8",
+            "--frame 7",
+        ),
+        (
+            "--scene spinning.toml --size 32 --budget 2ms --frames 8",
+            "--threads 1",
+        ),
+    ] {
+        let replayed = replayed(folder, words, &format!("{how} --verify"));
+        let verified = &replayed["verified"];
+        assert!(count(verified, "frames") > 0, "{words}: {replayed}");
+        assert_eq!(verified["frames"], verified["equal"], "{words}: {replayed}");
+        cut += count(&replayed["sessions"][0], "cut_frames");
+    } // Without any there would be nothing to render again.
+    assert!(cut > 10, "{cut} frames were cut off");
+}
+
+#[test]
+fn what_would_have_been_is_told_and_shown() {
+    let folder = folder();
+    let folder = folder.path();
+    let words = "--scene gallery --size 48 --budget off --frames 3";
+    let same = replayed(folder, words, "--against portable --device portable");
+    assert_eq!(same["against"]["equal"], 3, "{same}");
+    let how = "replay record --frame 1 --what-if";
+    let off = report(folder, &format!("{how} lod=off --out seen"));
+    let changed = &off["what_if"];
+    for key in ["mean_difference", "seen_difference", "largest"] {
+        assert!(changed[key].as_f64() > Some(0.1), "{off}");
+    }
+    for picture in ["frame-000001-left.png", "other/frame-000001-left.png"] {
+        assert!(folder.join("seen").join(picture).is_file(), "{picture}");
+    }
+    let beside = report(folder, &format!("{how} gaze=+20,0"));
+    assert!(
+        beside["what_if"]["seen_difference"].as_f64() > Some(0.0),
+        "{beside}"
+    );
+    let cut = report(folder, &format!("{how} budget=20000steps"));
+    assert!(cut["what_if"]["steps"].as_f64() < Some(1.0), "{cut}");
+}
+
+#[test]
+fn damage_and_other_scenes_are_told() {
+    let folder = folder();
+    let folder = folder.path();
+    let ball = "[materials.m]\ndiffuse = [0.2, 0.9, 0.2]\n\
+                [[object]]\nsphere = { radius = 1 }\nmaterial = \"m\"\nposition = [0, 0, -3]\n";
+    fs::write(folder.join("ball.toml"), ball).expect("a scene");
+    let words = "--scene ball.toml --size 16 --budget off --frames 4";
+    let whole = replayed(folder, words, "");
+    assert_eq!(count(&whole["sessions"][0], "frames"), 4, "{whole}");
+    assert_eq!(whole["is_cut_off"], false, "{whole}");
+    let bytes = fs::read(folder.join("record")).expect("a record");
+    fs::write(folder.join("cut"), &bytes[..bytes.len() - 20]).expect("a record");
+    let cut = report(folder, "replay cut");
+    assert_eq!(
+        (count(&cut["sessions"][0], "frames"), &cut["is_cut_off"]),
+        (3, &true.into())
+    );
+    let mut other = bytes.clone();
+    let at = bytes.len() - 40;
+    other[at] ^= 4;
+    fs::write(folder.join("altered"), other).expect("a record");
+    let said = line(folder, "replay altered").output().expect("a run");
+    assert_eq!(said.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&said.stderr).into_owned();
+    assert!(said.contains("frame 3 is not what was recorded"), "{said}");
+    let larger = ball.replace("radius = 1", "radius = 1.1");
+    fs::write(folder.join("ball.toml"), larger).expect("a scene");
+    let refused = refusal(&mut line(folder, "replay record --verify"), 1);
+    assert!(refused.contains("what is here is"), "{refused}");
+    fs::remove_file(folder.join("ball.toml")).expect("a file");
+    let refused = refusal(&mut line(folder, "replay record --verify"), 1);
+    assert!(
+        refused.contains("--scene FILE says where it is now"),
+        "{refused}"
+    );
+}
