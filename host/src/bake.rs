@@ -8,6 +8,7 @@ pub mod simplify;
 mod blob;
 mod cover;
 mod environment;
+mod fit;
 mod instance;
 mod layout;
 mod levels;

@@ -36,6 +36,7 @@ mod show;
 mod spectrum;
 mod test_pattern;
 pub mod tracker;
+mod web;
 
 use crate::live;
 use crate::outputs::OutputsReport;
@@ -66,6 +67,7 @@ enum Shisen {
     Room(room::Room),
     #[command(subcommand)]
     Tracker(Box<tracker::TrackerCommand>),
+    Web(web::Arguments),
     Completions(completions::Arguments),
     /// Measures speed: see shisen-evidence
     Bench(Elsewhere),
@@ -161,6 +163,7 @@ impl Program for Shisen {
             Self::Dome(dome) => dome::run(dome),
             Self::Room(room) => room::run(room),
             Self::Tracker(command) => tracker::run(command),
+            Self::Web(arguments) => web::run(arguments),
             Self::Completions(arguments) => completions::run(arguments),
             Self::Bench(words) => words.run("cargo run --release -p shisen-evidence -- bench"),
             Self::Selftest(words) => {

@@ -88,7 +88,7 @@ fn evened(pixels: &[Pixel], [width, height]: [usize; 2]) -> Vec<Pixel> {
 }
 
 /// Returns the next coarser level: means of light over solid angles.
-fn halved(pixels: &[Pixel], [width, height]: [usize; 2]) -> (Vec<Pixel>, [usize; 2]) {
+pub(super) fn halved(pixels: &[Pixel], [width, height]: [usize; 2]) -> (Vec<Pixel>, [usize; 2]) {
     let sides = [width, height].map(|side| (side / 2).max(1));
     let [columns, rows] = [super::levels::parts(width), super::levels::parts(height)];
     let coarser = rows.par_iter().flat_map_iter(|row| {

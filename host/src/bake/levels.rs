@@ -49,7 +49,7 @@ impl Levels {
     }
 
     /// Returns the means of a level's texels over those of the next.
-    fn halved(self, texels: &[Texel], [width, height]: [usize; 2]) -> Vec<Texel> {
+    pub(super) fn halved(self, texels: &[Texel], [width, height]: [usize; 2]) -> Vec<Texel> {
         let [columns, rows] = [parts(width), parts(height)];
         let mut coarser = Vec::with_capacity(columns.len() * rows.len());
         for row in &rows {

@@ -8,6 +8,7 @@ use crate::cli::output::progress::Ticker;
 use crate::cli::prelude::*;
 use crate::files::write_atomically;
 use crate::scene::Scene;
+use shisen_core::scene::format::LARGEST_SIDE;
 
 /// Bakes a scene for tracing
 #[derive(Debug, Clone, Args)]
@@ -29,6 +30,9 @@ pub(super) struct Arguments {
     layout: Layout,
     #[command(flatten)]
     levels: LevelArguments,
+    /// Halve textures, and the picture around the scene, until no side has more pixels than this
+    #[arg(long, value_name = "PIXELS", value_parser = whole::<u32>(1..=LARGEST_SIDE))]
+    textures: Option<u32>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -90,7 +94,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let start = Instant::now();
     let names: Vec<_> = arguments.input.iter().map(ToString::to_string).collect();
     let ticker = Ticker::start(format!("reading {}", names.join(", ")), false);
-    let (scene, shown) = load(arguments)?;
+    let (mut scene, shown) = load(arguments)?;
+    if let Some(most) = arguments.textures {
+        scene.fit_textures(most);
+    }
     let layout = arguments.layout;
     let asked = arguments.levels.given();
     let levels = asked.map(|_| arguments.levels.polygon_levels(layout));

@@ -162,7 +162,7 @@ impl Image {
     }
 
     /// Returns whether its file lets nothing through: it has no alpha below 1.
-    pub(super) const fn is_opaque(&self) -> bool {
+    pub(crate) const fn is_opaque(&self) -> bool {
         self.opaque
     }
 

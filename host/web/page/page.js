@@ -1,0 +1,442 @@
+// The page: the walls, the gaze, and workers that render tiles.
+import { ACUITY, Core, WALLS, byGaze, domePicture, encode, tiles, vectors, wallPicture } from "./frame.js";
+import { writeRecord } from "./record.js";
+
+const { plus, minus, times, dot, cross, unit } = vectors;
+const $ = (id) => document.getElementById(id);
+const EYE = [0, 0, 0];
+
+// --- what is chosen ----------------------------------------------------------
+
+const state = {
+  scene: null,
+  detail: "foveated",
+  view: "net",
+  size: 256,
+  levels: false,
+  frozen: false,
+  steps: 0,
+  forward: [0, 0, -1],
+};
+
+/// Makes radio buttons; the key of each is the first letter of its name that is free.
+function choices(id, names, chosen, choose) {
+  for (const name of names) {
+    const label = document.createElement("label");
+    const button = Object.assign(document.createElement("input"), {
+      type: "radio", name: id, value: name, checked: name === chosen,
+    });
+    button.addEventListener("change", () => choose(name));
+    label.append(button, ` ${name}`);
+    $(id).append(label);
+  }
+}
+
+const choose = (id, value) => {
+  const button = document.querySelector(`#${id} input[value="${value}"]`);
+  if (button && !button.checked) button.click();
+};
+
+// --- pictures ------------------------------------------------------------------
+
+let pictures = [];
+let canvases = [];
+
+function layOut() {
+  const { size } = state;
+  const isDome = state.scene?.dome;
+  pictures = isDome ? [domePicture(size)] : WALLS.map((wall) => wallPicture(wall, EYE, [size, size]));
+  canvases = pictures.map(() => Object.assign(document.createElement("canvas"), { width: size, height: size }));
+  $("room").replaceChildren(...canvases);
+  place();
+}
+
+/// Puts the walls as a net, or around the viewer.
+function place() {
+  const { width } = $("stage").getBoundingClientRect();
+  const isDome = state.scene?.dome;
+  const isViewer = state.view === "viewer" && !isDome;
+  $("room").className = isViewer ? "viewer" : "";
+  const half = width / 2;
+  if (isDome) {
+    Object.assign(canvases[0].style, { left: 0, top: 0, width: `${width}px`, transform: "" });
+    return;
+  }
+  if (!isViewer) {
+    [[0, 0], [1, 0], [0, 1]].forEach(([x, y], wall) => Object.assign(canvases[wall].style, {
+      left: `${x * half}px`, top: `${y * half}px`, width: `${half}px`, height: `${half}px`, transform: "",
+    }));
+    return;
+  }
+  // A cube of 1000 pixels around the viewer, who is as far from the screen as its perspective.
+  const side = 1000, distance = half;
+  const [yaw, pitch] = angles(camera());
+  const turned = `translateZ(${distance}px) rotateX(${-pitch}rad) rotateY(${yaw}rad)`;
+  const faces = ["", "rotateY(-90deg)", "rotateX(90deg)"];
+  $("room").style.perspective = `${distance}px`;
+  canvases.forEach((canvas, wall) => Object.assign(canvas.style, {
+    left: `${half - side / 2}px`, top: `${half - side / 2}px`, width: `${side}px`, height: `${side}px`,
+    transform: `${turned} ${faces[wall]} translateZ(${-side / 2}px)`,
+  }));
+}
+
+const angles = ([x, y, z]) => [Math.atan2(x, -z), Math.asin(Math.max(-1, Math.min(1, y)))];
+
+/// Where the viewer's head looks: towards the corner of the three walls.
+const camera = () => unit([0.55, -0.45, -1]);
+
+/// The axes of the head: right, up, forward.
+function head() {
+  const forward = camera();
+  const right = unit(cross(forward, [0, 1, 0]));
+  return [right, cross(right, forward), forward];
+}
+
+/// The direction from the eye to what is at a place of the stage; null off the walls.
+function directionAt(x, y) {
+  const { width } = $("stage").getBoundingClientRect();
+  const half = width / 2;
+  if (state.scene?.dome) {
+    const [u, v] = [x / half - 1, 1 - y / half];
+    const radius = Math.hypot(u, v);
+    if (radius > 1) return null;
+    const angle = radius * Math.PI / 2;
+    const [sin, cos] = [Math.sin(angle), Math.cos(angle)];
+    return radius === 0 ? [0, 1, 0] : [sin * u / radius, cos, -sin * v / radius];
+  }
+  if (state.view === "viewer") {
+    const [right, up, forward] = head();
+    return unit(plus(plus(times(right, x - half), times(up, half - y)), times(forward, half)));
+  }
+  const [column, row] = [Math.floor(x / half), Math.floor(y / half)];
+  const wall = [[0, 1], [2, -1]][row]?.[column] ?? -1;
+  if (wall < 0) return null;
+  const { lowerLeft, lowerRight, upperLeft } = WALLS[wall];
+  const across = times(minus(lowerRight, lowerLeft), x / half - column);
+  const down = times(minus(lowerLeft, upperLeft), y / half - row);
+  return unit(plus(plus(upperLeft, across), down));
+}
+
+/// Where a direction is on the stage; null where it is not.
+function placeOf(forward) {
+  const { width } = $("stage").getBoundingClientRect();
+  const half = width / 2;
+  if (state.scene?.dome) {
+    const [x, y, z] = forward;
+    const angle = Math.acos(Math.max(-1, Math.min(1, y)));
+    const level = Math.hypot(x, z) || 1;
+    const radius = angle / (Math.PI / 2);
+    return radius > 1 ? null : [half * (1 + radius * x / level), half * (1 + radius * z / level)];
+  }
+  if (state.view === "viewer") {
+    const [right, up, ahead] = head();
+    const along = dot(forward, ahead);
+    if (along <= 0.01) return null;
+    return [half + half * dot(forward, right) / along, half - half * dot(forward, up) / along];
+  }
+  for (const [wall, [column, row]] of [[0, 0], [1, 0], [0, 1]].entries()) {
+    const { lowerLeft, lowerRight, upperLeft } = WALLS[wall];
+    const [across, down] = [minus(lowerRight, lowerLeft), minus(lowerLeft, upperLeft)];
+    const normal = cross(across, down);
+    const distance = dot(upperLeft, normal) / dot(forward, normal);
+    if (!(distance > 0)) continue;
+    const at = minus(times(forward, distance), upperLeft);
+    const [s, t] = [dot(at, across) / dot(across, across), dot(at, down) / dot(down, down)];
+    if (s >= 0 && s <= 1 && t >= 0 && t <= 1) return [half * (column + s), half * (row + t)];
+  }
+  return null;
+}
+
+function showMark() {
+  const at = placeOf(state.forward);
+  $("mark").hidden = !at;
+  if (at) Object.assign($("mark").style, { left: `${at[0]}px`, top: `${at[1]}px` });
+}
+
+// --- workers ---------------------------------------------------------------------
+
+const COUNT = Math.max(1, Math.min(8, navigator.hardwareConcurrency || 2));
+let workers = [];
+let module = null;
+let own = null;
+
+const SIMD = new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0,
+  65, 0, 253, 15, 253, 98, 11]);
+
+async function load(path) {
+  const response = await fetch(path);
+  if (!response.ok) throw new Error(`${path} is not there (${response.status}): run host/web/build again`);
+  return response.arrayBuffer();
+}
+
+/// Opens a scene on all workers.
+async function open(scene) {
+  say(`loading ${scene.name}`);
+  const file = state.detail === "paper" ? scene.paper ?? scene.file : scene.file;
+  const bytes = await load(file);
+  workers.forEach((worker) => worker.terminate());
+  own = await Core.open(module, new Uint8Array(bytes));
+  scene.desk = file;
+  scene.hash = own.hashOf(new Uint8Array(bytes)).toString(16).padStart(16, "0");
+  workers = await Promise.all(Array.from({ length: COUNT }, async (_, number) => {
+    const worker = new Worker("worker.js", { type: "module" });
+    worker.postMessage({ open: { number, module, scene: bytes } });
+    await new Promise((resolve, reject) => {
+      worker.onmessage = ({ data }) => (data.failed ? reject(new Error(data.failed)) : resolve());
+      worker.onerror = () => reject(new Error("workers do not start here: open the page over http"));
+    });
+    return worker;
+  }));
+  state.scene = scene;
+  full = 0;
+  layOut();
+  say("");
+  stale = true;
+}
+
+// --- frames ----------------------------------------------------------------------
+
+let stale = true;
+let running = false;
+let number = 0;
+let full = 0;
+let newest = null;
+
+function frame() {
+  const { forward, detail } = state;
+  const up = Math.abs(forward[1]) > 0.99 ? [0, 0, -1] : [0, 1, 0];
+  return {
+    detail,
+    samples: detail === "foveated" ? 4 : 1,
+    acuity: state.acuity ?? ACUITY,
+    pictures,
+    gaze: { place: EYE, forward, up },
+  };
+}
+
+/// Renders a frame on all workers; returns what it took.
+function render(frame) {
+  number += 1;
+  const bytes = encode(frame);
+  const order = state.steps || frame.detail !== "full" ? byGaze(frame.pictures, frame.gaze.forward) : tiles(frame.pictures);
+  const took = { steps: 0, rays: 0, unfinished: 0, hashes: new Map() };
+  const begun = performance.now();
+  const parts = workers.map((worker, rank) => new Promise((resolve, reject) => {
+    worker.onmessage = ({ data }) => {
+      if (data.failed) return reject(new Error(data.failed));
+      show(data);
+      took.steps += data.steps;
+      took.rays += data.rays;
+      took.unfinished += data.unfinished;
+      data.tiles.forEach((tile, at) => took.hashes.set(String(tile), data.hashes[at]));
+      resolve();
+    };
+    const own = order.filter((_, at) => at % workers.length === rank);
+    worker.postMessage({ number, frame: bytes.buffer, tiles: own, steps: Math.ceil(state.steps / workers.length) });
+  }));
+  return Promise.all(parts).then(() => {
+    took.seconds = (performance.now() - begun) / 1000;
+    return took;
+  });
+}
+
+function show({ tiles, pixels }) {
+  let at = 0;
+  for (const [picture, x, y, width, height] of tiles) {
+    const own = pixels.subarray(at, (at += 4 * width * height));
+    canvases[picture]?.getContext("2d").putImageData(new ImageData(own, width, height), x, y);
+  }
+}
+
+async function loop() {
+  if (!running && stale && !state.frozen && state.scene && workers.length) {
+    running = true;
+    stale = false;
+    const shown = frame();
+    try {
+      const took = await render(shown);
+      newest = { ...took, frame: shown, scene: state.scene, size: state.size };
+      report(newest);
+      if (state.levels) drawLevels(shown);
+    } catch (error) {
+      say(String(error.message));
+    }
+    running = false;
+  }
+  requestAnimationFrame(loop);
+}
+
+/// Draws how much detail each part has.
+function drawLevels(shown) {
+  own.begin(encode(shown));
+  pictures.forEach(({ size: [columns, rows] }, picture) => {
+    const context = canvases[picture].getContext("2d");
+    for (let y = 0; y < rows; y += 16) {
+      for (let x = 0; x < columns; x += 16) {
+        const detail = own.exports.detail(picture, x + 8, y + 8);
+        const part = shown.detail === "foveated" ? 1 / detail : detail;
+        if (part < 1) {
+          context.fillStyle = `hsl(${Math.round(240 * (1 - part))} 90% 50% / 45%)`;
+          context.fillRect(x, y, 16, 16);
+        }
+      }
+    }
+  });
+}
+
+// --- numbers -----------------------------------------------------------------------
+
+const charts = { rate: [], rays: [], steps: [] };
+const few = (number) => number >= 1e6 ? `${(number / 1e6).toFixed(2)} M` : `${(number / 1e3).toFixed(0)} k`;
+
+function report(took) {
+  const rate = 1 / took.seconds;
+  if (took.frame.detail === "full" && !state.steps) full = took.steps;
+  $("rate").textContent = rate.toFixed(1);
+  $("rays").textContent = few(took.rays);
+  $("steps").textContent = few(took.steps);
+  $("part").textContent = full ? `${Math.round(100 * took.steps / full)} %` : "–";
+  for (const [name, value] of [["rate", rate], ["rays", took.rays], ["steps", took.steps]]) {
+    const values = charts[name];
+    values.push(value);
+    if (values.length > 60) values.shift();
+    chart($(`${name}-chart`), values);
+  }
+  const hashes = hashesOf(took);
+  $("hash").textContent = hashes.map(({ hash }) => hash.toString(16).padStart(16, "0")).join(" ");
+  $("save").disabled = Boolean(state.steps) || Boolean(took.scene.dome);
+  document.body.dataset.hash = $("hash").textContent;
+  document.body.dataset.frames = number;
+}
+
+function hashesOf(took) {
+  const all = tiles(took.frame.pictures).map((tile) => took.hashes.get(String(tile)));
+  return own.wallHashes(took.frame.pictures, all);
+}
+
+function chart(canvas, values) {
+  const context = canvas.getContext("2d");
+  const most = Math.max(...values, 1e-9);
+  context.clearRect(0, 0, canvas.width, canvas.height);
+  context.strokeStyle = getComputedStyle(document.body).color;
+  context.beginPath();
+  values.forEach((value, at) => context.lineTo(2 * at, canvas.height - 1 - (canvas.height - 2) * value / most));
+  context.stroke();
+}
+
+function say(text) {
+  $("message").textContent = text;
+}
+
+// --- input ---------------------------------------------------------------------------
+
+function look(forward) {
+  if (!forward) return;
+  state.forward = forward.map(Math.fround);
+  stale = true;
+  showMark();
+}
+
+function turn(right, up) {
+  const [yaw, pitch] = angles(state.forward);
+  const [a, b] = [yaw + right, Math.max(-1.5, Math.min(1.5, pitch + up))];
+  look([Math.sin(a) * Math.cos(b), Math.sin(b), -Math.cos(a) * Math.cos(b)]);
+}
+
+const STEP = 2 * Math.PI / 180;
+const KEYS = {
+  ArrowLeft: () => turn(-STEP, 0),
+  ArrowRight: () => turn(STEP, 0),
+  ArrowUp: () => turn(0, STEP),
+  ArrowDown: () => turn(0, -STEP),
+  " ": () => $("frozen").click(),
+  l: () => $("levels").click(),
+  v: () => choose("views", state.view === "net" ? "viewer" : "net"),
+  f: () => choose("details", "full"),
+  p: () => choose("details", "paper"),
+  o: () => choose("details", "foveated"),
+  "[": () => budget(-1),
+  "]": () => budget(1),
+};
+
+function budget(by) {
+  $("budget").value = Number($("budget").value) + by;
+  $("budget").dispatchEvent(new Event("input"));
+}
+
+function listen() {
+  const stage = $("stage");
+  const follow = (event) => {
+    const { left, top } = stage.getBoundingClientRect();
+    look(directionAt(event.clientX - left, event.clientY - top));
+  };
+  stage.addEventListener("pointermove", follow);
+  stage.addEventListener("pointerdown", follow);
+  addEventListener("keydown", (event) => {
+    const isTyping = event.target instanceof HTMLInputElement && event.target.type === "range";
+    const act = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    const digit = Number(event.key);
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (digit >= 1 && digit <= scenes.length) choose("scenes", scenes[digit - 1].name);
+    else if (!act || (isTyping && event.key.startsWith("Arrow"))) return;
+    else act();
+    event.preventDefault();
+  });
+  addEventListener("resize", () => { place(); showMark(); });
+  $("levels").addEventListener("change", ({ target }) => { state.levels = target.checked; stale = true; });
+  $("frozen").addEventListener("change", ({ target }) => { state.frozen = target.checked; });
+  $("budget").addEventListener("input", ({ target }) => {
+    const part = Number(target.value);
+    state.steps = part >= 40 ? 0 : Math.round(10 ** (3 + part / 10));
+    $("budget-text").textContent = state.steps ? `${few(state.steps)} steps a frame` : "no end";
+    stale = true;
+  });
+  $("budget").dispatchEvent(new Event("input"));
+  $("save").addEventListener("click", save);
+}
+
+/// Saves the newest frame as a record that a desk replays.
+function save() {
+  if (!newest) return;
+  const { name } = newest.scene;
+  const bytes = writeRecord(own, newest, hashesOf(newest));
+  const link = Object.assign(document.createElement("a"), {
+    href: URL.createObjectURL(new Blob([bytes])), download: `${name}.rec`,
+  });
+  link.click();
+  $("command").textContent = `curl -O ${new URL(newest.scene.desk, location)}\nshisen replay ${name}.rec --verify`;
+}
+
+// --- start -----------------------------------------------------------------------------
+
+let scenes = [];
+
+async function start() {
+  scenes = JSON.parse(new TextDecoder().decode(await load("scenes.json")));
+  const hasSimd = WebAssembly.validate(SIMD);
+  const notes = [`${COUNT} workers`];
+  if (!hasSimd) notes.push("this browser has no vectors (simd128): slower, the same bits");
+  module = await WebAssembly.compile(await load(hasSimd ? "shisen-simd.wasm" : "shisen.wasm"));
+  $("notes").textContent = notes.join("; ");
+  const wanted = new URLSearchParams(location.hash.slice(1));
+  const first = scenes.find(({ name }) => name === wanted.get("scene")) ?? scenes[0];
+  state.size = Number(wanted.get("size")) || (innerWidth < 800 ? 128 : 256);
+  state.detail = wanted.get("detail") ?? state.detail;
+  choices("scenes", scenes.map(({ name }) => name), first.name, (name) => {
+    open(scenes.find((scene) => scene.name === name)).catch((error) => say(error.message));
+  });
+  choices("details", ["full", "paper", "foveated"], state.detail, (detail) => {
+    const needsLevels = state.scene.paper && (detail === "paper") !== (state.detail === "paper");
+    state.detail = detail;
+    stale = true;
+    if (needsLevels) open(state.scene).catch((error) => say(error.message));
+  });
+  choices("views", ["net", "viewer"], state.view, (view) => { state.view = view; place(); showMark(); });
+  choices("sizes", ["128", "256", "512"], String(state.size), (size) => { state.size = Number(size); layOut(); stale = true; });
+  listen();
+  await open(first);
+  showMark();
+  loop();
+}
+
+start().catch((error) => say(String(error.message)));
