@@ -1,5 +1,6 @@
 // Descriptions of frames, and the tiles of their pictures: what shisen-web reads. See src/frame.rs.
 
+/// Pixels a side of the tiles that are hashed, as a record's.
 export const TILE = 32;
 // The paper's visual field: its centre, up, down, left and right.
 const FIELD = [30, 60, 70, 100, 100].map((degrees) => degrees * Math.PI / 180);
@@ -27,9 +28,9 @@ export function wallPicture(wall, eye, [columns, rows]) {
   return { kind: 0, vectors: [eye, minus(first, eye), column, row], size: [columns, rows] };
 }
 
-/// A dome master of all directions above, its top to the front.
+/// A dome master of all directions above, its lower edge to the front.
 export function domePicture(size) {
-  return { kind: 1, vectors: [[0, 0, 0], [1, 0, 0], [0, 0, -1], [0, -1, 0]], size: [size, size] };
+  return { kind: 1, vectors: [[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, -1, 0]], size: [size, size] };
 }
 
 /// The bytes of a frame: {depth, samples, detail, acuity: [slope, least, off, factor, from],
@@ -75,25 +76,25 @@ const WAVELENGTHS = [14, 400, 700, 1];
 export const ACUITY = [0.0275, 0.0208 * Math.PI / 180, 0, 1, 0];
 
 /// The tiles of pictures: [picture, x, y, width, height], row by row.
-export function tiles(pictures) {
+export function tiles(pictures, side = TILE) {
   const all = [];
   pictures.forEach(({ size: [columns, rows] }, picture) => {
-    for (let y = 0; y < rows; y += TILE)
-      for (let x = 0; x < columns; x += TILE)
-        all.push([picture, x, y, Math.min(TILE, columns - x), Math.min(TILE, rows - y)]);
+    for (let y = 0; y < rows; y += side)
+      for (let x = 0; x < columns; x += side)
+        all.push([picture, x, y, Math.min(side, columns - x), Math.min(side, rows - y)]);
   });
   return all;
 }
 
 /// The tiles from the line of sight outwards.
-export function byGaze(pictures, forward) {
+export function byGaze(pictures, forward, side) {
   const toTile = ([picture, x, y, width, height]) => {
     const { kind, vectors: [, first, column, row] } = pictures[picture];
     if (kind !== 0) return 0;
     const [mx, my] = [x + width / 2, y + height / 2];
     return dot(unit(plus(first, plus(times(column, mx), times(row, my)))), forward);
   };
-  const keyed = tiles(pictures).map((tile) => [toTile(tile), tile]);
+  const keyed = tiles(pictures, side).map((tile) => [toTile(tile), tile]);
   keyed.sort((a, b) => b[0] - a[0]);
   return keyed.map(([, tile]) => tile);
 }
@@ -130,11 +131,15 @@ export class Core {
     if (exports.render(picture, x, y, width, height, steps) !== 0) throw new Error("no such tile");
     return {
       pixels: new Uint8ClampedArray(exports.memory.buffer, exports.shown(), 4 * width * height),
-      hash: BigInt.asUintN(64, exports.hash()),
       steps: Number(exports.steps()),
       rays: Number(exports.rays()),
       isWhole: exports.is_whole() !== 0,
     };
+  }
+
+  /// The hash of the newest tile.
+  hash() {
+    return BigInt.asUintN(64, this.exports.hash());
   }
 
   /// XXH3-64 of bytes.

@@ -1,5 +1,5 @@
 // The page: the walls, the gaze, and workers that render tiles.
-import { ACUITY, Core, WALLS, byGaze, domePicture, encode, tiles, vectors, wallPicture } from "./frame.js";
+import { ACUITY, Core, TILE, WALLS, byGaze, domePicture, encode, tiles, vectors, wallPicture } from "./frame.js";
 import { writeRecord } from "./record.js";
 
 const { plus, minus, times, dot, cross, unit } = vectors;
@@ -102,7 +102,7 @@ function directionAt(x, y) {
     if (radius > 1) return null;
     const angle = radius * Math.PI / 2;
     const [sin, cos] = [Math.sin(angle), Math.cos(angle)];
-    return radius === 0 ? [0, 1, 0] : [sin * u / radius, cos, -sin * v / radius];
+    return radius === 0 ? [0, 1, 0] : [sin * u / radius, cos, sin * v / radius];
   }
   if (state.view === "viewer") {
     const [right, up, forward] = head();
@@ -126,7 +126,7 @@ function placeOf(forward) {
     const angle = Math.acos(Math.max(-1, Math.min(1, y)));
     const level = Math.hypot(x, z) || 1;
     const radius = angle / (Math.PI / 2);
-    return radius > 1 ? null : [half * (1 + radius * x / level), half * (1 + radius * z / level)];
+    return radius > 1 ? null : [half * (1 + radius * x / level), half * (1 - radius * z / level)];
   }
   if (state.view === "viewer") {
     const [right, up, ahead] = head();
@@ -188,6 +188,8 @@ async function open(scene) {
     return worker;
   }));
   state.scene = scene;
+  // A frame that the workers before were rendering does not come.
+  running = false;
   full = 0;
   layOut();
   say("");
@@ -198,6 +200,8 @@ async function open(scene) {
 
 let stale = true;
 let running = false;
+let isHashed = false;
+let turned = 0;
 let number = 0;
 let full = 0;
 let newest = null;
@@ -214,11 +218,14 @@ function frame() {
   };
 }
 
-/// Renders a frame on all workers; returns what it took.
-function render(frame) {
+/// Pixels a side of the tiles of frames that are only looked at.
+const SIDE = 64;
+
+/// Renders a frame on all workers; returns what it took, with hashes where it is checked.
+function render(frame, isChecked) {
   number += 1;
   const bytes = encode(frame);
-  const order = state.steps || frame.detail !== "full" ? byGaze(frame.pictures, frame.gaze.forward) : tiles(frame.pictures);
+  const order = byGaze(frame.pictures, frame.gaze.forward, isChecked ? TILE : SIDE);
   const took = { steps: 0, rays: 0, unfinished: 0, hashes: new Map() };
   const begun = performance.now();
   const parts = workers.map((worker, rank) => new Promise((resolve, reject) => {
@@ -228,11 +235,12 @@ function render(frame) {
       took.steps += data.steps;
       took.rays += data.rays;
       took.unfinished += data.unfinished;
-      data.tiles.forEach((tile, at) => took.hashes.set(String(tile), data.hashes[at]));
+      data.hashes.forEach((hash, at) => took.hashes.set(String(data.tiles[at]), hash));
       resolve();
     };
     const own = order.filter((_, at) => at % workers.length === rank);
-    worker.postMessage({ number, frame: bytes.buffer, tiles: own, steps: Math.ceil(state.steps / workers.length) });
+    const steps = Math.ceil(state.steps / workers.length);
+    worker.postMessage({ number, frame: bytes.buffer, tiles: own, steps, isChecked });
   }));
   return Promise.all(parts).then(() => {
     took.seconds = (performance.now() - begun) / 1000;
@@ -248,22 +256,37 @@ function show({ tiles, pixels }) {
   }
 }
 
-async function loop() {
-  if (!running && stale && !state.frozen && state.scene && workers.length) {
-    running = true;
-    stale = false;
-    const shown = frame();
-    try {
-      const took = await render(shown);
-      newest = { ...took, frame: shown, scene: state.scene, size: state.size };
-      report(newest);
-      if (state.levels) drawLevels(shown);
-    } catch (error) {
-      say(String(error.message));
-    }
-    running = false;
-  }
+/// Milliseconds of rest before what is shown is hashed.
+const REST = 300;
+
+/// Begins a frame at each refresh where there is one to begin.
+function loop() {
   requestAnimationFrame(loop);
+  const now = performance.now();
+  const rests = !stale && !isHashed && now - turned > REST && !state.steps && !state.scene?.dome;
+  if (!running && (stale || rests) && !state.frozen && state.scene && workers.length) {
+    if (stale) turned = now;
+    stale = false;
+    isHashed = rests;
+    renderChosen(rests);
+  }
+}
+
+/// Renders what is chosen, and shows and hashes it.
+async function renderChosen(isChecked) {
+  running = true;
+  const shown = frame();
+  const { scene, size } = state;
+  try {
+    const took = await render(shown, isChecked);
+    newest = { ...took, frame: shown, scene, size };
+    if (isChecked) showHash(newest);
+    else report(newest);
+    if (state.levels) drawLevels(shown);
+  } catch (error) {
+    say(String(error.message));
+  }
+  running = false;
 }
 
 /// Draws how much detail each part has.
@@ -302,11 +325,16 @@ function report(took) {
     if (values.length > 60) values.shift();
     chart($(`${name}-chart`), values);
   }
+  $("hash").textContent = "–";
+  $("save").disabled = true;
+  document.body.dataset.frames = number;
+}
+
+/// Shows the hashes of a frame's walls, which a record of it has.
+function showHash(took) {
   const hashes = hashesOf(took);
   $("hash").textContent = hashes.map(({ hash }) => hash.toString(16).padStart(16, "0")).join(" ");
-  $("save").disabled = Boolean(state.steps) || Boolean(took.scene.dome);
-  document.body.dataset.hash = $("hash").textContent;
-  document.body.dataset.frames = number;
+  $("save").disabled = false;
 }
 
 function hashesOf(took) {
@@ -320,7 +348,7 @@ function chart(canvas, values) {
   context.clearRect(0, 0, canvas.width, canvas.height);
   context.strokeStyle = getComputedStyle(document.body).color;
   context.beginPath();
-  values.forEach((value, at) => context.lineTo(2 * at, canvas.height - 1 - (canvas.height - 2) * value / most));
+  values.forEach((value, at) => context.lineTo(1.5 * at, canvas.height - 1 - (canvas.height - 2) * value / most));
   context.stroke();
 }
 

@@ -17,7 +17,7 @@ onmessage = async ({ data }) => {
 };
 
 /// Renders tiles within some steps together; a tile that they do not reach is given up.
-function render({ number, frame, tiles, steps }) {
+function render({ number, frame, tiles, steps, isChecked }) {
   core.begin(new Uint8Array(frame));
   const area = tiles.reduce((sum, [, , , width, height]) => sum + width * height, 0);
   const pixels = new Uint8ClampedArray(4 * area);
@@ -28,7 +28,7 @@ function render({ number, frame, tiles, steps }) {
     const done = core.render(tile, steps === 0 ? 0 : Math.max(1, left));
     pixels.set(done.pixels, at);
     at += done.pixels.length;
-    hashes.push(done.hash);
+    if (isChecked) hashes.push(core.hash());
     left -= done.steps;
     spent += done.steps;
     rays += done.rays;

@@ -36,7 +36,6 @@ struct State {
     pixels: Vec<Pixel>,
     /// Red, green, blue and opacity as a canvas has them.
     shown: Vec<u8>,
-    hash: u64,
     steps: u64,
     rays: u64,
     is_whole: bool,
@@ -136,7 +135,6 @@ impl State {
         let after = &self.workspace.statistics;
         self.steps = after.steps.wrapping_sub(before.steps);
         self.rays = after.rays().wrapping_sub(before.rays());
-        self.hash = pixels::hash(&self.pixels);
         pixels::show(&self.pixels, &mut self.shown);
         Ok(())
     }
@@ -151,7 +149,7 @@ pub extern "C" fn shown() -> *const u8 {
 /// Returns the hash of the newest tile, as a record has it.
 #[unsafe(no_mangle)]
 pub extern "C" fn hash() -> u64 {
-    with(|state| state.hash)
+    with(|state| pixels::hash(&state.pixels))
 }
 
 /// Returns the steps of the newest tile.

@@ -32,10 +32,8 @@ static CODES: LazyLock<[u8; STEPS + 1]> = LazyLock::new(|| {
 pub(crate) fn show(pixels: &[Pixel], shown: &mut Vec<u8>) {
     let codes = &*CODES;
     let code = |linear: f32| codes[((linear * STEPS as f32) as usize).min(STEPS)];
-    shown.clear();
-    shown.extend(pixels.iter().flat_map(|pixel| {
-        let light = [pixel.red, pixel.green, pixel.blue];
-        let [red, green, blue] = light.map(code);
-        [red, green, blue, 255]
-    }));
+    shown.resize(4 * pixels.len(), 255);
+    for (pixel, [red, green, blue, _]) in pixels.iter().zip(shown.as_chunks_mut().0) {
+        [*red, *green, *blue] = [pixel.red, pixel.green, pixel.blue].map(code);
+    }
 }
