@@ -47,6 +47,7 @@ mod serving {
         "page.css": "text/css",
         "page.js": "text/javascript",
         "frame.js": "text/javascript",
+        "fovea.js": "text/javascript",
         "record.js": "text/javascript",
         "worker.js": "text/javascript",
         "shisen.wasm": "application/wasm",

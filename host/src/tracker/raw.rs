@@ -8,7 +8,6 @@ use super::net::NetSpec;
 use super::protocol::ProtocolSpec;
 use super::spec::{Spec, TrackerKind};
 use crate::files::Fault;
-use crate::live::lock;
 use shisen_tracker::decoder::{Counts, Decoder, DropReason, Dropped, Event};
 use shisen_tracker::head::osvr_hdk::OsvrHdk;
 use shisen_tracker::hid::eye_tracker::EyeTracker;
@@ -17,7 +16,7 @@ use shisen_tracker::net::vrpn::Vrpn;
 use shisen_tracker::time::Micros;
 use std::io::{self, Write};
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 const FIRST_LINE: &[u8] = b"shisen raw 1\n";
 
@@ -37,6 +36,10 @@ pub(super) enum Piece {
 
 impl Piece {
     const ALL: [Self; 4] = [Self::Opened, Self::Came, Self::Early, Self::Sent];
+}
+
+fn lock(taken: &Mutex<Vec<u8>>) -> MutexGuard<'_, Vec<u8>> {
+    taken.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Takes the bytes of a tracker, or none.

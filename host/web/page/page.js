@@ -1,10 +1,13 @@
 // The page: the walls, the gaze, and workers that render tiles.
 import { ACUITY, Core, TILE, WALLS, byGaze, domePicture, encode, tiles, vectors, wallPicture } from "./frame.js";
-import { writeRecord } from "./record.js";
+import { measureFovea } from "./fovea.js";
+import { readRecord, writeRecord } from "./record.js";
 
 const { plus, minus, times, dot, cross, unit } = vectors;
 const $ = (id) => document.getElementById(id);
-const EYE = [0, 0, 0];
+
+/// Where the eye is in the room: in the middle, or where a record has it.
+const eye = () => state.head ?? [0, 0, 0];
 
 // --- what is chosen ----------------------------------------------------------
 
@@ -42,20 +45,32 @@ const choose = (id, value) => {
 let pictures = [];
 let canvases = [];
 
+/// Where each wall of the net is, and its part of the stage's width.
+const CELLS = [[0, 0], [1, 0], [0, 1]];
+const walls = () => (state.screen ? [state.screen] : WALLS);
+const share = () => (state.screen ? 1 : 0.5);
+
 function layOut() {
   const { size } = state;
   const isDome = state.scene?.dome;
-  pictures = isDome ? [domePicture(size)] : WALLS.map((wall) => wallPicture(wall, EYE, [size, size]));
+  pictures = isDome ? [domePicture(size)] : walls().map((wall) => inScene(wallPicture(wall, eye(), [size, size])));
   canvases = pictures.map(() => Object.assign(document.createElement("canvas"), { width: size, height: size }));
   $("room").replaceChildren(...canvases);
   place();
+}
+
+/// The rays of a picture where a record's viewer has flown.
+function inScene(picture) {
+  if (!state.flown) return picture;
+  const [from, ...others] = picture.vectors.map(state.flown);
+  return { ...picture, vectors: [plus(from, state.origin), ...others] };
 }
 
 /// Puts the walls as a net, or around the viewer.
 function place() {
   const { width } = $("stage").getBoundingClientRect();
   const isDome = state.scene?.dome;
-  const isViewer = state.view === "viewer" && !isDome;
+  const isViewer = state.view === "viewer" && !isDome && !state.screen;
   $("room").className = isViewer ? "viewer" : "";
   const half = width / 2;
   if (isDome) {
@@ -63,8 +78,10 @@ function place() {
     return;
   }
   if (!isViewer) {
-    [[0, 0], [1, 0], [0, 1]].forEach(([x, y], wall) => Object.assign(canvases[wall].style, {
-      left: `${x * half}px`, top: `${y * half}px`, width: `${half}px`, height: `${half}px`, transform: "",
+    const side = share() * width;
+    canvases.forEach((canvas, wall) => Object.assign(canvas.style, {
+      left: `${CELLS[wall][0] * side}px`, top: `${CELLS[wall][1] * side}px`,
+      width: `${side}px`, height: `${side}px`, transform: "",
     }));
     return;
   }
@@ -104,17 +121,18 @@ function directionAt(x, y) {
     const [sin, cos] = [Math.sin(angle), Math.cos(angle)];
     return radius === 0 ? [0, 1, 0] : [sin * u / radius, cos, sin * v / radius];
   }
-  if (state.view === "viewer") {
+  if (state.view === "viewer" && !state.screen) {
     const [right, up, forward] = head();
     return unit(plus(plus(times(right, x - half), times(up, half - y)), times(forward, half)));
   }
-  const [column, row] = [Math.floor(x / half), Math.floor(y / half)];
-  const wall = [[0, 1], [2, -1]][row]?.[column] ?? -1;
-  if (wall < 0) return null;
-  const { lowerLeft, lowerRight, upperLeft } = WALLS[wall];
-  const across = times(minus(lowerRight, lowerLeft), x / half - column);
-  const down = times(minus(lowerLeft, upperLeft), y / half - row);
-  return unit(plus(plus(upperLeft, across), down));
+  const side = share() * width;
+  const [column, row] = [Math.floor(x / side), Math.floor(y / side)];
+  const wall = CELLS.findIndex(([atX, atY]) => atX === column && atY === row);
+  if (!walls()[wall]) return null;
+  const { lowerLeft, lowerRight, upperLeft } = walls()[wall];
+  const across = times(minus(lowerRight, lowerLeft), x / side - column);
+  const down = times(minus(lowerLeft, upperLeft), y / side - row);
+  return unit(minus(plus(plus(upperLeft, across), down), eye()));
 }
 
 /// Where a direction is on the stage; null where it is not.
@@ -128,21 +146,22 @@ function placeOf(forward) {
     const radius = angle / (Math.PI / 2);
     return radius > 1 ? null : [half * (1 + radius * x / level), half * (1 - radius * z / level)];
   }
-  if (state.view === "viewer") {
+  if (state.view === "viewer" && !state.screen) {
     const [right, up, ahead] = head();
     const along = dot(forward, ahead);
     if (along <= 0.01) return null;
     return [half + half * dot(forward, right) / along, half - half * dot(forward, up) / along];
   }
-  for (const [wall, [column, row]] of [[0, 0], [1, 0], [0, 1]].entries()) {
-    const { lowerLeft, lowerRight, upperLeft } = WALLS[wall];
+  const side = share() * width;
+  for (const [number, { lowerLeft, lowerRight, upperLeft }] of walls().entries()) {
+    const [column, row] = CELLS[number];
     const [across, down] = [minus(lowerRight, lowerLeft), minus(lowerLeft, upperLeft)];
     const normal = cross(across, down);
-    const distance = dot(upperLeft, normal) / dot(forward, normal);
+    const distance = dot(minus(upperLeft, eye()), normal) / dot(forward, normal);
     if (!(distance > 0)) continue;
-    const at = minus(times(forward, distance), upperLeft);
+    const at = minus(plus(eye(), times(forward, distance)), upperLeft);
     const [s, t] = [dot(at, across) / dot(across, across), dot(at, down) / dot(down, down)];
-    if (s >= 0 && s <= 1 && t >= 0 && t <= 1) return [half * (column + s), half * (row + t)];
+    if (s >= 0 && s <= 1 && t >= 0 && t <= 1) return [side * (column + s), side * (row + t)];
   }
   return null;
 }
@@ -214,7 +233,9 @@ function frame() {
     samples: detail === "foveated" ? 4 : 1,
     acuity: state.acuity ?? ACUITY,
     pictures,
-    gaze: { place: EYE, forward, up },
+    gaze: state.flown
+      ? { place: plus(state.flown(eye()), state.origin), forward: state.flown(forward), up: state.flown(up) }
+      : { place: eye(), forward, up },
   };
 }
 
@@ -263,7 +284,7 @@ const REST = 300;
 function loop() {
   requestAnimationFrame(loop);
   const now = performance.now();
-  const rests = !stale && !isHashed && now - turned > REST && !state.steps && !state.scene?.dome;
+  const rests = !stale && !isHashed && now - turned > REST && !state.steps && !state.scene?.dome && !state.screen && !state.head;
   if (!running && (stale || rests) && !state.frozen && state.scene && workers.length) {
     if (stale) turned = now;
     stale = false;
@@ -404,6 +425,7 @@ function listen() {
     const isTyping = event.target instanceof HTMLInputElement && event.target.type === "range";
     const act = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     const digit = Number(event.key);
+    if ($("fovea").open) return;
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (digit >= 1 && digit <= scenes.length) choose("scenes", scenes[digit - 1].name);
     else if (!act || (isTyping && event.key.startsWith("Arrow"))) return;
@@ -420,7 +442,57 @@ function listen() {
     stale = true;
   });
   $("budget").dispatchEvent(new Event("input"));
+  $("record").addEventListener("change", ({ target }) => target.files[0] && openRecord(target.files[0]));
+  addEventListener("dragover", (event) => event.preventDefault());
+  addEventListener("drop", (event) => {
+    event.preventDefault();
+    if (event.dataTransfer.files[0]) openRecord(event.dataTransfer.files[0]);
+  });
+  $("moment").addEventListener("input", showMoment);
+  $("play").addEventListener("click", play);
   $("save").addEventListener("click", save);
+  $("measure").addEventListener("click", measure);
+  $("usual").addEventListener("click", usual);
+  $("numbers-save").addEventListener("click", () => download("eye.json", JSON.stringify(state.eye, null, 1)));
+}
+
+/// Renders for the visitor's own eye: the picture is a window of its size at its distance.
+async function measure() {
+  const found = await measureFovea($("fovea"));
+  if (!found) return;
+  usual();
+  const { pixelsAMetre, distance, slope, least } = found;
+  const half = $("stage").getBoundingClientRect().width / pixelsAMetre / 2;
+  state.screen = {
+    name: "screen", lowerLeft: [-half, -half, -distance], lowerRight: [half, -half, -distance],
+    upperLeft: [-half, half, -distance],
+  };
+  state.acuity = [slope, least, 0, 1, 0];
+  state.eye = found;
+  const minutes = (angle) => (60 * angle * 180 / Math.PI).toFixed(1);
+  $("eye").textContent = `You see ${minutes(least)}′ where you look, and ${(60 * slope).toFixed(1)}′ more for each `
+    + "degree beside it. Look at the pointer: the picture is rendered for that.";
+  $("numbers-save").disabled = $("usual").disabled = false;
+  choose("details", "foveated");
+  again();
+}
+
+function usual() {
+  state.screen = state.acuity = state.eye = state.head = state.flown = undefined;
+  $("eye").textContent = "";
+  $("numbers-save").disabled = $("usual").disabled = true;
+  again();
+}
+
+function again() {
+  layOut();
+  showMark();
+  stale = true;
+}
+
+function download(name, bytes) {
+  const href = URL.createObjectURL(new Blob([bytes]));
+  Object.assign(document.createElement("a"), { href, download: name }).click();
 }
 
 /// Saves the newest frame as a record that a desk replays.
@@ -428,11 +500,78 @@ function save() {
   if (!newest) return;
   const { name } = newest.scene;
   const bytes = writeRecord(own, newest, hashesOf(newest));
-  const link = Object.assign(document.createElement("a"), {
-    href: URL.createObjectURL(new Blob([bytes])), download: `${name}.rec`,
-  });
-  link.click();
+  download(`${name}.rec`, bytes);
   $("command").textContent = `curl -O ${new URL(newest.scene.desk, location)}\nshisen replay ${name}.rec --verify`;
+}
+
+// --- records -------------------------------------------------------------------------
+
+/// The record that is played: its frames, and what is not shown of them.
+let played = null;
+
+async function openRecord(file) {
+  try {
+    const { sessions, isWhole } = readRecord(own, new Uint8Array(await file.arrayBuffer()));
+    if (sessions.length === 0) throw new Error("the record has no frames");
+    const { setup, frames } = sessions[0];
+    const words = setup.arguments;
+    const option = (name, usual) => (words.includes(name) ? words[words.indexOf(name) + 1] : usual);
+    const wanted = setup.scene.split(/[\\/]/).at(-1);
+    const scene = scenes.find(({ file, paper, name }) => [file, paper, name].includes(wanted)
+      || (wanted === "A" && name === "animal"));
+    if (!scene) throw new Error(`the record's scene ${setup.scene} is not on this page: shisen replay shows it`);
+    if (setup.walls || option("--walls", "three-wall") !== "three-wall") {
+      throw new Error("the record is of other walls than these three: shisen replay shows it");
+    }
+    const lod = option("--lod", /^[A-D]$/.test(setup.scene) ? "paper" : "foveated");
+    usual();
+    state.detail = { off: "full", paper: "paper" }[lod] ?? "foveated";
+    choose("details", state.detail);
+    if (state.scene !== scene) await open(scene);
+    const notes = [];
+    if (scene.hash !== setup.scene_hash) notes.push("the scene was baked otherwise: alike, not the same bits");
+    if (frames.some(({ rung }) => rung > 0)) notes.push("quality was lowered at times, which is not shown");
+    if (sessions.length > 1) notes.push("the first session alone");
+    if (!isWhole) notes.push("the record was cut off");
+    played = { frames, notes, name: file.name };
+    Object.assign($("moment"), { max: frames.length - 1, value: 0, disabled: false });
+    $("play").disabled = false;
+    $("player").open = true;
+    showMoment();
+  } catch (error) {
+    say(String(error.message));
+  }
+}
+
+/// Shows the frame of the time line.
+function showMoment() {
+  const { frames, notes } = played;
+  const frame = frames[Number($("moment").value)];
+  // The eye in the scene: the middle of the two.
+  const [x, y, z, yaw] = frame.place;
+  const [sin, cos] = [Math.sin(yaw), Math.cos(yaw)];
+  state.head = frame.head;
+  state.flown = ([a, b, c]) => [cos * a + sin * c, b, cos * c - sin * a];
+  state.origin = [x, y, z];
+  $("moment-text").textContent = [`${frame.at.toFixed(2)} s`, ...notes].join("; ");
+  layOut();
+  look(frame.forward);
+}
+
+/// Plays the record in its own time.
+function play() {
+  const begun = performance.now() - 1000 * played.frames[Number($("moment").value)].at;
+  const step = () => {
+    if ($("play").textContent !== "Pause") return;
+    const now = (performance.now() - begun) / 1000;
+    const next = played.frames.findLastIndex(({ at }) => at <= now);
+    $("moment").value = Math.max(0, next);
+    showMoment();
+    if (next + 1 < played.frames.length) setTimeout(step, 30);
+    else $("play").textContent = "Play";
+  };
+  $("play").textContent = $("play").textContent === "Play" ? "Pause" : "Play";
+  step();
 }
 
 // --- start -----------------------------------------------------------------------------

@@ -44,3 +44,57 @@ export function writeRecord(core, { frame, scene, size }, walls) {
     entry(4, new Uint8Array()),
   ]);
 }
+
+/// The frames of a record, as far as it can be read: {setup, frames: [{at, time, place, head, turn,
+/// forward, up, rung, cuts, hashes}], isWhole}. `core` computes hashes.
+export function readRecord(core, bytes) {
+  const first = new TextDecoder().decode(bytes.slice(0, 16));
+  if (first !== "shisen record 1\n") {
+    throw new Error(first.startsWith("shisen record ") ? "a record of another version" : "this file is no record");
+  }
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const sessions = [];
+  let at = 16;
+  let isWhole = false;
+  while (at + 9 <= bytes.length && !isWhole) {
+    const [kind, length] = [bytes[at], view.getUint32(at + 1, true)];
+    const end = at + 5 + length;
+    if (end + 4 > bytes.length) break;
+    const check = BigInt.asUintN(32, core.hashOf(bytes.slice(at, end)));
+    if (Number(check) !== view.getUint32(end, true)) throw new Error("a frame is not what was recorded");
+    const content = bytes.slice(at + 5, end);
+    if (kind === 1) sessions.push({ setup: JSON.parse(new TextDecoder().decode(content)), frames: [] });
+    if (kind === 2) sessions.at(-1)?.frames.push(readFrame(content, sessions.at(-1).setup));
+    isWhole = kind === 4;
+    at = end + 4;
+  }
+  return { sessions: sessions.filter(({ frames }) => frames.length > 0), isWhole };
+}
+
+function readFrame(bytes, setup) {
+  const view = new DataView(bytes.buffer);
+  let at = 0;
+  const byte = () => bytes[at++];
+  const number = () => {
+    let [value, factor] = [0, 1];
+    for (;;) {
+      const next = byte();
+      value += (next & 127) * factor;
+      if (next < 128) return value;
+      factor *= 128;
+    }
+  };
+  const floats = (count) => Array.from({ length: count }, () => { at += 4; return view.getFloat32(at - 4, true); });
+  const doubles = (count) => Array.from({ length: count }, () => { at += 8; return view.getFloat64(at - 8, true); });
+  const flags = byte();
+  number();
+  const frame = { at: number() / 1e6, rung: number(), steps: flags & 1 ? number() : 0 };
+  [frame.time] = doubles(1);
+  frame.place = flags & 4 ? doubles(4) : [0, 0, 0, 0];
+  [frame.head, frame.turn, frame.forward, frame.up] = [floats(3), floats(4), floats(3), floats(3)];
+  frame.widen = flags & 8 ? floats(1)[0] : 0;
+  let tile = 0;
+  frame.cuts = Array.from({ length: number() }, () => [tile += number(), number()]);
+  frame.hashes = setup.pictures.map(() => { at += 8; return view.getBigUint64(at - 8, true); });
+  return frame;
+}
