@@ -137,7 +137,7 @@ fn gather(
     let end = targets.last().map_or(Micros(0), |last| last.end);
     let mut announced = 0;
     let forever = EndArguments::default();
-    follow(feed, &forever, &mut |feed, heard| {
+    follow(feed, &forever, None, &mut |feed, heard| {
         let now = feed.now();
         match (&mut shown, targets.get(announced)) {
             (Some(shown), _) => shown.show(now),

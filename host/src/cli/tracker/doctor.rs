@@ -111,7 +111,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         frames: None,
         seconds: Some(arguments.seconds),
     };
-    let followed = follow(&mut feed, &end, &mut |_, said| {
+    let followed = follow(&mut feed, &end, None, &mut |_, said| {
         if let Some((at, offset)) = said.offset {
             intake.set_offset(at, offset);
             heard.is_measured = true;

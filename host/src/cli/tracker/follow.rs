@@ -39,10 +39,12 @@ pub(super) struct Heard {
 }
 
 /// Hands all events to `take` until it wants no more, or until the end that is asked for, Ctrl-C,
-/// or the end of a recording. Announces what happens to the device.
+/// or the end of a recording. Samples are counted of one sensor, or of all. Announces what happens to
+/// the device.
 pub(super) fn follow(
     feed: &mut Feed,
     end: &EndArguments,
+    counted: Option<u8>,
     take: &mut Take<'_>,
 ) -> Result<(), Failure> {
     let interrupt = Interrupt::watched();
@@ -60,7 +62,9 @@ pub(super) fn follow(
         feed.poll(now, &mut |notice| match notice {
             Notice::Decoded(event) => {
                 if !full(samples) {
-                    samples += u64::from(matches!(event, Event::Sample(_)));
+                    let is_counted = matches!(&event, Event::Sample(sample)
+                        if counted.is_none_or(|one| one == sample.sensor));
+                    samples += u64::from(is_counted);
                     heard.events.push(event);
                 }
             }

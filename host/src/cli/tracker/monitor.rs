@@ -54,7 +54,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         live: !json && io::stdout().is_terminal(),
         shown: None,
     };
-    let shown = follow(&mut feed, &arguments.end, &mut |feed, heard| {
+    let shown = follow(&mut feed, &arguments.end, spec.head, &mut |feed, heard| {
         let counts = feed.counts();
         records.held_back = feed.held_back();
         if heard.features.is_some() {

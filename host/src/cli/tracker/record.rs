@@ -55,7 +55,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         (Feed::open(spec)?, Recorder::create(&arguments.file)?)
     };
     let (mut samples, mut messages) = (0, 0);
-    let followed = follow(&mut feed, &arguments.end, &mut |feed, heard| {
+    let followed = follow(&mut feed, &arguments.end, None, &mut |feed, heard| {
         recorder.keep_bytes()?;
         let lost = feed.counts().lost;
         for event in &heard.events {
