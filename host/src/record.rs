@@ -67,12 +67,6 @@ pub struct RecordedPicture {
 }
 
 impl Setup {
-    /// Returns the rows of tiles of all pictures.
-    pub fn tile_rows(&self) -> usize {
-        let rows = self.pictures.iter().map(|picture| self.rows_of(picture));
-        rows.sum()
-    }
-
     /// Returns the rows of tiles of a picture.
     pub fn rows_of(&self, picture: &RecordedPicture) -> usize {
         picture.size[1].div_ceil(self.tile.max(1)) as usize

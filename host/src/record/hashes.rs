@@ -8,9 +8,9 @@ use xxhash_rust::xxh3::xxh3_64;
 /// The hashes of a picture.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct WallHash {
-    /// Of all of it: of the hashes of its tiles, row by row.
+    /// The hash of the hashes of all its tiles, row by row.
     pub hash: u64,
-    /// Of the hashes of the tiles of each row, the low half.
+    /// For each row of tiles, the low half of the hash of their hashes.
     pub rows: Vec<u32>,
 }
 

@@ -327,7 +327,7 @@ mod tests {
         (events, read.into_iter().map(|(event, _)| event).collect())
     }
 
-    /// Other bytes of the same device give what its decoder makes of them, from the same arrivals.
+    /// Bytes that were kept give the same events again, with the same counts.
     #[test]
     fn bytes_are_decoded_again() {
         let folder = tempfile::tempdir().unwrap();
