@@ -44,6 +44,8 @@ struct Shared {
     came: Condvar,
     over: AtomicBool,
     home: Estimate,
+    /// The number of the source that the wand is on.
+    wand_source: Option<usize>,
 }
 
 struct Following {
@@ -52,8 +54,8 @@ struct Following {
     /// The number of the source whose samples frames wait for: that of the gaze.
     leading: usize,
     passed_over: u64,
-    /// What steers the viewer, and the number of the source that it is on.
-    wand: Option<(Wand, usize)>,
+    /// What steers the viewer.
+    wand: Option<Wand>,
 }
 
 /// What is known of a source so far.
@@ -104,8 +106,8 @@ pub struct LatchedGaze {
 
 impl LiveTracker {
     /// Starts to read a viewer's trackers, which is one at least; the times are those of the first.
-    /// Its `Report` gets the events of each. A wand is on the source
-    /// of its number.
+    /// A source's `Report` gets its events. A wand comes with the number of the source that it is
+    /// on.
     ///
     /// # Errors
     /// The system starts no thread.
@@ -116,6 +118,7 @@ impl LiveTracker {
     ) -> std::io::Result<Self> {
         let first = sources.first().ok_or(std::io::ErrorKind::InvalidInput)?;
         let feed = first.0.feed.clock();
+        let (wand, wand_source) = wand.unzip();
         let home = gaze.estimator.estimate(first.0.feed.now(), &mut |_| {});
         let followed = |source: &(Source, Report)| Followed {
             state: SourceState {
@@ -143,6 +146,7 @@ impl LiveTracker {
             came: Condvar::new(),
             over: AtomicBool::new(false),
             home,
+            wand_source,
         });
         let mut tracker = Self {
             feed,
@@ -214,7 +218,7 @@ impl LiveTracker {
     /// Returns where the wand steers the viewer.
     pub fn steering(&self) -> Steering {
         let wand = &lock(&self.shared.following).wand;
-        let steering = wand.as_ref().map(|(wand, _)| wand.steering());
+        let steering = wand.as_ref().map(Wand::steering);
         steering.unwrap_or_default()
     }
 
@@ -269,7 +273,9 @@ fn listen(number: usize, source: Source, shared: &Shared, mut report: Report) {
         let mut troubles = Vec::new();
         feed.poll(now, &mut |notice| {
             let is_wand = intake.role() == Role::Wand;
-            if steer((number, is_wand), &notice, intake.at(now), shared) && is_wand {
+            let steers = shared.wand_source == Some(number)
+                && steer((number, is_wand), &notice, intake.at(now), shared);
+            if steers && is_wand {
                 return;
             }
             let sample = match &notice {
@@ -327,8 +333,8 @@ fn listen(number: usize, source: Source, shared: &Shared, mut report: Report) {
         }
         let following = &mut *lock(&shared.following);
         following.sources[number].state.counts = counts;
-        let wand = following.wand.as_mut().filter(|(_, on)| *on == number);
-        if let Some((wand, _)) = wand {
+        let steers = shared.wand_source == Some(number);
+        if let Some(wand) = following.wand.as_mut().filter(|_| steers) {
             wand.is_present = feed.is_present();
         }
         if !is_live {
@@ -340,7 +346,7 @@ fn listen(number: usize, source: Source, shared: &Shared, mut report: Report) {
 /// Hands what a wand's source sends to the wand; returns whether it is an event of a device.
 fn steer((number, is_wand): (usize, bool), notice: &Notice, now: Micros, shared: &Shared) -> bool {
     let following = &mut *lock(&shared.following);
-    let Some((wand, _)) = following.wand.as_mut().filter(|(_, on)| *on == number) else {
+    let Some(wand) = &mut following.wand else {
         return false;
     };
     match notice {
