@@ -13,6 +13,8 @@
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
 mod avx2;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+mod simd128;
 
 use crate::numeric::scalar;
 use crate::shape::Ray;
@@ -85,6 +87,12 @@ pub(crate) fn dot<const W: usize, L: Lanes<W>>(l: L, axis: Vec3, [x, y, z]: [L::
 /// Plain Rust on any target; compilers vectorise much of it.
 #[derive(Clone, Copy)]
 pub(crate) struct Portable;
+
+/// The lanes of every processor of this target.
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
+const LANES: Portable = Portable;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+const LANES: simd128::Simd128 = simd128::Simd128;
 
 /// Bits of `order` a lane.
 const fn order_bits(width: usize) -> u32 {
@@ -250,7 +258,7 @@ enum Path {
 }
 
 impl Simd {
-    /// Plain Rust, on any machine.
+    /// What any machine of the target runs: plain Rust, or WebAssembly's vectors.
     pub const PORTABLE: Self = Self(Path::Portable);
 
     /// Whether the target has vector registers that compilers put lanes in.
@@ -289,7 +297,7 @@ impl Runs<8> for Simd {
     #[inline(always)]
     fn run<K: Kernel<8>>(self, kernel: K) -> K::Output {
         match self.0 {
-            Path::Portable => kernel.run(Portable),
+            Path::Portable => kernel.run(LANES),
             #[cfg(target_arch = "x86_64")]
             Path::Avx2(avx2) => avx2.run(kernel),
         }
@@ -297,7 +305,7 @@ impl Runs<8> for Simd {
     #[inline(always)]
     fn run_along<K: RayKernel<8>>(self, ray: &Ray, kernel: K) -> K::Output {
         match self.0 {
-            Path::Portable => kernel.run(Portable, ray),
+            Path::Portable => kernel.run(LANES, ray),
             #[cfg(target_arch = "x86_64")]
             Path::Avx2(avx2) => avx2.run_along(ray, kernel),
         }
@@ -307,11 +315,11 @@ impl Runs<8> for Simd {
 impl Runs<4> for Simd {
     #[inline(always)]
     fn run<K: Kernel<4>>(self, kernel: K) -> K::Output {
-        kernel.run(Portable)
+        kernel.run(LANES)
     }
     #[inline(always)]
     fn run_along<K: RayKernel<4>>(self, ray: &Ray, kernel: K) -> K::Output {
-        kernel.run(Portable, ray)
+        kernel.run(LANES, ray)
     }
 }
 

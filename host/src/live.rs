@@ -19,7 +19,7 @@ mod tracking;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 pub use budget::{BudgetError, FrameBudget, Table2};
-pub use engine::{Cut, Engine, Rendered, eyes_of, with_engine};
+pub use engine::{Cut, Engine, Rendered, Undescribed, eyes_of, with_engine};
 pub use flight::RoomPlace;
 pub use governor::{Allowance, Decision, FrameCost, Governor};
 pub use latency::{FrameRecord, Latencies, Leg, Summary};

@@ -10,6 +10,7 @@ pub use frame::RecordedFrame;
 pub use hashes::{WallHash, of_pictures, of_tiles};
 
 use crate::files::Fault;
+use crate::live::Quality;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -30,7 +31,7 @@ const RAW: u8 = 3;
 const END: u8 = 4;
 
 /// What the frames behind it have in common.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Setup {
     /// The version of the program that recorded.
     pub program: String,
@@ -53,6 +54,8 @@ pub struct Setup {
     pub tile: u32,
     /// The pictures, in their order.
     pub pictures: Vec<RecordedPicture>,
+    /// The qualities that frames have by their numbers, from the best.
+    pub rungs: Vec<Quality>,
 }
 
 /// A picture of each frame.

@@ -124,6 +124,15 @@ impl View {
         })
     }
 
+    /// Returns what [`new`](Self::new) has taken, but for the size: the eye, the first pixel, the
+    /// steps of a column and of a row; `None` where the screen is not flat.
+    pub const fn flat(&self) -> Option<[Vec3; 4]> {
+        match &self.0 {
+            Kind::Screen(screen) => Some(screen.vectors()),
+            Kind::Dome(_) => None,
+        }
+    }
+
     pub(super) const fn kind(&self) -> &Kind {
         &self.0
     }

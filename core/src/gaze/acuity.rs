@@ -144,6 +144,11 @@ impl Acuity {
         self.fovea
     }
 
+    /// How far the line of sight may be from what is taken for it: radians.
+    pub const fn off(self) -> f32 {
+        self.off
+    }
+
     /// MAR(e), radians, of an eccentricity in radians, 0 to π; below 0 and for NaN
     /// as for 0, above π as for π.
     pub fn least_angle(self, eccentricity: f32) -> f32 {

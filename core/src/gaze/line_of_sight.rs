@@ -39,12 +39,53 @@ pub enum LineOfSightError {
          way that the top of the head points"
     )]
     Parallel,
+    /// Axes that are not of length 1, not at right angles or left-handed, by more than
+    /// [`LineOfSight::SKEW`].
+    #[error("the axes of the line of sight are not three unit vectors at right angles")]
+    Axes,
 }
 
 impl LineOfSight {
     /// The sine of the angle between direction and up, 2⁻²², up to which they
     /// count as parallel: the rounding of their components can make as much.
     pub const PARALLEL: f32 = f32::EPSILON * 2.0;
+
+    /// How far the products of axes may be from 0 or 1.
+    pub const SKEW: f32 = 1.0e-5;
+
+    /// Returns the line of sight that has these axes, bit for bit: from `position` (metres, in the
+    /// room) along `forward`, with what [`right`](Self::right) and [`up`](Self::up) have returned.
+    ///
+    /// # Errors
+    /// A position that is not finite; axes that are not unit vectors at right angles.
+    pub fn from_axes(
+        position: Vec3,
+        forward: Vec3,
+        right: Vec3,
+        up: Vec3,
+    ) -> Result<Self, LineOfSightError> {
+        if !position.is_finite() {
+            return Err(LineOfSightError::Position);
+        }
+        let off = [
+            forward.dot(forward) - 1.0,
+            right.dot(right) - 1.0,
+            up.dot(up) - 1.0,
+            forward.dot(right),
+            right.dot(up),
+            up.dot(forward),
+        ];
+        let is_square = off.into_iter().all(|off| off.abs() <= Self::SKEW);
+        if !(is_square && right.cross(forward).dot(up) > 0.0) {
+            return Err(LineOfSightError::Axes);
+        }
+        Ok(Self {
+            position,
+            forward,
+            right,
+            up,
+        })
+    }
 
     /// From `position` (metres, in the room) along `direction`, the head's top
     /// towards `up`: vectors of any length but zero, at any angle but
@@ -131,6 +172,24 @@ mod tests {
 
     fn new(direction: Vec3, up: Vec3) -> Result<LineOfSight, LineOfSightError> {
         LineOfSight::new(Vec3::ZERO, direction, up)
+    }
+
+    #[test]
+    fn axes_are_kept_bit_for_bit_or_refused() {
+        let sight = new(Vec3::new(0.3, -0.2, -0.9), Vec3::Y).unwrap();
+        let (forward, right, up) = (sight.forward(), sight.right(), sight.up());
+        let again = LineOfSight::from_axes(Vec3::ZERO, forward, right, up);
+        assert_eq!(again, Ok(sight));
+        for [forward, right, up] in [
+            [forward, up, right],
+            [forward, right, -up],
+            [forward * 1.001, right, up],
+            [forward, right, Vec3::new(f32::NAN, 0.0, 0.0)],
+            [Vec3::ZERO; 3],
+        ] {
+            let refused = LineOfSight::from_axes(Vec3::ZERO, forward, right, up);
+            assert_eq!(refused, Err(LineOfSightError::Axes));
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@ use super::tree::{self, Bounds};
 use crate::scene::mesh::TriangleMesh;
 use crate::scene::motion::Pose;
 use crate::scene::{self, Shape};
+use glam::DAffine3;
 use obvhs::BvhBuildParams;
 use shisen_core::scene::format::{Instance, LeafBlock, Mesh, Node};
 use shisen_core::scene::{PoseError, Poses, Scene, Tables};
@@ -213,6 +214,12 @@ impl<'s, const W: usize> Stage<'s, W> {
         }
         self.poses.refit();
         Ok(())
+    }
+
+    /// Returns where the objects that move are, by their numbers; `None` where meshes deform, so that
+    /// they are not all that moves.
+    pub fn objects(&self) -> Option<&[(usize, DAffine3)]> {
+        self.trees.is_empty().then_some(&*self.pose.objects)
     }
 
     /// Returns the scene as it is now.

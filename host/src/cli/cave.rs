@@ -5,6 +5,7 @@ pub(super) mod pictures;
 pub(super) mod report;
 mod tracked;
 
+use crate::bake::Layout;
 use crate::cli::arguments::cache::CacheArguments;
 use crate::cli::arguments::filling::{Fill, FillArguments};
 use crate::cli::arguments::lod::{LodArguments, to_be_filled};
@@ -90,7 +91,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut cameras = arguments.view.cameras(&observers, (forward, up))?;
     let quiet = arguments.quiet;
     let model = arguments.model.within(&cave);
-    let ready = (arguments.lod).ready(&arguments.scene, &model, &arguments.cache, quiet)?;
+    let ready = (arguments.lod).ready(
+        &arguments.scene,
+        &model,
+        &arguments.cache,
+        Layout::Fast,
+        quiet,
+    )?;
     if let Some(look) = ready.look() {
         let (directions, pose) = (look.directions(), arguments.room.head_towards(Some(look)));
         arguments.room.check_eyes(&cave, pose)?;

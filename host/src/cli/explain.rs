@@ -2,6 +2,7 @@
 
 pub(super) mod report;
 
+use crate::bake::Layout;
 use crate::cli::arguments::dispersion::{in_one_frame, range_in_one_frame};
 use crate::cli::arguments::lod::{LodArguments, of_every_pixel};
 use crate::cli::arguments::room::RoomArguments;
@@ -73,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Loaded::Baked(_) => Default::default(),
     };
     let ticker = Ticker::start(format!("baking {name}"), false);
-    let ready = arguments.lod.baked(source, &ticker)?;
+    let ready = arguments.lod.baked(source, Layout::Fast, &ticker)?;
     drop(ticker);
     if let Some(look) = ready.look() {
         let pose = arguments.room.head_towards(Some(look));

@@ -4,7 +4,7 @@
 mod allocations;
 mod interference;
 
-use crate::bake::Staged;
+use crate::bake::{Layout, Staged};
 use crate::cli::arguments::cache::CacheArguments;
 use crate::cli::arguments::dispersion::{in_one_frame, range_in_one_frame};
 use crate::cli::arguments::lod::LodArguments;
@@ -60,6 +60,9 @@ pub struct LiveArguments {
     pub tracing: TracingArguments,
     #[command(flatten)]
     cache: CacheArguments,
+    /// Layout of the tree's nodes in a scene that is not baked yet
+    #[arg(long, value_enum, default_value = "fast")]
+    layout: Layout,
     /// How to capture the surroundings, if at all.
     #[arg(skip)]
     capture: Option<CaptureOptions>,
@@ -141,7 +144,7 @@ impl LiveArguments {
             shown,
             moving,
             ..
-        } = (self.lod).ready(&self.scene, &model, &self.cache, false)?;
+        } = (self.lod).ready(&self.scene, &model, &self.cache, self.layout, false)?;
         let (options, _) = self.tracing.options(&baked)?;
         if matches!(options.dispersion, Dispersion::Images(..)) {
             return Err(misuse!(
@@ -249,9 +252,14 @@ impl TimeArguments {
 }
 
 impl Prepared {
+    /// Returns the baked scene.
+    pub fn scene_bytes(&self) -> &[u8] {
+        self.baked.as_bytes()
+    }
+
     /// Returns the hash of the baked scene.
     pub fn scene_hash(&self) -> u64 {
-        xxh3_64(self.baked.as_bytes())
+        xxh3_64(self.scene_bytes())
     }
 
     pub const fn simd(&self) -> Simd {

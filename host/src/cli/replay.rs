@@ -50,6 +50,11 @@ pub(super) struct Arguments {
     /// Folder for a picture of each frame's walls; made if it does not exist
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Folder for the scene, a description of each frame, which the core alone can render on a
+    /// microcontroller, and the hashes of its pictures; made if it does not exist. It takes a record
+    /// of `run --layout compact`
+    #[arg(long, value_name = "DIR")]
+    describe: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -94,7 +99,10 @@ impl Arguments {
 
     /// Returns whether frames are rendered.
     fn renders(&self) -> bool {
-        let shows = self.out.is_some() || self.against.is_some() || self.what_if.is_some();
+        let shows = self.out.is_some()
+            || self.describe.is_some()
+            || self.against.is_some()
+            || self.what_if.is_some();
         self.verify || shows
     }
 
@@ -123,9 +131,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let wanted = all().filter(|frame| arguments.wants(frame.number)).count();
     if wanted == 0 && (arguments.renders() || arguments.frame.is_some()) {
         let last = all().last().map_or(0, |frame| frame.number);
-        return Err(misuse!(
-            "the record has frames 0 to {last}, and none of those"
-        ));
+        return Err(match all().next() {
+            Some(_) => misuse!("the record has frames 0 to {last}, and none of those"),
+            None => misuse!("the record has no frames: record again with `shisen run --record`"),
+        });
     }
     if arguments.renders() {
         let other = arguments.other()?;

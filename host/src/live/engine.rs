@@ -6,7 +6,9 @@
 //! threads.
 
 mod capture;
+mod cut;
 mod deal;
+mod describe;
 mod fovea;
 mod threads;
 
@@ -16,12 +18,14 @@ use super::quality::Quality;
 use super::swap::Share;
 use crate::bake::{Stage, StageMemory, Staged};
 use crate::cave::{Cave, Eye};
-use crate::picture::{Picture, tile_hash};
+use crate::picture::Picture;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
 use crate::scene;
 use crate::with_scene;
 use capture::LiveCapture;
+pub use cut::Cut;
 use deal::{Dealer, Group, LiveTile};
+pub use describe::Undescribed;
 use fovea::{SAME_PLACE, is_foveal, reaching_fovea, towards};
 use rayon::prelude::*;
 use shisen_core::frame::{Fill, Pixel, Spectrum, Statistics, Tile, TileJob, Workspace};
@@ -139,15 +143,13 @@ pub trait Engine {
 
     /// Puts a hash of each of the newest frame's tiles into `hashes`, by picture, row and column.
     fn tile_hashes(&self, hashes: &mut Vec<u64>);
-}
 
-/// A tile that a frame's budget cut off.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Cut {
-    /// The tile's number, by picture, row and column.
-    pub tile: u32,
-    /// Its pixels that were done, in the order in which they are rendered.
-    pub kept: u32,
+    /// Returns the description of the newest frame, which these eyes see with these cuts, for
+    /// programs that have the core alone: `host/web/src/frame.rs` has the format.
+    ///
+    /// # Errors
+    /// What descriptions do not have.
+    fn describe(&self, eyes: &[Observer], cuts: &[Cut]) -> Result<Vec<u8>, Undescribed>;
 }
 
 /// An engine for one width of nodes.
@@ -399,12 +401,7 @@ where
     }
 
     fn cuts(&self, cuts: &mut Vec<Cut>) {
-        let tiles = (0..).zip(&self.shared.tiles);
-        cuts.clear();
-        cuts.extend(tiles.filter_map(|(number, tile)| {
-            let kept = lock(tile).kept?;
-            Some(Cut { tile: number, kept })
-        }));
+        self.newest_cuts(cuts);
     }
 
     fn render_cut(
@@ -414,29 +411,16 @@ where
         cuts: &[Cut],
     ) -> Result<Rendered, RenderError> {
         let rendered = self.render_frame(eyes, quality, None, false)?;
-        let plan = self.shared.read();
-        for cut in cuts {
-            let tile = self.shared.tiles.get(cut.tile as usize);
-            let Some(mut tile) = tile.map(lock) else {
-                continue;
-            };
-            let tile = &mut *tile;
-            let (view, renderer) = &plan.parts[tile.part];
-            let mut job = TileJob::cut(tile.job.tile(), cut.kept);
-            let given_up = job.give_up(renderer, view, &mut tile.pixels);
-            debug_assert!(given_up.is_ok(), "its own pixels");
-        }
+        self.cut_off(cuts);
         Ok(rendered)
     }
 
     fn tile_hashes(&self, hashes: &mut Vec<u64>) {
-        let capture = &self.shared.read().capture;
-        // Those of a capture come last.
-        let count = capture.as_ref().map(|capture| capture.tile);
-        let tiles = &self.shared.tiles;
-        let tiles = tiles.get(..count.unwrap_or(tiles.len())).unwrap_or(tiles);
-        let hash = |tile: &Mutex<LiveTile>| tile_hash([lock(tile).pixels.as_slice()]);
-        tiles.par_iter().map(hash).collect_into_vec(hashes);
+        self.newest_hashes(hashes);
+    }
+
+    fn describe(&self, eyes: &[Observer], cuts: &[Cut]) -> Result<Vec<u8>, Undescribed> {
+        self.description(eyes, cuts)
     }
 }
 

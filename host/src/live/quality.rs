@@ -2,13 +2,13 @@
 
 use crate::render::{Foveation, Observer};
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use shisen_core::frame::{LevelOfDetail, MAX_DEPTH};
 use shisen_core::gaze::{VisualField, VisualFieldLimits};
 
 /// The quality of a frame. It keeps the equations of the level of detail: only their constants
 /// are smaller, and equation 10 is cut off.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Quality {
     /// The most bounces at level 1: the paper's Reflect max (eq. 9).
     pub depth: u8,
@@ -113,15 +113,24 @@ impl Quality {
         }
     }
 
+    /// Returns the eccentricity beyond which detail is larger: radians.
+    pub(super) const fn fine_within(&self) -> f32 {
+        if self.sampling < LAST_RESORT {
+            FOVEA
+        } else {
+            0.0
+        }
+    }
+
     /// Lowers the detail that an eye sees.
     #[must_use]
     pub fn lower(&self, eye: Observer) -> Observer {
-        let keeps_fovea = self.sampling < LAST_RESORT;
-        let inner = if keeps_fovea { FOVEA } else { 0.0 };
         Observer {
             lod: eye.lod.map(|lod| self.narrow(lod)),
             foveation: eye.foveation.map(|foveation| Foveation {
-                acuity: foveation.acuity.steeper_beyond(self.sampling, inner),
+                acuity: foveation
+                    .acuity
+                    .steeper_beyond(self.sampling, self.fine_within()),
                 ..foveation
             }),
             ..eye

@@ -132,6 +132,7 @@ impl RecordedFrame {
         let number = rest.number()?;
         let shown_us = rest.number()?;
         let rung = usize::try_from(rest.number()?).ok()?;
+        setup.rungs.get(rung)?;
         let steps = if has(IS_LIMITED) {
             Some(rest.number()?)
         } else {

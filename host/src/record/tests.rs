@@ -1,5 +1,5 @@
 use super::*;
-use crate::live::{Cut, Decision, Look, RoomPlace};
+use crate::live::{Cut, Decision, Look, Quality, RoomPlace};
 use glam::{DVec3, Quat, Vec3};
 use shisen_core::gaze::HeadPose;
 
@@ -20,6 +20,7 @@ fn setup() -> Setup {
         walls: None,
         tile: 32,
         pictures: vec![picture("front"), picture("floor")],
+        rungs: Quality::LADDER.to_vec(),
     }
 }
 

@@ -20,6 +20,21 @@ const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a
 const unit = (a) => times(a, 1 / Math.hypot(...a));
 export const vectors = { plus, minus, times, dot, cross, unit };
 
+/// The degrees around the line of sight that stay as fine as they are in all but the least qualities.
+const FOVEA = 5 * Math.PI / 180;
+
+/// What a lowered quality leaves of a frame's detail: of a record's `rungs`.
+export function lowered({ depth, faces, field, centre, sampling }, acuity = ACUITY) {
+  const [whole, ...limits] = FIELD;
+  const central = Math.max(whole * centre, Math.min(FOVEA / 0.95, whole));
+  return {
+    depth: Math.min(3, depth),
+    faces,
+    field: [central, ...limits.map((limit) => central + (limit - whole) * field)],
+    acuity: [...acuity.slice(0, 3), sampling, sampling < 6 ? FOVEA : 0],
+  };
+}
+
 /// The rays from an eye through a wall's pixels, in doubles and rounded once, as the desk has them.
 export function wallPicture(wall, eye, [columns, rows]) {
   const column = times(minus(wall.lowerRight, wall.lowerLeft), 1 / columns);
@@ -34,13 +49,13 @@ export function domePicture(size) {
 }
 
 /// The bytes of a frame: {depth, samples, detail, acuity: [slope, least, off, factor, from],
-/// pictures, gaze: {place, forward, up}, moved: [[object, map]], cuts: [[picture, tile, kept]]}.
+/// pictures, gaze: {place, forward, up}, cuts: [[picture, tile, kept]]}.
 export function encode(frame) {
   const words = [];
   const whole = (number) => words.push([number, true]);
   const floats = (numbers) => numbers.forEach((number) => words.push([number, false]));
   const detail = { full: 0, paper: 1, ellipse: 2, foveated: 3 }[frame.detail];
-  [1, frame.depth ?? 3, frame.samples, 0xffffffff, detail].forEach(whole);
+  [2, frame.depth ?? 3, frame.samples, 0xffffffff, detail].forEach(whole);
   floats([frame.faces ?? 1, ...(frame.field ?? FIELD), ...(frame.acuity ?? ACUITY)]);
   const [count, from, to, each] = frame.wavelengths ?? WAVELENGTHS;
   whole(count);
@@ -52,14 +67,9 @@ export function encode(frame) {
     picture.vectors.forEach(floats);
     picture.size.forEach(whole);
     const gaze = picture.gaze ?? frame.gaze;
-    [gaze.place, gaze.forward, gaze.up].forEach(floats);
+    [gaze.place, gaze.forward, [0, 0, 0], gaze.up].forEach(floats);
   }
-  const moved = frame.moved ?? [];
-  whole(moved.length);
-  for (const [object, map] of moved) {
-    whole(object);
-    floats(map);
-  }
+  whole(0);
   const cuts = frame.cuts ?? [];
   whole(cuts.length);
   for (const [picture, tile, kept] of cuts) [picture, ...tile, kept].forEach(whole);

@@ -1,5 +1,5 @@
 // The page: the walls, the gaze, and workers that render tiles.
-import { ACUITY, Core, TILE, WALLS, byGaze, domePicture, encode, tiles, vectors, wallPicture } from "./frame.js";
+import { ACUITY, Core, TILE, WALLS, byGaze, domePicture, encode, lowered, tiles, vectors, wallPicture } from "./frame.js";
 import { measureFovea } from "./fovea.js";
 import { readRecord, writeRecord } from "./record.js";
 
@@ -233,6 +233,7 @@ function frame() {
     samples: detail === "foveated" ? 4 : 1,
     acuity: state.acuity ?? ACUITY,
     pictures,
+    ...state.left,
     gaze: state.flown
       ? { place: plus(state.flown(eye()), state.origin), forward: state.flown(forward), up: state.flown(up) }
       : { place: eye(), forward, up },
@@ -246,7 +247,7 @@ const SIDE = 64;
 function render(frame, isChecked) {
   number += 1;
   const bytes = encode(frame);
-  const order = byGaze(frame.pictures, frame.gaze.forward, isChecked ? TILE : SIDE);
+  const order = byGaze(frame.pictures, frame.gaze.forward, isChecked || frame.cuts ? TILE : SIDE);
   const took = { steps: 0, rays: 0, unfinished: 0, hashes: new Map() };
   const begun = performance.now();
   const parts = workers.map((worker, rank) => new Promise((resolve, reject) => {
@@ -478,7 +479,7 @@ async function measure() {
 }
 
 function usual() {
-  state.screen = state.acuity = state.eye = state.head = state.flown = undefined;
+  state.screen = state.acuity = state.eye = state.head = state.flown = state.left = undefined;
   $("eye").textContent = "";
   $("numbers-save").disabled = $("usual").disabled = true;
   again();
@@ -530,10 +531,14 @@ async function openRecord(file) {
     if (state.scene !== scene) await open(scene);
     const notes = [];
     if (scene.hash !== setup.scene_hash) notes.push("the scene was baked otherwise: alike, not the same bits");
-    if (frames.some(({ rung }) => rung > 0)) notes.push("quality was lowered at times, which is not shown");
+    if (option("--eyes", "2") === "2") notes.push("for one eye in the middle");
     if (sessions.length > 1) notes.push("the first session alone");
     if (!isWhole) notes.push("the record was cut off");
-    played = { frames, notes, name: file.name };
+    const [side] = setup.pictures[0].size;
+    const hasThisSize = setup.pictures.every(({ size }) => size[0] === side && size[1] === side);
+    if (hasThisSize && setup.tile === TILE) state.size = side;
+    else notes.push("in another size, and what budgets cut off is not shown");
+    played = { setup, frames, notes, isOfSize: state.size === side };
     Object.assign($("moment"), { max: frames.length - 1, value: 0, disabled: false });
     $("play").disabled = false;
     $("player").open = true;
@@ -545,7 +550,7 @@ async function openRecord(file) {
 
 /// Shows the frame of the time line.
 function showMoment() {
-  const { frames, notes } = played;
+  const { setup, frames, notes, isOfSize } = played;
   const frame = frames[Number($("moment").value)];
   // The eye in the scene: the middle of the two.
   const [x, y, z, yaw] = frame.place;
@@ -553,9 +558,21 @@ function showMoment() {
   state.head = frame.head;
   state.flown = ([a, b, c]) => [cos * a + sin * c, b, cos * c - sin * a];
   state.origin = [x, y, z];
+  state.left = lowered(setup.rungs[frame.rung]);
+  if (frame.widen) state.left.acuity[2] = frame.widen;
+  const cuts = isOfSize ? cutsOf(frame, setup) : [];
+  if (cuts.length > 0) state.left.cuts = cuts;
   $("moment-text").textContent = [`${frame.at.toFixed(2)} s`, ...notes].join("; ");
   layOut();
   look(frame.forward);
+}
+
+/// The tiles that a frame's budget cut off, of the first eye.
+function cutsOf({ cuts }, { pictures }) {
+  const eyes = new Set(pictures.map(({ eye }) => eye)).size;
+  const all = tiles(pictures);
+  const own = cuts.map(([number, kept]) => [all[number], kept]).filter(([[picture]]) => picture % eyes === 0);
+  return own.map(([[picture, ...tile], kept]) => [picture / eyes, tile, kept]);
 }
 
 /// Plays the record in its own time.

@@ -26,6 +26,7 @@ export function writeRecord(core, { frame, scene, size }, walls) {
     walls: null,
     tile: 32,
     pictures: ["front", "right", "floor"].map((name) => ({ name, eye: "centre", size: [size, size] })),
+    rungs: [{ depth: 16, faces: 1, field: 1, centre: 1, sampling: 1, capture: 1 }],
   };
   const content = [];
   const number = (whole) => content.push(whole);

@@ -4,7 +4,7 @@
 //!
 //! | Words | Content |
 //! |---|---|
-//! | 1 | version, 1 |
+//! | 1 | version, 2 |
 //! | 1 | depth |
 //! | 1 | samples of a pixel |
 //! | 1 | effects' bits |
@@ -14,17 +14,19 @@
 //! | 5 | f32 acuity: slope, least angle, how much wider, factor beyond, from where on |
 //! | 4 | number of wavelengths, 0 where none is dispersed; f32 from, to, nanometres; of each sample |
 //! | 1 | number of pictures |
-//! | 24 each | 0 for a flat screen: f32 eye, first pixel, column step, row step, 3 each; 1 for a dome master: f32 place, right, top, back; columns, rows; f32 place, forward, up of the line of sight, 3 each |
+//! | 27 each | 0 for a flat screen: f32 eye, first pixel, column step, row step, 3 each; 1 for a dome master: f32 place, right, top, back; columns, rows; f32 place, forward, right, up of the line of sight, 3 each, or right 0 where the axes follow from any forward and up |
 //! | 1 | number of moved objects |
-//! | 13 each | object; f32 of the columns of its map, the last its place |
+//! | 25 each | object; f64 of the columns of its map, the last its place |
 //! | 1 | number of tiles that a budget cut off |
 //! | 6 each | picture, x, y, width, height; its pixels that were done |
 
-use glam::{DAffine3, DMat3, DVec3, Mat3, Vec3};
+use alloc::vec;
+use alloc::vec::Vec;
+use glam::{DAffine3, Mat3, Vec3};
 use shisen_core::Simd;
 use shisen_core::frame::{
-    CompactRenderer, DomePose, DomeProjection, LevelOfDetail, Renderer, Settings, Spectrum, Tile,
-    View,
+    Budget, CompactRenderer, DomePose, DomeProjection, LevelOfDetail, Outcome, Pixel, Renderer,
+    Settings, Spectrum, Tile, TileJob, View, Workspace,
 };
 use shisen_core::gaze::{Acuity, Boundary, Gaze, LineOfSight, VisualField, VisualFieldLimits};
 use shisen_core::scene::format::{Instance, Node};
@@ -58,6 +60,12 @@ impl Words<'_> {
 
     fn whole(&mut self) -> Option<u32> {
         self.bytes().map(u32::from_le_bytes)
+    }
+
+    fn double(&mut self) -> Option<f64> {
+        let (bytes, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(f64::from_le_bytes(*bytes))
     }
 
     fn number(&mut self) -> Option<f32> {
@@ -131,7 +139,7 @@ impl Frame {
         old: Option<Self>,
     ) -> Option<Self> {
         let mut words = Words(bytes);
-        let (1, depth, samples) = (words.whole()?, words.whole()?, words.whole()?) else {
+        let (2, depth, samples) = (words.whole()?, words.whole()?, words.whole()?) else {
             return None;
         };
         let settings = Settings {
@@ -185,8 +193,13 @@ impl Frame {
             ];
             let size = [words.whole()?, words.whole()?];
             let view = view(kind, vectors, size)?;
-            let [place, forward, up] = [words.vector()?, words.vector()?, words.vector()?];
-            let sight = LineOfSight::new(place, forward, up);
+            let [place, forward] = [words.vector()?, words.vector()?];
+            let [right, up] = [words.vector()?, words.vector()?];
+            let sight = if right == Vec3::ZERO {
+                LineOfSight::new(place, forward, up)
+            } else {
+                LineOfSight::from_axes(place, forward, right, up)
+            };
             let mut of_levels = None;
             let renderer = match &detail {
                 Detail::None => renderer,
@@ -230,11 +243,28 @@ impl Frame {
         ))
     }
 
-    /// Returns the pixels that a tile kept when its budget cut it off.
-    pub(crate) fn kept(&self, picture: u32, tile: Tile) -> Option<u32> {
+    /// Renders a tile of a picture within a budget, and gives up what that does not reach, or what
+    /// the frame's own did not. Returns whether it was finished; `None` for no tile of a picture.
+    pub(crate) fn render(
+        &self,
+        (picture, tile): (u32, Tile),
+        pixels: &mut [Pixel],
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Option<bool> {
+        let (view, renderer) = self.picture(picture)?;
+        let mut job = TileJob::new(tile);
+        let outcome = job.render(&renderer, view, pixels, budget, workspace);
+        let is_whole = outcome.ok()? == Outcome::Finished;
         let mut cuts = self.cuts.iter();
         let cut = cuts.find(|(of, other, _)| (*of, *other) == (picture, tile));
-        cut.map(|(_, _, kept)| *kept)
+        if let Some((_, _, kept)) = cut {
+            job = TileJob::cut(tile, *kept);
+        }
+        if cut.is_some() || !is_whole {
+            job.give_up(&renderer, view, pixels).ok()?;
+        }
+        Some(is_whole)
     }
 
     /// Returns the detail of a pixel: see [`detail`](crate::detail).
@@ -273,18 +303,11 @@ fn move_objects(
     };
     for _ in 0..count {
         let object = words.whole()? as usize;
-        let [x, y, z, place] = [
-            words.vector()?,
-            words.vector()?,
-            words.vector()?,
-            words.vector()?,
-        ]
-        .map(|column| -> DVec3 { column.as_dvec3() });
-        let map = DAffine3 {
-            matrix3: DMat3::from_cols(x, y, z),
-            translation: place,
-        };
-        poses.set(object, &map).ok()?;
+        let mut map = [0.0; 12];
+        for number in &mut map {
+            *number = words.double()?;
+        }
+        poses.set(object, &DAffine3::from_cols_array(&map)).ok()?;
     }
     poses.refit();
     Some(Some(poses))

@@ -4,11 +4,13 @@
 //! of the compact layout, [`begin`] with a [frame](frame), and [`render`] for each tile. One instance
 //! has one scene, and a worker has one instance.
 
+extern crate alloc;
+
 mod frame;
 mod pixels;
 
 use frame::Frame;
-use shisen_core::frame::{Budget, Outcome, Pixel, Tile, TileJob, Workspace};
+use shisen_core::frame::{Budget, Pixel, Tile, Workspace};
 use shisen_core::scene::CompactScene;
 use std::cell::RefCell;
 use zerocopy::{FromZeros, Immutable, IntoBytes};
@@ -110,7 +112,6 @@ pub extern "C" fn render(picture: u32, x: u32, y: u32, width: u32, height: u32, 
 impl State {
     fn render(&mut self, picture: u32, tile: Tile, steps: u32) -> Result<(), Fault> {
         let frame = self.frame.as_ref().ok_or(Fault::Frame)?;
-        let (view, renderer) = frame.picture(picture).ok_or(Fault::Tile)?;
         let area = (tile.width as usize).saturating_mul(tile.height as usize);
         if area > 1 << 16 {
             return Err(Fault::Tile);
@@ -121,17 +122,10 @@ impl State {
             0 => Budget::UNLIMITED,
             steps => Budget::steps(steps.into()),
         };
-        let mut job = TileJob::new(tile);
         let before = self.workspace.statistics;
         let (pixels, workspace) = (&mut self.pixels, &mut self.workspace);
-        let outcome = job.render(&renderer, view, pixels, &mut budget, workspace);
-        self.is_whole = outcome.map_err(|_| Fault::Tile)? == Outcome::Finished;
-        let kept = frame.kept(picture, tile);
-        if kept.is_some() || !self.is_whole {
-            let mut job = kept.map_or(job, |kept| TileJob::cut(tile, kept));
-            let given_up = job.give_up(&renderer, view, &mut self.pixels);
-            given_up.map_err(|_| Fault::Tile)?;
-        }
+        let rendered = frame.render((picture, tile), pixels, &mut budget, workspace);
+        self.is_whole = rendered.ok_or(Fault::Tile)?;
         let after = &self.workspace.statistics;
         self.steps = after.steps.wrapping_sub(before.steps);
         self.rays = after.rays().wrapping_sub(before.rays());

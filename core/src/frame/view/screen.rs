@@ -90,6 +90,11 @@ impl Screen {
         Ok(screen)
     }
 
+    /// Returns the eye, the first pixel, and the steps of a column and of a row.
+    pub(super) const fn vectors(&self) -> [Vec3; 4] {
+        [self.eye, self.first_pixel, self.column_step, self.row_step]
+    }
+
     /// Returns the screen with its eye after a turn and a move.
     pub(super) fn moved(&self, turned: impl Fn(Vec3) -> Vec3, by: Vec3) -> Self {
         Self {

@@ -115,21 +115,22 @@ impl LodArguments {
         name: &SceneName,
         model: &ModelArguments,
         cache: &CacheArguments,
+        layout: Layout,
         quiet: bool,
     ) -> Result<Ready, Failure> {
         let request = format!(
-            "{name:?} {model:?} {:?} {:?}",
+            "{name:?} {model:?} {:?} {:?} {layout:?}",
             self.has_levels(),
             self.levels
         );
         cache.kept(&request, || {
             let ticker = Ticker::start(format!("reading {name}"), quiet);
-            self.baked(Source::load(name, model)?, &ticker)
+            self.baked(Source::load(name, model)?, layout, &ticker)
         })
     }
 
     /// Bakes a scene with the polygon levels that are asked for, unless it is baked already.
-    pub fn baked(&self, source: Source, ticker: &Ticker) -> Result<Ready, Failure> {
+    pub fn baked(&self, source: Source, layout: Layout, ticker: &Ticker) -> Result<Ready, Failure> {
         let (given, name) = (self.levels.given(), &source.shown.scene);
         match (&source.scene, given) {
             (Loaded::Baked(_), Some(argument)) => {
@@ -158,8 +159,8 @@ impl LodArguments {
             _ => {}
         }
         let levels = self.has_levels();
-        let levels = levels.then(|| self.levels.polygon_levels(Layout::Fast));
-        source.baked(Layout::Fast, levels.transpose()?.as_ref(), ticker)
+        let levels = levels.then(|| self.levels.polygon_levels(layout));
+        source.baked(layout, levels.transpose()?.as_ref(), ticker)
     }
 
     /// Returns whether rays see polygon levels.

@@ -6,7 +6,7 @@ use super::{Arguments, Segment};
 use crate::cli::play::{Change, Prepared, TimeArguments};
 use crate::cli::prelude::*;
 use crate::cli::run::files::Files;
-use crate::live::{Cut, Engine, FrameBudget, Look, Observe, SessionError, Share};
+use crate::live::{Cut, Engine, FrameBudget, Look, Observe, Quality, SessionError, Share};
 use crate::picture::{Picture, colour_differences};
 use crate::record::{RecordedFrame, Setup, WallHash, of_pictures, of_tiles};
 use crate::render::{self, Observer};
@@ -63,6 +63,9 @@ impl<'r> Again<'r> {
                 make_writable(&out.join("other"))?;
             }
         }
+        if let Some(folder) = &arguments.describe {
+            make_writable(folder)?;
+        }
         report.verified = arguments.verify.then(Verified::default);
         match other {
             Some(Other::Device(_)) => report.against = Some(Against::default()),
@@ -85,6 +88,12 @@ impl<'r> Again<'r> {
             return Ok(());
         };
         let fills = segment.setup.fill == "previous";
+        if fills && self.arguments.describe.is_some() {
+            return Err(misuse!(
+                "these frames build on those before them, and a description is of one frame: record \
+                 with --fill background"
+            ));
+        }
         let begin = match segment.frames.first() {
             Some(begin) if fills => begin.number,
             _ => first.number,
@@ -220,7 +229,7 @@ impl<'r> Again<'r> {
             let begun = Instant::now();
             let look = frame.look;
             let steps = self.render(
-                frame,
+                (setup, frame),
                 &look,
                 ((&mut *engine, &mut *observe), &mut eyes),
                 Some(&frame.cuts),
@@ -231,6 +240,10 @@ impl<'r> Again<'r> {
             }
             if !wanted {
                 continue;
+            }
+            if let Some(folder) = &self.arguments.describe {
+                let described = engine.describe(&eyes, &frame.cuts).or_fail()?;
+                describe(folder, frame, &described, prepared)?;
             }
             if self.report.verified.is_some() {
                 if fills {
@@ -248,7 +261,7 @@ impl<'r> Again<'r> {
                     _ => (look, Some(frame.cuts.as_slice())),
                 };
                 let parts = ((&mut **engine, &mut **observe), &mut eyes);
-                let other_steps = self.render(frame, &look, parts, cuts)?;
+                let other_steps = self.render((setup, frame), &look, parts, cuts)?;
                 engine.pictures(&mut others, fills)?;
                 self.steps[0] += steps as f64;
                 self.steps[1] += other_steps as f64;
@@ -271,7 +284,7 @@ impl<'r> Again<'r> {
     /// Renders a frame; without cuts as `--what-if` has it. Returns its steps.
     fn render(
         &self,
-        frame: &RecordedFrame,
+        (setup, frame): (&Setup, &RecordedFrame),
         look: &Look,
         ((engine, observe), eyes): (Seat<'_, '_, '_>, &mut Vec<Observer>),
         cuts: Option<&[Cut]>,
@@ -280,7 +293,9 @@ impl<'r> Again<'r> {
             observe(look, eyes);
             engine.set_time(frame.time)?;
             engine.set_place(&frame.place);
-            let quality = frame.decision.quality();
+            // There is none in whose place a frame could be read.
+            let quality = setup.rungs.get(frame.decision.rung);
+            let quality = quality.unwrap_or(&Quality::FULL);
             let rendered = match (cuts, &self.other) {
                 (Some(cuts), _) => engine.render_cut(eyes, quality, cuts)?,
                 (None, Some(Other::WhatIf(WhatIf::Budget(steps)))) => {
@@ -398,4 +413,24 @@ impl<'r> Again<'r> {
             changed.steps = self.steps[1] / self.steps[0].max(1.0);
         }
     }
+}
+
+/// Writes the description of a frame, the hashes of its pictures, and the scene.
+fn describe(
+    folder: &Path,
+    frame: &RecordedFrame,
+    described: &[u8],
+    prepared: &Prepared,
+) -> Result<(), Fault> {
+    let write = |name: &str, bytes: &[u8]| {
+        let path = folder.join(name);
+        std::fs::write(&path, bytes).map_err(Fault::write(&path))
+    };
+    let hashes = (0..).zip(&frame.walls);
+    let hashes: String = hashes
+        .map(|(picture, wall)| format!("{picture} {}\n", hexadecimal(wall.hash)))
+        .collect();
+    write(&format!("{:06}.frame", frame.number), described)?;
+    write(&format!("{:06}.hashes", frame.number), hashes.as_bytes())?;
+    write("scene.shisen", prepared.scene_bytes())
 }

@@ -5,7 +5,7 @@ use crate::cli::arguments::filling::Fill;
 use crate::cli::arguments::room::RoomArguments;
 use crate::cli::play::{Change, Prepared};
 use crate::cli::prelude::*;
-use crate::live::{Decision, Engine, Look, Order, RoomPlace};
+use crate::live::{Decision, Engine, Look, Order, Quality, RoomPlace};
 use crate::picture::Picture;
 use crate::record::{RecordedFrame, RecordedPicture, Setup, Writer, of_pictures, of_tiles};
 use crate::render::Observer;
@@ -51,6 +51,7 @@ impl Recorder {
                 walls: walls.or_fail()?,
                 tile: 1,
                 pictures: Vec::new(),
+                rungs: Quality::LADDER.to_vec(),
             },
             raw: Vec::new(),
             seen: None,
