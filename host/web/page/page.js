@@ -1,7 +1,7 @@
 // The page: the walls, the gaze, and workers that render tiles.
-import { ACUITY, Core, TILE, WALLS, byGaze, domePicture, encode, lowered, tiles, vectors, wallPicture } from "./frame.js";
+import { ACUITY, Core, TILE, WALLS, byGaze, domePicture, encode, tiles, vectors, wallPicture } from "./frame.js";
 import { measureFovea } from "./fovea.js";
-import { readRecord, writeRecord } from "./record.js";
+import { readRecord, seen, writeRecord } from "./record.js";
 
 const { plus, minus, times, dot, cross, unit } = vectors;
 const $ = (id) => document.getElementById(id);
@@ -227,7 +227,7 @@ let newest = null;
 
 function frame() {
   const { forward, detail } = state;
-  const up = Math.abs(forward[1]) > 0.99 ? [0, 0, -1] : [0, 1, 0];
+  const up = state.up ?? (Math.abs(forward[1]) > 0.99 ? [0, 0, -1] : [0, 1, 0]);
   return {
     detail,
     samples: detail === "foveated" ? 4 : 1,
@@ -247,7 +247,7 @@ const SIDE = 64;
 function render(frame, isChecked) {
   number += 1;
   const bytes = encode(frame);
-  const order = byGaze(frame.pictures, frame.gaze.forward, isChecked || frame.cuts ? TILE : SIDE);
+  const order = byGaze(frame.pictures, frame.gaze.forward, isChecked || frame.cuts?.length > 0 ? TILE : SIDE);
   const took = { steps: 0, rays: 0, unfinished: 0, hashes: new Map() };
   const begun = performance.now();
   const parts = workers.map((worker, rank) => new Promise((resolve, reject) => {
@@ -479,7 +479,7 @@ async function measure() {
 }
 
 function usual() {
-  state.screen = state.acuity = state.eye = state.head = state.flown = state.left = undefined;
+  state.screen = state.acuity = state.eye = state.head = state.flown = state.up = state.left = undefined;
   $("eye").textContent = "";
   $("numbers-save").disabled = $("usual").disabled = true;
   again();
@@ -552,27 +552,12 @@ async function openRecord(file) {
 function showMoment() {
   const { setup, frames, notes, isOfSize } = played;
   const frame = frames[Number($("moment").value)];
-  // The eye in the scene: the middle of the two.
-  const [x, y, z, yaw] = frame.place;
-  const [sin, cos] = [Math.sin(yaw), Math.cos(yaw)];
-  state.head = frame.head;
-  state.flown = ([a, b, c]) => [cos * a + sin * c, b, cos * c - sin * a];
-  state.origin = [x, y, z];
-  state.left = lowered(setup.rungs[frame.rung]);
-  if (frame.widen) state.left.acuity[2] = frame.widen;
-  const cuts = isOfSize ? cutsOf(frame, setup) : [];
-  if (cuts.length > 0) state.left.cuts = cuts;
+  const { eye, turned, origin, up, left } = seen(frame, setup);
+  Object.assign(state, { head: eye, flown: turned, origin, up, left });
+  if (!isOfSize) left.cuts = [];
   $("moment-text").textContent = [`${frame.at.toFixed(2)} s`, ...notes].join("; ");
   layOut();
   look(frame.forward);
-}
-
-/// The tiles that a frame's budget cut off, of the first eye.
-function cutsOf({ cuts }, { pictures }) {
-  const eyes = new Set(pictures.map(({ eye }) => eye)).size;
-  const all = tiles(pictures);
-  const own = cuts.map(([number, kept]) => [all[number], kept]).filter(([[picture]]) => picture % eyes === 0);
-  return own.map(([[picture, ...tile], kept]) => [picture / eyes, tile, kept]);
 }
 
 /// Plays the record in its own time.

@@ -1,4 +1,5 @@
 // Records of frames: see host/doc/record.md.
+import { lowered, tiles } from "./frame.js";
 
 const text = new TextEncoder();
 
@@ -98,4 +99,30 @@ function readFrame(bytes, setup) {
   frame.cuts = Array.from({ length: number() }, () => [tile += number(), number()]);
   frame.hashes = setup.pictures.map(() => { at += 8; return view.getBigUint64(at - 8, true); });
   return frame;
+}
+
+/// What an eye in the middle of the head saw in a frame: {eye, in the room; turned, which turns what is
+/// of the room into the scene; origin, of the room in the scene; forward; up; left, of the detail}.
+export function seen(frame, setup) {
+  const [x, y, z, yaw] = frame.place;
+  const [sin, cos] = [Math.sin(yaw), Math.cos(yaw)];
+  const left = lowered(setup.rungs[frame.rung]);
+  left.acuity[2] = frame.widen;
+  left.cuts = cutsOf(frame, setup);
+  return {
+    eye: frame.head,
+    turned: ([a, b, c]) => [cos * a + sin * c, b, cos * c - sin * a],
+    origin: [x, y, z],
+    forward: frame.forward,
+    up: frame.up,
+    left,
+  };
+}
+
+/// The tiles that a frame's budget cut off, of the first eye.
+function cutsOf({ cuts }, { pictures }) {
+  const eyes = new Set(pictures.map(({ eye }) => eye)).size;
+  const all = tiles(pictures);
+  const own = cuts.map(([number, kept]) => [all[number], kept]).filter(([[picture]]) => picture % eyes === 0);
+  return own.map(([[picture, ...tile], kept]) => [picture / eyes, tile, kept]);
 }
