@@ -1,10 +1,11 @@
 // Opens the page in a browser as a person would: every scene, a desk's size and a phone's, light and
-// dark. Fails where nothing is drawn or anything is complained about.
+// dark; then a desk's record, and the measurement of an eye. Fails where nothing is drawn or anything
+// is complained about.
 import fs from "node:fs";
 import path from "node:path";
 import { openBrowser } from "./browser.mjs";
 
-const [, , url, shots] = process.argv;
+const [, , url, shots, record] = process.argv;
 const { send, value, complaints, close } = await openBrowser();
 const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
 const until = async (expression) => {
@@ -38,6 +39,35 @@ for (const [width, height, scheme] of [[1280, 900, "light"], [390, 844, "dark"]]
     await shot(`${width}-${scene}.png`);
   }
 }
+// A record plays along its time line, which ends where it ends.
+await send("Emulation.setDeviceMetricsOverride", { width: 1280, height: 900, deviceScaleFactor: 1, mobile: false });
+await value("document.querySelector('#scenes input[value=animal]').click()");
+const { root } = await send("DOM.getDocument");
+const { nodeId } = await send("DOM.querySelector", { nodeId: root.nodeId, selector: "#record" });
+await send("DOM.setFileInputFiles", { nodeId, files: [record] });
+await until("!document.getElementById('play').disabled");
+const moment = (name) => value(`document.getElementById("moment")${name}`);
+const before = [await value(COLOURS), await value("document.getElementById('moment-text').textContent")];
+const frames = await value("Number(document.body.dataset.frames)");
+await moment(".value = 30, document.getElementById('moment').dispatchEvent(new Event('input'))");
+await until(`Number(document.body.dataset.frames) > ${frames}`);
+const after = [await value(COLOURS), await value("document.getElementById('moment-text').textContent")];
+if (!(Number(await moment(".max")) === 39 && after[0] > 100 && parseFloat(after[1]) > parseFloat(before[1]))) {
+  throw new Error(`the record played ${JSON.stringify([before, after])}`);
+}
+await shot("1280-record.png");
+// An eye is measured by keys, and what is found is shown.
+await value("document.getElementById('measure').click()");
+await until("document.getElementById('fovea').open");
+for (const name of ["next", "begin"]) await value(`document.querySelector("#fovea [name=${name}]").click()`);
+await shot("1280-fovea.png");
+for (let key = 0; key < 200 && (await value("document.getElementById('fovea').open")); key += 1) {
+  const name = ["ArrowRight", "ArrowDown", "ArrowLeft", "ArrowUp"][key % 4];
+  for (const type of ["keyDown", "keyUp"]) await send("Input.dispatchKeyEvent", { type, key: name });
+  await sleep(250);
+}
+await until("document.getElementById('eye').textContent.includes('You see')");
+await shot("1280-eye.png");
 close();
 if (complaints.length > 0) throw new Error(complaints.join("\n"));
 process.exit(0);

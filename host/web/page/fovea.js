@@ -46,30 +46,35 @@ export function measureFovea(dialog) {
     $("begin").onclick = async () => {
       turn(2);
       const distance = Number($("distance").value) / 100;
-      const ask = () => new Promise((done) => { answer = (turn) => { answer = null; done(turn); }; });
-      const seen = await staircases(canvas, pixelsAMetre * distance, ask);
+      const scale = pixelsAMetre * distance;
+      Object.assign(canvas, { width: canvas.clientWidth, height: canvas.clientHeight });
+      const fits = (angle) => scale * Math.tan(angle * DEGREE) < canvas.width - 60;
+      const angles = [4, 8, 12, 16].filter(fits).slice(-3);
+      const ask = async (one, turn) => {
+        await show(canvas, scale, one, turn);
+        return new Promise((done) => { answer = (turn) => { answer = null; done(turn); }; });
+      };
+      const seen = await staircases(angles, 1 / scale / DEGREE, ask);
       end({ pixelsAMetre, distance, seen, ...line(seen) });
     };
   });
 }
 
-/// Measures the gap that is seen at some eccentricities; `scale` is pixels of a unit of tangent.
-async function staircases(canvas, scale, ask) {
-  const room = canvas.clientWidth - 60;
-  Object.assign(canvas, { width: canvas.clientWidth, height: canvas.clientHeight });
-  const angles = [4, 8, 12, 16].filter((angle) => scale * Math.tan(angle * DEGREE) < room).slice(-3);
+/// Measures the gap that is seen at some eccentricities, degrees: [eccentricity, gap]. No gap is below
+/// `smallest`. `ask` shows a ring of {angle, gap} with its gap at a turn from 0 to 3, and returns which
+/// turn was seen.
+export async function staircases(angles, smallest, ask) {
   const all = angles.map((angle) => ({ angle, gap: 2 * (0.02 + 0.03 * angle), right: 0, turns: [], last: 0 }));
   for (let trial = 0; trial < TRIALS * all.length; trial += 1) {
     const one = all[trial % all.length];
     const turn = Math.floor(4 * Math.random());
-    await show(canvas, scale, one, turn);
-    const isRight = (await ask()) === turn;
+    const isRight = (await ask(one, turn)) === turn;
     // Two right ones make it smaller, a wrong one larger: it ends where 71 % are right.
     one.right = isRight ? one.right + 1 : 0;
     const step = isRight ? (one.right % 2 === 0 ? -1 : 0) : 1;
     if (step !== 0 && one.last !== 0 && step !== one.last) one.turns.push(one.gap);
     if (step !== 0) one.last = step;
-    one.gap = Math.max(one.gap * 1.3 ** step, 1 / scale / DEGREE);
+    one.gap = Math.max(one.gap * 1.3 ** step, smallest);
   }
   return all.map(({ angle, gap, turns }) => {
     const last = turns.length > 0 ? turns.slice(-4) : [gap];
