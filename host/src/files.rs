@@ -21,6 +21,14 @@ pub struct Fault {
     help: Option<String>,
 }
 
+/// Returns an error and what to do about it, on one line.
+pub fn with_help(error: &dyn Diagnostic) -> String {
+    match error.help() {
+        Some(help) => format!("{error}; {help}"),
+        None => error.to_string(),
+    }
+}
+
 impl Fault {
     /// Makes an error of a message and what to do.
     pub fn new(message: impl Into<String>, help: impl Into<String>) -> Self {

@@ -15,6 +15,7 @@ mod serve;
 mod show;
 
 use crate::cli::prelude::*;
+pub use crate::files::with_help;
 use crate::live::{LiveTracker, Report};
 use crate::tracker::calibration::{Calibrated, composed, estimation};
 use crate::tracker::{
@@ -165,14 +166,6 @@ pub fn require_serial(protocol: &ProtocolSpec) -> Result<(), Failure> {
     Err(misuse!(
         "{protocol} does not go over a serial line: its devices are HID. Choose another --as"
     ))
-}
-
-/// Returns an error and what to do about it, on one line.
-pub fn with_help(error: &dyn Diagnostic) -> String {
-    match error.help() {
-        Some(help) => format!("{error}; {help}"),
-        None => error.to_string(),
-    }
 }
 
 /// A viewer's trackers with the gaze and what is announced of them.

@@ -16,8 +16,7 @@ pub(crate) use vrpn::devices;
 
 use super::notice::Notice;
 use super::raw::{Piece, Tap};
-use crate::files::Fault;
-use miette::Diagnostic as _;
+use crate::files::{Fault, with_help};
 use shisen_tracker::decoder::{Counts, DropReason, Event, Message};
 use shisen_tracker::time::Micros;
 use std::time::{Duration, Instant};
@@ -281,13 +280,6 @@ pub(crate) fn dropped_since(before: &Counts, now: &Counts) -> Option<String> {
         "see that its protocol, version and settings are those of the SPEC"
     };
     (!reasons.is_empty()).then(|| format!("what comes is dropped ({reasons}); {hint}"))
-}
-
-fn with_help(fault: &Fault) -> String {
-    match fault.help() {
-        Some(help) => format!("{fault}; {help}"),
-        None => fault.to_string(),
-    }
 }
 
 #[cfg(all(test, unix))]

@@ -310,10 +310,8 @@ mod tests {
     use miette::Diagnostic as _;
     use shisen_tracker::decoder::DropReason;
 
-    /// Records 2 s of a mock; returns what was written and what was read.
-    fn recorded(spec: &str, path: &Path) -> (Vec<Event>, Vec<Event>) {
-        let mut feed = Feed::open(&spec.parse::<Spec>().unwrap()).unwrap();
-        let mut recorder = Recorder::create(path).unwrap();
+    /// Records 2 s of a mock.
+    fn record(feed: &mut Feed, mut recorder: Recorder) -> Vec<Event> {
         let mut events = Vec::new();
         feed.poll(Micros::from_millis(2_000), &mut |notice| {
             if let Notice::Decoded(event) = notice {
@@ -322,7 +320,14 @@ mod tests {
             }
         });
         recorder.finish().unwrap();
-        assert!(events.len() > 100, "{spec}");
+        assert!(events.len() > 100);
+        events
+    }
+
+    /// Records 2 s of a mock; returns what was written and what was read.
+    fn recorded(spec: &str, path: &Path) -> (Vec<Event>, Vec<Event>) {
+        let mut feed = Feed::open(&spec.parse::<Spec>().unwrap()).unwrap();
+        let events = record(&mut feed, Recorder::create(path).unwrap());
         let read = Recording::read(path).unwrap().events;
         (events, read.into_iter().map(|(event, _)| event).collect())
     }
@@ -334,18 +339,10 @@ mod tests {
         let path = folder.path().join("bytes");
         for name in ["mock:as=fastrak", "mock:as=flock&seed=3", "mock:as=link"] {
             let (mut feed, bytes) = Feed::open_raw(name, &name.parse().unwrap()).unwrap();
-            let mut recorder = Recorder::of_bytes(&path, bytes).unwrap();
-            let mut events = Vec::new();
-            feed.poll(Micros::from_millis(2_000), &mut |notice| {
-                if let Notice::Decoded(event) = notice {
-                    recorder.push(&event, 0).unwrap();
-                    events.push(event);
-                }
-            });
-            recorder.finish().unwrap();
+            let events = record(&mut feed, Recorder::of_bytes(&path, bytes).unwrap());
             let read = Recording::read(&path).unwrap().events;
             let (read, counts): (Vec<_>, Vec<_>) = read.into_iter().unzip();
-            assert!(events.len() > 100 && events == read, "{name}");
+            assert_eq!(events, read, "{name}");
             assert_eq!(*counts.last().unwrap(), feed.counts(), "{name}");
         }
         let whole = std::fs::read(&path).unwrap();

@@ -426,11 +426,15 @@ fn describe(
         let path = folder.join(name);
         std::fs::write(&path, bytes).map_err(Fault::write(&path))
     };
-    let hashes = (0..).zip(&frame.walls);
-    let hashes: String = hashes
-        .map(|(picture, wall)| format!("{picture} {}\n", hexadecimal(wall.hash)))
+    let hashes = frame.walls.iter().enumerate();
+    let mut hashes: Vec<String> = hashes
+        .map(|(picture, wall)| format!("{picture} {}", hexadecimal(wall.hash)))
         .collect();
+    hashes.push(String::new());
     write(&format!("{:06}.frame", frame.number), described)?;
-    write(&format!("{:06}.hashes", frame.number), hashes.as_bytes())?;
+    write(
+        &format!("{:06}.hashes", frame.number),
+        hashes.join("\n").as_bytes(),
+    )?;
     write("scene.shisen", prepared.scene_bytes())
 }

@@ -1,8 +1,8 @@
 //! `shisen tracker list`: serial ports, HID devices, and trackers on the network.
 
 use super::features::FeatureReport;
-use super::with_help;
 use crate::cli::prelude::*;
+use crate::files::with_help;
 use crate::tracker::{Server, Stream, devices as vrpn_senders, features, streams};
 use shisen_tracker::hid::device::{Found, devices};
 use shisen_tracker::serial::ports;

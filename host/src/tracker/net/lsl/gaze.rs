@@ -237,7 +237,7 @@ impl Labels<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tracker::net::with_help;
+    use crate::files::with_help;
     use crate::tracker::{LslSpec, NetSpec, Spec, TrackerKind};
     use shisen_tracker::net::lsl::{Feed, Format, Received, read_info};
     use shisen_tracker::time::Micros;
