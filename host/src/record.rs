@@ -13,7 +13,7 @@ use crate::files::Fault;
 use crate::live::Quality;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -89,11 +89,11 @@ pub enum Entry {
     End,
 }
 
-/// Writes a record, entry after entry.
+/// Writes a record, entry after entry: what a program that is stopped has written is there.
 #[derive(Debug)]
 pub struct Writer {
     path: PathBuf,
-    file: BufWriter<File>,
+    file: File,
     entry: Vec<u8>,
 }
 
@@ -103,8 +103,7 @@ impl Writer {
     /// # Errors
     /// A file that cannot be written.
     pub fn create(path: &Path) -> Result<Self, Fault> {
-        let file = File::create(path).map_err(Fault::write(path))?;
-        let mut file = BufWriter::with_capacity(1 << 16, file);
+        let mut file = File::create(path).map_err(Fault::write(path))?;
         file.write_all(MAGIC).map_err(Fault::write(path))?;
         Ok(Self {
             path: path.to_owned(),
@@ -151,8 +150,7 @@ impl Writer {
     /// # Errors
     /// A file that cannot be written.
     pub fn finish(mut self) -> Result<(), Fault> {
-        self.write(END, |_| Ok(()))?;
-        self.file.flush().map_err(Fault::write(&self.path))
+        self.write(END, |_| Ok(()))
     }
 
     fn write(

@@ -71,7 +71,7 @@ fn what_would_have_been_is_told_and_shown() {
     let folder = folder();
     let folder = folder.path();
     let words = "--scene A --size 48 --budget off --frames 12";
-    let same = replayed(folder, words, "--against portable --device portable");
+    let same = replayed(folder, words, "--against portable");
     assert_eq!(same["against"]["equal"], 12, "{same}");
     let how = "replay record --frame 11 --what-if";
     let off = report(folder, &format!("{how} lod=off --out seen"));

@@ -19,9 +19,12 @@ const shot = async (file) => {
   const { data } = await send("Page.captureScreenshot", { format: "png" });
   fs.writeFileSync(path.join(shots, file), Buffer.from(data, "base64"));
 };
-// How many colours the walls have.
-const COLOURS = `new Set([...document.querySelectorAll("#room canvas")].flatMap((one) =>
-  [...new Uint32Array(one.getContext("2d").getImageData(0, 0, one.width, one.height).data.buffer)])).size`;
+// How many colours the walls have, of copies: a canvas that is read back is another one.
+const COLOURS = `new Set([...document.querySelectorAll("#room canvas")].flatMap((one) => {
+  const copy = new OffscreenCanvas(one.width, one.height).getContext("2d");
+  copy.drawImage(one, 0, 0);
+  return [...new Uint32Array(copy.getImageData(0, 0, one.width, one.height).data.buffer)];
+})).size`;
 
 for (const [width, height, scheme] of [[1280, 900, "light"], [390, 844, "dark"]]) {
   await send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile: width < 600 });

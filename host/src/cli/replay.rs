@@ -129,7 +129,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let all = || segments.iter().flat_map(|segment| &segment.frames);
     let wanted = all().filter(|frame| arguments.wants(frame.number)).count();
-    if wanted == 0 && (arguments.renders() || arguments.frame.is_some()) {
+    let chooses = arguments
+        .frame
+        .or(arguments.from)
+        .or(arguments.to)
+        .is_some();
+    if !arguments.renders() && (chooses || arguments.device.is_some()) {
+        return Err(misuse!(
+            "these frames are for something: add --verify, --out, --against, --what-if or --describe"
+        ));
+    }
+    if wanted == 0 && report.damaged.is_none() && arguments.renders() {
         let last = all().last().map_or(0, |frame| frame.number);
         return Err(match all().next() {
             Some(_) => misuse!("the record has frames 0 to {last}, and none of those"),

@@ -50,6 +50,7 @@ export function measureFovea(dialog) {
       Object.assign(canvas, { width: canvas.clientWidth, height: canvas.clientHeight });
       const fits = (angle) => scale * Math.tan(angle * DEGREE) < canvas.width - 60;
       const angles = [4, 8, 12, 16].filter(fits).slice(-3);
+      if (angles.length < 2 || !(distance >= 0.15 && distance <= 2)) return end({});
       const ask = async (one, turn) => {
         await show(canvas, scale, one, turn);
         return new Promise((done) => { answer = (turn) => { answer = null; done(turn); }; });

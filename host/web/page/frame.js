@@ -114,7 +114,8 @@ export class Core {
   static async open(module, scene) {
     const instance = await WebAssembly.instantiate(module, {});
     const core = new Core((instance.exports ?? instance.instance.exports));
-    if (core.give(scene) && core.exports.open(scene.length) !== 0) {
+    core.give(scene);
+    if (core.exports.open(scene.length) !== 0) {
       throw new Error("these bytes are no scene of this version, in the compact layout");
     }
     return core;
@@ -127,7 +128,6 @@ export class Core {
   give(bytes) {
     const at = this.exports.input(bytes.length);
     new Uint8Array(this.exports.memory.buffer).set(bytes, at);
-    return true;
   }
 
   begin(bytes) {

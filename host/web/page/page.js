@@ -22,7 +22,7 @@ const state = {
   forward: [0, 0, -1],
 };
 
-/// Makes radio buttons; the key of each is the first letter of its name that is free.
+/// Makes radio buttons.
 function choices(id, names, chosen, choose) {
   for (const name of names) {
     const label = document.createElement("label");
@@ -40,6 +40,11 @@ const choose = (id, value) => {
   if (button && !button.checked) button.click();
 };
 
+/// Shows what is chosen already.
+function mark(id, value) {
+  document.querySelectorAll(`#${id} input`).forEach((button) => { button.checked = button.value === value; });
+}
+
 // --- pictures ------------------------------------------------------------------
 
 let pictures = [];
@@ -54,8 +59,13 @@ function layOut() {
   const { size } = state;
   const isDome = state.scene?.dome;
   pictures = isDome ? [domePicture(size)] : walls().map((wall) => inScene(wallPicture(wall, eye(), [size, size])));
-  canvases = pictures.map(() => Object.assign(document.createElement("canvas"), { width: size, height: size }));
-  $("room").replaceChildren(...canvases);
+  if (canvases.length !== pictures.length || canvases[0].width !== size) {
+    canvases = pictures.map(() => Object.assign(document.createElement("canvas"), { width: size, height: size }));
+    $("room").replaceChildren(...canvases);
+    full = 0;
+    // What was frozen is not there any more.
+    if (state.frozen) $("frozen").click();
+  }
   place();
 }
 
@@ -178,6 +188,7 @@ const COUNT = Math.max(1, Math.min(8, navigator.hardwareConcurrency || 2));
 let workers = [];
 let module = null;
 let own = null;
+let opened = 0;
 
 const SIMD = new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0,
   65, 0, 253, 15, 253, 98, 11]);
@@ -190,14 +201,14 @@ async function load(path) {
 
 /// Opens a scene on all workers.
 async function open(scene) {
+  const turn = (opened += 1);
   say(`loading ${scene.name}`);
   const file = state.detail === "paper" ? scene.paper ?? scene.file : scene.file;
   const bytes = await load(file);
   workers.forEach((worker) => worker.terminate());
-  own = await Core.open(module, new Uint8Array(bytes));
-  scene.desk = file;
-  scene.hash = own.hashOf(new Uint8Array(bytes)).toString(16).padStart(16, "0");
-  workers = await Promise.all(Array.from({ length: COUNT }, async (_, number) => {
+  workers = [];
+  const core = await Core.open(module, new Uint8Array(bytes));
+  const started = await Promise.all(Array.from({ length: COUNT }, async (_, number) => {
     const worker = new Worker("worker.js", { type: "module" });
     worker.postMessage({ open: { number, module, scene: bytes } });
     await new Promise((resolve, reject) => {
@@ -206,7 +217,13 @@ async function open(scene) {
     });
     return worker;
   }));
+  // Another scene was chosen meanwhile.
+  if (turn !== opened) return started.forEach((worker) => worker.terminate());
+  [workers, own] = [started, core];
+  scene.desk = file;
+  scene.hash = own.hashOf(new Uint8Array(bytes)).toString(16).padStart(16, "0");
   state.scene = scene;
+  $("command").textContent = "";
   // A frame that the workers before were rendering does not come.
   running = false;
   full = 0;
@@ -281,9 +298,8 @@ function show({ tiles, pixels }) {
 /// Milliseconds of rest before what is shown is hashed.
 const REST = 300;
 
-/// Begins a frame at each refresh where there is one to begin.
-function loop() {
-  requestAnimationFrame(loop);
+/// Begins a frame where there is one to begin: at each refresh, and when the one before is done.
+function begin() {
   const now = performance.now();
   const rests = !stale && !isHashed && now - turned > REST && !state.steps && !state.scene?.dome && !state.screen && !state.head;
   if (!running && (stale || rests) && !state.frozen && state.scene && workers.length) {
@@ -292,6 +308,11 @@ function loop() {
     isHashed = rests;
     renderChosen(rests);
   }
+}
+
+function loop() {
+  requestAnimationFrame(loop);
+  begin();
 }
 
 /// Renders what is chosen, and shows and hashes it.
@@ -309,6 +330,7 @@ async function renderChosen(isChecked) {
     say(String(error.message));
   }
   running = false;
+  begin();
 }
 
 /// Draws how much detail each part has.
@@ -388,6 +410,7 @@ function look(forward) {
 }
 
 function turn(right, up) {
+  if (played) return;
   const [yaw, pitch] = angles(state.forward);
   const [a, b] = [yaw + right, Math.max(-1.5, Math.min(1.5, pitch + up))];
   look([Math.sin(a) * Math.cos(b), Math.sin(b), -Math.cos(a) * Math.cos(b)]);
@@ -417,19 +440,21 @@ function budget(by) {
 function listen() {
   const stage = $("stage");
   const follow = (event) => {
+    if (played) return;
     const { left, top } = stage.getBoundingClientRect();
     look(directionAt(event.clientX - left, event.clientY - top));
   };
   stage.addEventListener("pointermove", follow);
   stage.addEventListener("pointerdown", follow);
   addEventListener("keydown", (event) => {
-    const isTyping = event.target instanceof HTMLInputElement && event.target.type === "range";
+    // A button, a slider and a list of choices have keys of their own.
+    const hasKeys = event.target.closest("button, summary, input, dialog");
     const act = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     const digit = Number(event.key);
     if ($("fovea").open) return;
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (digit >= 1 && digit <= scenes.length) choose("scenes", scenes[digit - 1].name);
-    else if (!act || (isTyping && event.key.startsWith("Arrow"))) return;
+    else if (!act || (hasKeys && (event.key === " " || event.key.startsWith("Arrow")))) return;
     else act();
     event.preventDefault();
   });
@@ -454,6 +479,7 @@ function listen() {
   $("save").addEventListener("click", save);
   $("measure").addEventListener("click", measure);
   $("usual").addEventListener("click", usual);
+  $("leave").addEventListener("click", usual);
   $("numbers-save").addEventListener("click", () => download("eye.json", JSON.stringify(state.eye, null, 1)));
 }
 
@@ -461,6 +487,7 @@ function listen() {
 async function measure() {
   const found = await measureFovea($("fovea"));
   if (!found) return;
+  if (!found.seen) return say("the screen is too narrow at this distance: sit nearer to it, 15 to 200 cm, and try again");
   usual();
   const { pixelsAMetre, distance, slope, least } = found;
   const half = $("stage").getBoundingClientRect().width / pixelsAMetre / 2;
@@ -482,6 +509,10 @@ function usual() {
   state.screen = state.acuity = state.eye = state.head = state.flown = state.up = state.left = undefined;
   $("eye").textContent = "";
   $("numbers-save").disabled = $("usual").disabled = true;
+  played = null;
+  $("play").disabled = $("moment").disabled = $("leave").disabled = true;
+  $("play").textContent = "Play";
+  $("moment-text").textContent = "";
   again();
 }
 
@@ -515,7 +546,10 @@ async function openRecord(file) {
     const { sessions, isWhole } = readRecord(own, new Uint8Array(await file.arrayBuffer()));
     if (sessions.length === 0) throw new Error("the record has no frames");
     const { setup, frames } = sessions[0];
-    const words = setup.arguments;
+    const words = setup.arguments.flatMap((word) => {
+      const [, option, value] = /^(--[a-z-]+)=(.*)$/.exec(word) ?? [];
+      return option ? [option, value] : [word];
+    });
     const option = (name, usual) => (words.includes(name) ? words[words.indexOf(name) + 1] : usual);
     const wanted = setup.scene.split(/[\\/]/).at(-1);
     const scene = scenes.find(({ file, paper, name }) => [file, paper, name].includes(wanted)
@@ -526,21 +560,34 @@ async function openRecord(file) {
     }
     const lod = option("--lod", /^[A-D]$/.test(setup.scene) ? "paper" : "foveated");
     usual();
-    state.detail = { off: "full", paper: "paper" }[lod] ?? "foveated";
-    choose("details", state.detail);
-    if (state.scene !== scene) await open(scene);
+    const detail = { off: "full", paper: "paper", "paper-ellipse": "paper" }[lod] ?? "foveated";
+    const isOther = state.scene !== scene || (scene.paper && (detail === "paper") !== (state.detail === "paper"));
+    state.detail = detail;
+    mark("details", detail);
+    mark("scenes", scene.name);
+    if (isOther) await open(scene);
+    const samples = Number(option("--samples", lod === "foveated" ? 4 : 1));
+    const exact = {
+      samples: lod === "foveated" ? 4 * Math.ceil(samples / 4) : samples,
+      ...(lod === "paper-ellipse" ? { detail: "ellipse" } : {}),
+    };
     const notes = [];
     if (scene.hash !== setup.scene_hash) notes.push("the scene was baked otherwise: alike, not the same bits");
     if (option("--eyes", "2") === "2") notes.push("for one eye in the middle");
+    const others = ["--depth", "--effects", "--quality", "--acuity", "--dispersion", "--wavelengths", "--each", "--range"];
+    const unfollowed = others.filter((name) => words.includes(name));
+    if (unfollowed.length > 0) notes.push(`without ${unfollowed.join(", ")}: shisen replay has it`);
     if (sessions.length > 1) notes.push("the first session alone");
     if (!isWhole) notes.push("the record was cut off");
     const [side] = setup.pictures[0].size;
-    const hasThisSize = setup.pictures.every(({ size }) => size[0] === side && size[1] === side);
-    if (hasThisSize && setup.tile === TILE) state.size = side;
+    const isSquare = setup.pictures.every(({ size }) => size[0] === side && size[1] === side);
+    if (isSquare && setup.tile === TILE) state.size = side;
     else notes.push("in another size, and what budgets cut off is not shown");
-    played = { setup, frames, notes, isOfSize: state.size === side };
+    mark("sizes", String(state.size));
+    played = { setup, frames, notes, exact, side: isSquare && setup.tile === TILE ? side : 0 };
+    say("");
     Object.assign($("moment"), { max: frames.length - 1, value: 0, disabled: false });
-    $("play").disabled = false;
+    $("play").disabled = $("leave").disabled = false;
     $("player").open = true;
     showMoment();
   } catch (error) {
@@ -550,11 +597,11 @@ async function openRecord(file) {
 
 /// Shows the frame of the time line.
 function showMoment() {
-  const { setup, frames, notes, isOfSize } = played;
+  const { setup, frames, notes, exact, side } = played;
   const frame = frames[Number($("moment").value)];
   const { eye, turned, origin, up, left } = seen(frame, setup);
-  Object.assign(state, { head: eye, flown: turned, origin, up, left });
-  if (!isOfSize) left.cuts = [];
+  Object.assign(state, { head: eye, flown: turned, origin, up, left: { ...left, ...exact } });
+  if (state.size !== side) state.left.cuts = [];
   $("moment-text").textContent = [`${frame.at.toFixed(2)} s`, ...notes].join("; ");
   layOut();
   look(frame.forward);
@@ -581,6 +628,9 @@ function play() {
 let scenes = [];
 
 async function start() {
+  if (!globalThis.Worker || !globalThis.WebAssembly) {
+    throw new Error("this browser has no workers or no WebAssembly, and the page traces with both: take another one");
+  }
   scenes = JSON.parse(new TextDecoder().decode(await load("scenes.json")));
   const hasSimd = WebAssembly.validate(SIMD);
   const notes = [`${COUNT} workers`];
@@ -589,19 +639,25 @@ async function start() {
   $("notes").textContent = notes.join("; ");
   const wanted = new URLSearchParams(location.hash.slice(1));
   const first = scenes.find(({ name }) => name === wanted.get("scene")) ?? scenes[0];
-  state.size = Number(wanted.get("size")) || (innerWidth < 800 ? 128 : 256);
-  state.detail = wanted.get("detail") ?? state.detail;
+  const [sizes, details] = [["128", "256", "512"], ["full", "paper", "foveated"]];
+  state.size = Number(sizes.find((size) => size === wanted.get("size")) ?? (innerWidth < 800 ? 128 : 256));
+  state.detail = details.find((detail) => detail === wanted.get("detail")) ?? state.detail;
   choices("scenes", scenes.map(({ name }) => name), first.name, (name) => {
+    usual();
     open(scenes.find((scene) => scene.name === name)).catch((error) => say(error.message));
   });
-  choices("details", ["full", "paper", "foveated"], state.detail, (detail) => {
+  choices("details", details, state.detail, (detail) => {
     const needsLevels = state.scene.paper && (detail === "paper") !== (state.detail === "paper");
     state.detail = detail;
     stale = true;
     if (needsLevels) open(state.scene).catch((error) => say(error.message));
   });
   choices("views", ["net", "viewer"], state.view, (view) => { state.view = view; place(); showMark(); });
-  choices("sizes", ["128", "256", "512"], String(state.size), (size) => { state.size = Number(size); layOut(); stale = true; });
+  choices("sizes", sizes, String(state.size), (size) => {
+    state.size = Number(size);
+    if (played) showMoment();
+    else again();
+  });
   listen();
   await open(first);
   showMark();

@@ -63,7 +63,7 @@ export function readRecord(core, bytes) {
     const end = at + 5 + length;
     if (end + 4 > bytes.length) break;
     const check = BigInt.asUintN(32, core.hashOf(bytes.slice(at, end)));
-    if (Number(check) !== view.getUint32(end, true)) throw new Error("a frame is not what was recorded");
+    if (Number(check) !== view.getUint32(end, true)) throw new Error(`frame ${sessions.at(-1)?.frames.length ?? 0} is not what was recorded`);
     const content = bytes.slice(at + 5, end);
     if (kind === 1) sessions.push({ setup: JSON.parse(new TextDecoder().decode(content)), frames: [] });
     if (kind === 2) sessions.at(-1)?.frames.push(readFrame(content, sessions.at(-1).setup));

@@ -15,7 +15,7 @@ use shisen_core::scene::CompactScene;
 use std::cell::RefCell;
 use zerocopy::{FromZeros, Immutable, IntoBytes};
 
-/// Why a call has failed: what JavaScript reads with [`fault`].
+/// Why a call has failed: what it returns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Fault {
     Scene = 1,
@@ -92,7 +92,7 @@ pub extern "C" fn begin(bytes: usize) -> u32 {
 }
 
 /// Renders a tile of a picture within some steps, 0 for no limit; gives up what they do not reach.
-/// Returns 0, or 3 for a tile that is not in the picture.
+/// Returns 0, 2 where there is no frame, or 3 for a tile that is not in the picture.
 #[unsafe(no_mangle)]
 pub extern "C" fn render(picture: u32, x: u32, y: u32, width: u32, height: u32, steps: u32) -> u32 {
     with(|state| {

@@ -6,7 +6,9 @@ use super::{Arguments, Segment};
 use crate::cli::play::{Change, Prepared, TimeArguments};
 use crate::cli::prelude::*;
 use crate::cli::run::files::Files;
-use crate::live::{Cut, Engine, FrameBudget, Look, Observe, Quality, SessionError, Share};
+use crate::live::{
+    Cut, Decision, Engine, FrameBudget, Look, Observe, Quality, SessionError, Share,
+};
 use crate::picture::{Picture, colour_differences};
 use crate::record::{RecordedFrame, Setup, WallHash, of_pictures, of_tiles};
 use crate::render::{self, Observer};
@@ -26,6 +28,9 @@ pub(super) enum Other {
     /// As they would have been.
     WhatIf(WhatIf),
 }
+
+/// The options of `shisen run` that name files.
+const FILES: [&str; 5] = ["--scene", "--mesh", "--walls", "--calibration", "--outputs"];
 
 /// The arguments of `shisen run`, as a record has them.
 #[derive(Debug, Parser)]
@@ -184,11 +189,19 @@ impl<'r> Again<'r> {
     /// Reads the arguments of a session. Files that are not here are looked for where it was
     /// recorded.
     fn recorded(&self, setup: &Setup) -> Result<Recorded, Failure> {
-        let mut words = setup.arguments.clone();
-        for word in &mut words {
-            let there = Path::new(&setup.folder).join(&*word);
-            if Path::new(&*word).is_relative() && !Path::new(&*word).exists() && there.is_file() {
-                *word = there.display().to_string();
+        let words = setup.arguments.iter();
+        let mut words: Vec<String> = words
+            .flat_map(|word| match word.split_once('=') {
+                Some((option, file)) if FILES.contains(&option) => vec![option, file],
+                _ => vec![word.as_str()],
+            })
+            .map(str::to_owned)
+            .collect();
+        for at in 1..words.len() {
+            let (word, option) = (Path::new(&words[at]), words[at - 1].as_str());
+            let there = Path::new(&setup.folder).join(word);
+            if FILES.contains(&option) && word.is_relative() && !word.exists() && there.is_file() {
+                words[at] = there.display().to_string();
             }
         }
         if let Some(scene) = &self.arguments.scene {
@@ -301,9 +314,19 @@ impl<'r> Again<'r> {
                 (None, Some(Other::WhatIf(WhatIf::Budget(steps)))) => {
                     engine.render(eyes, quality, *steps)?
                 }
-                (None, _) => engine.render(eyes, quality, None)?,
+                (None, _) => {
+                    let Decision {
+                        steps, whole_fovea, ..
+                    } = frame.decision;
+                    engine.render_frame(eyes, quality, steps, whole_fovea)?
+                }
             };
-            Ok(rendered.steps)
+            // What was cut off was rendered whole here.
+            let spent = frame
+                .decision
+                .steps
+                .filter(|_| cuts.is_some_and(|cuts| !cuts.is_empty()));
+            Ok(rendered.steps.min(spent.unwrap_or(u64::MAX)))
         };
         Ok({ render }()?)
     }

@@ -34,6 +34,13 @@ pub(super) struct Damaged {
     pub(super) is_cut_off: bool,
 }
 
+impl Damaged {
+    /// Returns whether all of the record was read.
+    pub(super) const fn is_none(&self) -> bool {
+        self.frames.is_empty() && !self.is_cut_off
+    }
+}
+
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Session {
     /// The scene.
@@ -167,7 +174,13 @@ impl Report {
         }
         let verified = self.verified.as_ref();
         let different = verified.map_or(0, |verified| verified.frames - verified.equal);
-        (different > 0).then(|| format!("{different} frames are not those of the record"))
+        let against = self.against.as_ref();
+        let apart = against.map_or(0, |against| against.frames - against.equal);
+        match (different, apart) {
+            (0, 0) => None,
+            (0, _) => Some(format!("{apart} frames differ by the two paths")),
+            _ => Some(format!("{different} frames are not those of the record")),
+        }
     }
 }
 
