@@ -97,7 +97,7 @@ async function compare(page, folders) {
 
 const [, , first, ...folders] = process.argv;
 if (first === "--pack") {
-  fs.writeSync(1, pack(folders[0]));
+  fs.writeFileSync(1, pack(folders[0]));
 } else {
   console.log(JSON.stringify(await compare(path.resolve(first), folders), null, 1));
   process.exit(0);

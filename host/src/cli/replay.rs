@@ -136,7 +136,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         .is_some();
     if !arguments.renders() && (chooses || arguments.device.is_some()) {
         return Err(misuse!(
-            "these frames are for something: add --verify, --out, --against, --what-if or --describe"
+            "say what to do with the frames: --verify, --out, --against, --what-if or --describe"
         ));
     }
     if wanted == 0 && report.damaged.is_none() && arguments.renders() {

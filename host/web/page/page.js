@@ -577,6 +577,7 @@ async function openRecord(file) {
     const others = ["--depth", "--effects", "--quality", "--acuity", "--dispersion", "--wavelengths", "--each", "--range"];
     const unfollowed = others.filter((name) => words.includes(name));
     if (unfollowed.length > 0) notes.push(`without ${unfollowed.join(", ")}: shisen replay has it`);
+    if (frames.some(({ place }) => place.some((number) => number !== 0))) notes.push("where the viewer flew alike, not the same bits");
     if (sessions.length > 1) notes.push("the first session alone");
     if (!isWhole) notes.push("the record was cut off");
     const [side] = setup.pictures[0].size;

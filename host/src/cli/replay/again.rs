@@ -306,7 +306,7 @@ impl<'r> Again<'r> {
             observe(look, eyes);
             engine.set_time(frame.time)?;
             engine.set_place(&frame.place);
-            // There is none in whose place a frame could be read.
+            // A frame that names none is not read.
             let quality = setup.rungs.get(frame.decision.rung);
             let quality = quality.unwrap_or(&Quality::FULL);
             let rendered = match (cuts, &self.other) {
