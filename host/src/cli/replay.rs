@@ -146,6 +146,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             None => misuse!("the record has no frames: record again with `shisen run --record`"),
         });
     }
+    let has_wanted = |segment: &&Segment| segment.frames.iter().any(|f| arguments.wants(f.number));
+    if arguments.describe.is_some() && segments.iter().filter(has_wanted).count() > 1 {
+        return Err(misuse!(
+            "these frames are of several sessions, and a folder has one scene: choose those of one \
+             with --from and --to"
+        ));
+    }
     if arguments.renders() {
         let other = arguments.other()?;
         let mut again = Again::new(arguments, other, &mut report)?;
