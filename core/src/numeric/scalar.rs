@@ -7,8 +7,24 @@ use glam::Vec3;
 pub fn sqrt(x: f32) -> f32 {
     #[cfg(all(target_arch = "arm", target_os = "none", target_abi = "eabihf"))]
     return hard_float_arm::sqrt(x);
-    #[cfg(not(all(target_arch = "arm", target_os = "none", target_abi = "eabihf")))]
+    #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+    return vectors_of_wasm::sqrt(x);
+    #[cfg(not(any(
+        all(target_arch = "arm", target_os = "none", target_abi = "eabihf"),
+        all(target_arch = "wasm32", target_feature = "simd128")
+    )))]
     libm::sqrtf(x)
+}
+
+/// The square root instruction of WebAssembly, which stable Rust has for vectors alone.
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+mod vectors_of_wasm {
+    use core::arch::wasm32::{f32x4_extract_lane, f32x4_splat, f32x4_sqrt};
+
+    #[inline(always)]
+    pub(super) fn sqrt(x: f32) -> f32 {
+        f32x4_extract_lane::<0>(f32x4_sqrt(f32x4_splat(x)))
+    }
 }
 
 /// The square root instruction of Cortex-M4F and M7: the hard-float ABI implies it, and

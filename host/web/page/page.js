@@ -215,6 +215,7 @@ async function open(scene) {
       worker.onmessage = ({ data }) => (data.failed ? reject(new Error(data.failed)) : resolve());
       worker.onerror = () => reject(new Error("workers do not start here: open the page over http"));
     });
+    worker.onmessage = arrive;
     return worker;
   }));
   // Another scene was chosen meanwhile.
@@ -224,23 +225,26 @@ async function open(scene) {
   scene.hash = own.hashOf(new Uint8Array(bytes)).toString(16).padStart(16, "0");
   state.scene = scene;
   $("command").textContent = "";
-  // A frame that the workers before were rendering does not come.
-  running = false;
+  // Frames that the workers before were rendering do not come.
+  flights.clear();
   full = 0;
   layOut();
   say("");
-  stale = true;
+  renew();
 }
 
 // --- frames ----------------------------------------------------------------------
 
+/// Frames that workers are at, by their numbers: two at most, so that none waits for the slowest.
+const flights = new Map();
+
 let stale = true;
-let running = false;
 let isHashed = false;
 let turned = 0;
 let number = 0;
 let full = 0;
 let newest = null;
+let arrived = 0;
 
 function frame() {
   const { forward, detail } = state;
@@ -265,26 +269,42 @@ function render(frame, isChecked) {
   number += 1;
   const bytes = encode(frame);
   const order = byGaze(frame.pictures, frame.gaze.forward, isChecked || frame.cuts?.length > 0 ? TILE : SIDE);
-  const took = { steps: 0, rays: 0, unfinished: 0, hashes: new Map() };
-  const begun = performance.now();
-  const parts = workers.map((worker, rank) => new Promise((resolve, reject) => {
-    worker.onmessage = ({ data }) => {
-      if (data.failed) return reject(new Error(data.failed));
-      show(data);
-      took.steps += data.steps;
-      took.rays += data.rays;
-      took.unfinished += data.unfinished;
-      data.hashes.forEach((hash, at) => took.hashes.set(String(data.tiles[at]), hash));
-      resolve();
-    };
+  const steps = Math.ceil(state.steps / workers.length);
+  workers.forEach((worker, rank) => {
     const own = order.filter((_, at) => at % workers.length === rank);
-    const steps = Math.ceil(state.steps / workers.length);
     worker.postMessage({ number, frame: bytes.buffer, tiles: own, steps, isChecked });
-  }));
-  return Promise.all(parts).then(() => {
-    took.seconds = (performance.now() - begun) / 1000;
-    return took;
   });
+  const took = { steps: 0, rays: 0, unfinished: 0, hashes: new Map() };
+  return new Promise((resolve, reject) => {
+    flights.set(number, { took, frame, parts: [], begun: performance.now(), resolve, reject });
+  });
+}
+
+/// Takes a worker's part of a frame, and shows the frame when all are there.
+function arrive({ data }) {
+  const flight = flights.get(data.number);
+  if (!flight) return;
+  const { took, parts, frame } = flight;
+  parts.push(data);
+  if (data.failed) {
+    flights.delete(data.number);
+    flight.reject(new Error(data.failed));
+  } else if (parts.length === workers.length) {
+    flights.delete(data.number);
+    for (const part of parts) {
+      // The walls have changed meanwhile where they are not the frame's.
+      if (frame.pictures === pictures) show(part);
+      took.steps += part.steps;
+      took.rays += part.rays;
+      took.unfinished += part.unfinished;
+      part.hashes.forEach((hash, at) => took.hashes.set(String(part.tiles[at]), hash));
+    }
+    const now = performance.now();
+    took.seconds = (now - Math.max(flight.begun, arrived)) / 1000;
+    arrived = now;
+    flight.resolve(took);
+  }
+  begin();
 }
 
 function show({ tiles, pixels }) {
@@ -298,11 +318,13 @@ function show({ tiles, pixels }) {
 /// Milliseconds of rest before what is shown is hashed.
 const REST = 300;
 
-/// Begins a frame where there is one to begin: at each refresh, and when the one before is done.
+/// Begins a frame where there is one to begin and a worker to begin it.
 function begin() {
   const now = performance.now();
-  const rests = !stale && !isHashed && now - turned > REST && !state.steps && !state.scene?.dome && !state.screen && !state.head;
-  if (!running && (stale || rests) && !state.frozen && state.scene && workers.length) {
+  const isFree = flights.size < 2 && [...flights.values()].every(({ parts }) => parts.length > 0);
+  const rests = !stale && !isHashed && flights.size === 0 && now - turned > REST && !state.steps && !state.scene?.dome
+    && !state.screen && !state.head;
+  if (isFree && (stale || rests) && !state.frozen && state.scene && workers.length) {
     if (stale) turned = now;
     stale = false;
     isHashed = rests;
@@ -310,27 +332,27 @@ function begin() {
   }
 }
 
-function loop() {
-  requestAnimationFrame(loop);
+/// Has what is chosen rendered again.
+function renew() {
+  stale = true;
   begin();
 }
 
 /// Renders what is chosen, and shows and hashes it.
 async function renderChosen(isChecked) {
-  running = true;
   const shown = frame();
   const { scene, size } = state;
   try {
     const took = await render(shown, isChecked);
     newest = { ...took, frame: shown, scene, size };
+    showMark();
     if (isChecked) showHash(newest);
     else report(newest);
     if (state.levels) drawLevels(shown);
+    if (!isHashed) setTimeout(begin, REST + 1);
   } catch (error) {
     say(String(error.message));
   }
-  running = false;
-  begin();
 }
 
 /// Draws how much detail each part has.
@@ -356,9 +378,19 @@ function drawLevels(shown) {
 const charts = { rate: [], rays: [], steps: [] };
 const few = (number) => number >= 1e6 ? `${(number / 1e6).toFixed(2)} M` : `${(number / 1e3).toFixed(0)} k`;
 
+/// Milliseconds between two looks at the numbers.
+const GLANCE = 200;
+let glanced = 0;
+
 function report(took) {
-  const rate = 1 / took.seconds;
   if (took.frame.detail === "full" && !state.steps) full = took.steps;
+  $("hash").textContent = "–";
+  $("save").disabled = true;
+  document.body.dataset.frames = number;
+  const now = performance.now();
+  if (now - glanced < GLANCE) return;
+  glanced = now;
+  const rate = 1 / took.seconds;
   $("rate").textContent = rate.toFixed(1);
   $("rays").textContent = few(took.rays);
   $("steps").textContent = few(took.steps);
@@ -369,9 +401,6 @@ function report(took) {
     if (values.length > 60) values.shift();
     chart($(`${name}-chart`), values);
   }
-  $("hash").textContent = "–";
-  $("save").disabled = true;
-  document.body.dataset.frames = number;
 }
 
 /// Shows the hashes of a frame's walls, which a record of it has.
@@ -405,8 +434,7 @@ function say(text) {
 function look(forward) {
   if (!forward) return;
   state.forward = forward.map(Math.fround);
-  stale = true;
-  showMark();
+  renew();
 }
 
 function turn(right, up) {
@@ -459,13 +487,13 @@ function listen() {
     event.preventDefault();
   });
   addEventListener("resize", () => { place(); showMark(); });
-  $("levels").addEventListener("change", ({ target }) => { state.levels = target.checked; stale = true; });
-  $("frozen").addEventListener("change", ({ target }) => { state.frozen = target.checked; });
+  $("levels").addEventListener("change", ({ target }) => { state.levels = target.checked; renew(); });
+  $("frozen").addEventListener("change", ({ target }) => { state.frozen = target.checked; begin(); });
   $("budget").addEventListener("input", ({ target }) => {
     const part = Number(target.value);
     state.steps = part >= 40 ? 0 : Math.round(10 ** (3 + part / 10));
     $("budget-text").textContent = state.steps ? `${few(state.steps)} steps a frame` : "no end";
-    stale = true;
+    renew();
   });
   $("budget").dispatchEvent(new Event("input"));
   $("record").addEventListener("change", ({ target }) => target.files[0] && openRecord(target.files[0]));
@@ -519,7 +547,7 @@ function usual() {
 function again() {
   layOut();
   showMark();
-  stale = true;
+  renew();
 }
 
 function download(name, bytes) {
@@ -650,7 +678,7 @@ async function start() {
   choices("details", details, state.detail, (detail) => {
     const needsLevels = state.scene.paper && (detail === "paper") !== (state.detail === "paper");
     state.detail = detail;
-    stale = true;
+    renew();
     if (needsLevels) open(state.scene).catch((error) => say(error.message));
   });
   choices("views", ["net", "viewer"], state.view, (view) => { state.view = view; place(); showMark(); });
@@ -662,7 +690,6 @@ async function start() {
   listen();
   await open(first);
   showMark();
-  loop();
 }
 
 start().catch((error) => say(String(error.message)));
