@@ -435,6 +435,8 @@ pub struct TileJob {
     tile: Tile,
     /// Pixels of finished blocks and squares, in their order.
     finished: u32,
+    /// Pixels after which it ends.
+    end: u32,
     /// State of the next, unfinished block or square.
     begun: Begun,
 }
@@ -442,9 +444,22 @@ pub struct TileJob {
 impl TileJob {
     /// Returns a job that has not begun.
     pub const fn new(tile: Tile) -> Self {
+        Self::cut(tile, u32::MAX)
+    }
+
+    /// Returns a job that ends where another one of the same frame was [given up](Self::give_up),
+    /// after its [`kept`](Self::kept) pixels: rendered without that one's budget and given up then,
+    /// it has the same pixels.
+    pub const fn cut(tile: Tile, kept: u32) -> Self {
+        let area = tile.width as u64 * tile.height as u64;
         Self {
             tile,
             finished: 0,
+            end: if area < kept as u64 {
+                area as u32
+            } else {
+                kept
+            },
             begun: Begun::NOTHING,
         }
     }
@@ -465,20 +480,9 @@ impl TileJob {
         self.finished.saturating_add(self.begun.pixels)
     }
 
-    /// Returns the job of a tile that was rendered in full and is to be [given up](Self::give_up)
-    /// where another one was, after its [`kept`](Self::kept) pixels: for the same frame without its
-    /// budget.
-    pub const fn cut(tile: Tile, kept: u32) -> Self {
-        Self {
-            tile,
-            finished: kept,
-            begun: Begun::NOTHING,
-        }
-    }
-
-    /// Returns whether all its pixels are finished.
+    /// Returns whether all its pixels are finished, or those before its [cut](Self::cut).
     pub const fn is_finished(&self) -> bool {
-        self.finished as u64 == self.tile.width as u64 * self.tile.height as u64
+        self.finished >= self.end
     }
 
     /// Renders pixels into `pixels` (rows of the tile, from the top) until the tile is finished or
@@ -533,6 +537,9 @@ impl TileJob {
             before += part.area();
             if self.finished >= before {
                 continue;
+            }
+            if self.is_finished() {
+                break;
             }
             if budget.is_spent() {
                 return Ok(Outcome::BudgetSpent);
@@ -597,7 +604,7 @@ impl TileJob {
             (foveation.give_up)(renderer, self, view, pixels);
             return Ok(());
         }
-        let (mut number, finished) = (0, self.finished + self.begun.pixels);
+        let (mut number, finished) = (0, self.kept().min(self.end));
         for part in tile.blocks() {
             for y in part.y..part.y + part.height {
                 for x in part.x..part.x + part.width {

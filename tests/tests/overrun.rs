@@ -66,6 +66,19 @@ fn renderers<'a>(baked: &'a Baked<8>, spectrum: Spectrum<'a>) -> Vec<Renderer<'a
     all
 }
 
+/// Returns the pixels of a tile that ends where a job is now.
+fn same_cut_off(renderer: &Renderer<'_>, view: &View, job: &TileJob) -> Vec<Pixel> {
+    let tile = job.tile();
+    let mut pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
+    let (mut cut, mut workspace) = (TileJob::cut(tile, job.kept()), Workspace::new());
+    let mut unlimited = Budget::UNLIMITED;
+    let outcome = cut.render(renderer, view, &mut pixels, &mut unlimited, &mut workspace);
+    assert_eq!(outcome, Ok(Outcome::Finished));
+    assert!(job.kept() > 0 || workspace.statistics.steps == 0);
+    cut.give_up(renderer, view, &mut pixels).expect("a tile");
+    pixels
+}
+
 /// Calls a job with more and more steps until it is finished, and looks at what each call
 /// took and left.
 fn finish(renderer: &Renderer<'_>, view: &View, (steps, overrun): (u64, u64)) -> (Vec<Pixel>, u64) {
@@ -94,6 +107,9 @@ fn finish(renderer: &Renderer<'_>, view: &View, (steps, overrun): (u64, u64)) ->
         let mut rest = job;
         let given_up = rest.give_up(renderer, view, &mut now);
         given_up.expect("a tile");
+        if seen.len().is_power_of_two() {
+            assert!(same_cut_off(renderer, view, &job) == now, "{job:?}");
+        }
         seen.push(now);
         if outcome == Outcome::Finished {
             break;

@@ -66,6 +66,32 @@ fn recorded_frames_are_the_same_bits_again() {
     assert!(cut > 10, "{cut} frames were cut off");
 }
 
+/// Where a budget leaves one ray to a square, that ray sees objects where they are now.
+#[test]
+fn what_is_cut_off_shows_things_where_they_have_moved() {
+    let folder = folder();
+    let folder = folder.path();
+    let pictures = |position: &str, animation: &str| {
+        let scene = format!(
+            "[materials.red]\ndiffuse = [1, 0.2, 0.2]\nemission = [0.5, 0.1, 0.1]\n\
+             [[object]]\nname = \"ball\"\nsphere = {{ radius = 1.5 }}\nmaterial = \"red\"\n\
+             position = {position}\n{animation}"
+        );
+        fs::write(folder.join("ball.toml"), scene).expect("a scene");
+        let words =
+            "--scene ball.toml --lod foveated --size 96 --eyes 1 --budget 1steps --frames 9";
+        replayed(folder, words, "--from 8 --verify --out seen");
+        fs::remove_file(folder.join("record")).expect("a record");
+        fs::read(folder.join("seen/frame-000008.png")).expect("a picture")
+    };
+    let path = "[[animation]]\nobject = \"ball\"\ntimes = [0, 0.05, 9]\n\
+                position = [[0, 0, -4], [2, 0, -3], [2, 0, -3]]\n";
+    let [before, after] =
+        [("[0, 0, -4]", ""), ("[2, 0, -3]", "")].map(|(at, path)| pictures(at, path));
+    assert!(before != after);
+    assert!(pictures("[0, 0, -4]", path) == after);
+}
+
 #[test]
 fn what_would_have_been_is_told_and_shown() {
     let folder = folder();

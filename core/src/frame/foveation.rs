@@ -172,7 +172,7 @@ where
             if job.finished >= before {
                 return true;
             }
-            if budget.is_spent() {
+            if job.is_finished() || budget.is_spent() {
                 return false;
             }
             let mut work = Work {
@@ -195,7 +195,7 @@ where
             }
             is_finished
         });
-        if finished {
+        if finished || job.is_finished() {
             Outcome::Finished
         } else {
             Outcome::BudgetSpent
@@ -209,7 +209,7 @@ where
         self.pieces(view, job.tile, |piece, _| {
             let tile = piece.tile;
             before += tile.area();
-            if job.finished < before {
+            if job.finished.min(job.end) < before {
                 let target = &mut Target::new(pixels, job.tile, tile);
                 self.show_background(view, tile, target);
                 let middle = |first: u32, count: u32| first as f32 + 0.5 * count as f32 - 0.5;

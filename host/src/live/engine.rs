@@ -164,6 +164,8 @@ struct TileEngine<'e, 's, const W: usize> {
     dealer: Dealer,
     quality: Quality,
     place: RoomPlace,
+    /// Where the frame is cut off.
+    cuts: Vec<Cut>,
 }
 
 /// The result of a frame.
@@ -286,6 +288,7 @@ where
             dealer: Dealer::new(options.settings.samples),
             quality: Quality::FULL,
             place: RoomPlace::START,
+            cuts: Vec::new(),
         }))
     })
 }
@@ -338,6 +341,7 @@ where
             round(self);
         }
         let rendered = self.finish(rounds);
+        self.cut_off();
         self.fill();
         Ok(Rendered {
             tracing,
@@ -410,9 +414,10 @@ where
         quality: &Quality,
         cuts: &[Cut],
     ) -> Result<Rendered, RenderError> {
-        let rendered = self.render_frame(eyes, quality, None, false)?;
-        self.cut_off(cuts);
-        Ok(rendered)
+        self.cuts = cuts.to_vec();
+        let rendered = self.render_frame(eyes, quality, None, false);
+        self.cuts.clear();
+        rendered
     }
 
     fn tile_hashes(&self, hashes: &mut Vec<u64>) {
@@ -480,6 +485,7 @@ where
                 order.push((cosine, number as u32));
             }
         }
+        self.end_at_cuts();
         if let Some(capture) = capture {
             let views = capture.views(eyes, &self.place, scene, &options, spectrum)?;
             parts.truncate(screens);
@@ -598,12 +604,11 @@ where
             need += tile.expected;
             // A capture keeps the older pixels.
             if !is_captured {
-                let (view, renderer) = &plan.parts[tile.part];
+                let view = &plan.parts[tile.part].0;
                 unfinished += 1;
                 unfinished_fovea |= is_foveal(plan.sights[tile.part], view, tile.job.tile());
                 tile.kept = Some(tile.job.kept());
-                let given_up = tile.job.give_up(renderer, view, &mut tile.pixels);
-                debug_assert!(given_up.is_ok(), "its own pixels");
+                plan.give_up(tile);
             }
         }
         let mut statistics = lock(&shared.statistics);

@@ -253,14 +253,11 @@ impl Frame {
         workspace: &mut Workspace,
     ) -> Option<bool> {
         let (view, renderer) = self.picture(picture)?;
-        let mut job = TileJob::new(tile);
-        let outcome = job.render(&renderer, view, pixels, budget, workspace);
-        let is_whole = outcome.ok()? == Outcome::Finished;
         let mut cuts = self.cuts.iter();
         let cut = cuts.find(|(of, other, _)| (*of, *other) == (picture, tile));
-        if let Some((_, _, kept)) = cut {
-            job = TileJob::cut(tile, *kept);
-        }
+        let mut job = cut.map_or(TileJob::new(tile), |(_, _, kept)| TileJob::cut(tile, *kept));
+        let outcome = job.render(&renderer, view, pixels, budget, workspace);
+        let is_whole = outcome.ok()? == Outcome::Finished;
         if cut.is_some() || !is_whole {
             job.give_up(&renderer, view, pixels).ok()?;
         }

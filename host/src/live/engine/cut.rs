@@ -2,12 +2,14 @@
 
 use super::TileEngine;
 use super::deal::LiveTile;
+use super::threads::Plan;
+use crate::bake::Stage;
 use crate::live::lock;
 use crate::picture::tile_hash;
 use rayon::prelude::*;
 use shisen_core::frame::TileJob;
 use shisen_core::{Runs, Simd};
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard};
 
 /// A tile that a frame's budget cut off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +18,21 @@ pub struct Cut {
     pub tile: u32,
     /// Its pixels that were done, in the order in which they are rendered.
     pub kept: u32,
+}
+
+impl<const W: usize> Plan<'_, W>
+where
+    Simd: Runs<W>,
+{
+    /// Gives up what a tile's job has not finished.
+    pub(super) fn give_up(&self, tile: &mut LiveTile) {
+        let (view, renderer) = &self.parts[tile.part];
+        let now = self.stage.as_ref().map(Stage::scene);
+        let posed = now.map(|now| renderer.posed(now));
+        let renderer = posed.as_ref().unwrap_or(renderer);
+        let given_up = tile.job.give_up(renderer, view, &mut tile.pixels);
+        debug_assert!(given_up.is_ok(), "its own pixels");
+    }
 }
 
 impl<const W: usize> TileEngine<'_, '_, W>
@@ -31,20 +48,26 @@ where
         }));
     }
 
-    /// Cuts off tiles of a frame that is whole.
-    pub(super) fn cut_off(&self, cuts: &[Cut]) {
-        let plan = self.shared.read();
-        for cut in cuts {
-            let tile = self.shared.tiles.get(cut.tile as usize);
-            let Some(mut tile) = tile.map(lock) else {
-                continue;
-            };
-            let tile = &mut *tile;
-            let (view, renderer) = &plan.parts[tile.part];
-            let mut job = TileJob::cut(tile.job.tile(), cut.kept);
-            let given_up = job.give_up(renderer, view, &mut tile.pixels);
-            debug_assert!(given_up.is_ok(), "its own pixels");
+    /// Has tiles end where they were cut off.
+    pub(super) fn end_at_cuts(&self) {
+        for (cut, mut tile) in self.tiles_cut() {
+            tile.job = TileJob::cut(tile.job.tile(), cut.kept);
         }
+    }
+
+    /// Gives up what is cut off.
+    pub(super) fn cut_off(&self) {
+        let plan = self.shared.read();
+        for (_, mut tile) in self.tiles_cut() {
+            plan.give_up(&mut tile);
+        }
+    }
+
+    fn tiles_cut(&self) -> impl Iterator<Item = (&Cut, MutexGuard<'_, LiveTile>)> {
+        self.cuts.iter().filter_map(|cut| {
+            let tile = self.shared.tiles.get(cut.tile as usize)?;
+            Some((cut, lock(tile)))
+        })
     }
 
     pub(super) fn newest_hashes(&self, hashes: &mut Vec<u64>) {
