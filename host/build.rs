@@ -1,6 +1,10 @@
 //! Says where the page of `shisen web` is.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+/// What the page is made of.
+const SOURCES: [&str; 3] = ["web/page", "web/src", "../core/src"];
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
@@ -12,11 +16,44 @@ fn main() {
     let target = Path::new(&out).ancestors().nth(4).unwrap_or(Path::new("."));
     let page = target.join("web");
     println!("cargo::rerun-if-changed={}", page.display());
-    if !page.join("index.html").is_file() {
+    for source in SOURCES {
+        println!("cargo::rerun-if-changed={source}");
+    }
+    let page_is = |what: &str| {
         println!(
-            "cargo::error=there is no page in {}: host/web/build makes it",
+            "cargo::error={}: {what}: host/web/build makes it",
             page.display()
         );
+    };
+    match changed(&page.join("index.html")) {
+        None => page_is("there is no page"),
+        Some(made) => {
+            let mut newer = files(SOURCES.map(PathBuf::from).into());
+            if let Some(source) = newer.find(|file| changed(file) > Some(made)) {
+                page_is(&format!("the page is older than {}", source.display()));
+            }
+        }
     }
     println!("cargo::rustc-env=SHISEN_PAGE={}", page.display());
+}
+
+fn changed(file: &Path) -> Option<SystemTime> {
+    file.metadata().ok()?.modified().ok()
+}
+
+/// Returns the files in folders, and in those within them.
+fn files(mut folders: Vec<PathBuf>) -> impl Iterator<Item = PathBuf> {
+    let mut found = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in folder.read_dir().into_iter().flatten().flatten() {
+            let path = entry.path();
+            let list = if path.is_dir() {
+                &mut folders
+            } else {
+                &mut found
+            };
+            list.push(path);
+        }
+    }
+    found.into_iter()
 }

@@ -180,8 +180,20 @@ fn check(entry: &[u8]) -> [u8; AFTER] {
 pub enum Damage {
     /// It ends within an entry, or without its end.
     CutOff,
-    /// An entry that is not what was written; the number of the frame that it is, or that comes next.
-    Altered(u64),
+    /// A frame that is not what was written, by its number.
+    Frame(u64),
+    /// An entry that is not what was written and looks like no frame, before the frame of this number
+    /// or in its place.
+    Other(u64),
+}
+
+impl Damage {
+    const fn at(kind: u8, number: u64) -> Self {
+        match kind {
+            FRAME => Self::Frame(number),
+            _ => Self::Other(number),
+        }
+    }
 }
 
 /// Reads a record, entry after entry.
@@ -263,11 +275,11 @@ impl<'a> Reader<'a> {
             self.is_over = !matches!(kind, FRAME | RAW);
             self.is_lost = self.is_over;
             self.frames += u64::from(kind == FRAME);
-            return Some(Err(Damage::Altered(number)));
+            return Some(Err(Damage::at(kind, number)));
         };
         self.is_over = entry == Entry::End;
         if let (true, false) = (self.is_over, self.rest.is_empty()) {
-            return Some(Err(Damage::Altered(number)));
+            return Some(Err(Damage::Other(number)));
         }
         Some(Ok(entry))
     }
@@ -290,7 +302,7 @@ impl<'a> Reader<'a> {
             entry == [END, 0, 0, 0, 0] && check(entry) == *check_bytes
         });
         if is_whole {
-            Damage::Altered(self.frames)
+            Damage::at(self.rest[0], self.frames)
         } else {
             Damage::CutOff
         }

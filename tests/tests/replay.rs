@@ -143,6 +143,30 @@ fn damage_and_other_scenes_are_told() {
     assert_eq!(said.status.code(), Some(1));
     let said = String::from_utf8_lossy(&said.stderr).into_owned();
     assert!(said.contains("frame 3 is not what was recorded"), "{said}");
+    // What builds on a frame that is damaged cannot be compared.
+    let filled = "--scene ball.toml --lod paper --size 16 --eyes 1 --view png --fill previous --budget off --frames 4";
+    fs::remove_file(folder.join("record")).expect("a record");
+    replayed(folder, filled, "");
+    let mut bytes = fs::read(folder.join("record")).expect("a record");
+    let mut second = b"shisen record 1\n".len();
+    // Behind the session and a frame.
+    for _ in 0..2 {
+        let length = bytes[second + 1..second + 5].try_into().expect("a length");
+        second += 9 + u32::from_le_bytes(length) as usize;
+    }
+    bytes[second + 9] ^= 1;
+    fs::write(folder.join("altered"), bytes).expect("a record");
+    let said = line(folder, "replay altered --verify --json")
+        .output()
+        .expect("a run");
+    let found: serde_json::Value = serde_json::from_slice(&said.stdout).expect("a report");
+    assert_eq!(found["damaged_frames"], serde_json::json!([1]), "{found}");
+    assert_eq!(found["baseless_frames"], 2, "{found}");
+    assert_eq!(
+        (&found["verified"]["frames"], &found["verified"]["equal"]),
+        (&1.into(), &1.into())
+    );
+    fs::rename(folder.join("altered"), folder.join("record")).expect("a record");
     let larger = ball.replace("radius = 1", "radius = 1.1");
     fs::write(folder.join("ball.toml"), larger).expect("a scene");
     let refused = refusal(&mut line(folder, "replay record --verify"), 1);

@@ -88,6 +88,8 @@ impl Device {
 struct Segment {
     setup: Setup,
     frames: Vec<RecordedFrame>,
+    /// The first frame that was damaged.
+    broken_at: Option<u64>,
 }
 
 impl Arguments {
@@ -179,6 +181,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<(Vec<Segment>, Damaged), Failure> {
             Ok(Entry::Session(setup)) => segments.push(Segment {
                 setup: *setup,
                 frames: Vec::new(),
+                broken_at: None,
             }),
             Ok(Entry::Frame(frame)) => {
                 if let Some(segment) = segments.last_mut() {
@@ -187,7 +190,13 @@ fn read(path: &Path, bytes: &[u8]) -> Result<(Vec<Segment>, Damaged), Failure> {
             }
             Ok(Entry::Raw(..) | Entry::End) => {}
             Err(Damage::CutOff) => damaged.is_cut_off = true,
-            Err(Damage::Altered(frame)) => damaged.frames.push(frame),
+            Err(Damage::Frame(frame)) => {
+                damaged.frames.push(frame);
+                if let Some(segment) = segments.last_mut() {
+                    segment.broken_at.get_or_insert(frame);
+                }
+            }
+            Err(Damage::Other(frame)) => damaged.before.push(frame),
         }
     }
     damaged.rest_is_lost = reader.is_lost();

@@ -88,11 +88,16 @@ impl<'r> Again<'r> {
     /// Renders the frames of a session that are asked for.
     pub(super) fn play(&mut self, segment: &Segment) -> Result<(), Failure> {
         let wants = |frame: &&RecordedFrame| self.arguments.wants(frame.number);
-        let wanted: Vec<&RecordedFrame> = segment.frames.iter().filter(wants).collect();
+        let mut wanted: Vec<&RecordedFrame> = segment.frames.iter().filter(wants).collect();
+        let fills = segment.setup.fill == "previous";
+        if let (true, Some(broken)) = (fills, segment.broken_at) {
+            let count = wanted.len();
+            wanted.retain(|frame| frame.number < broken);
+            self.report.damaged.baseless_frames += count - wanted.len();
+        }
         let (Some(first), Some(last)) = (wanted.first(), wanted.last()) else {
             return Ok(());
         };
-        let fills = segment.setup.fill == "previous";
         if fills && self.arguments.describe.is_some() {
             return Err(misuse!(
                 "these frames build on those before them, and a description is of one frame: record \

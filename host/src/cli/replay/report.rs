@@ -28,6 +28,12 @@ pub(super) struct Damaged {
     /// Frames that are not what was written.
     #[serde(rename = "damaged_frames")]
     pub(super) frames: Vec<u64>,
+    /// Frames before which, or in whose place, something else is not what was written: a session, a
+    /// tracker's bytes, the end.
+    #[serde(rename = "damaged_before_frames")]
+    pub(super) before: Vec<u64>,
+    /// Frames that build on a damaged one, and are not rendered again.
+    pub(super) baseless_frames: usize,
     /// Whether what comes behind cannot be read.
     pub(super) rest_is_lost: bool,
     /// Whether the record has no end: the program was stopped.
@@ -37,7 +43,7 @@ pub(super) struct Damaged {
 impl Damaged {
     /// Returns whether all of the record was read.
     pub(super) const fn is_none(&self) -> bool {
-        self.frames.is_empty() && !self.is_cut_off
+        self.frames.is_empty() && self.before.is_empty() && !self.is_cut_off
     }
 }
 
@@ -172,6 +178,12 @@ impl Report {
                 self.file
             ));
         }
+        if let Some(frame) = self.damaged.before.first() {
+            return Some(format!(
+                "{}: what comes before frame {frame}, or is in its place, is not what was recorded",
+                self.file
+            ));
+        }
         let verified = self.verified.as_ref();
         let different = verified.map_or(0, |verified| verified.frames - verified.equal);
         let against = self.against.as_ref();
@@ -207,6 +219,19 @@ impl fmt::Display for Report {
         }
         for frame in &self.damaged.frames {
             write!(f, "\nframe {frame} is not what was written")?;
+        }
+        for frame in &self.damaged.before {
+            write!(
+                f,
+                "\nwhat comes before frame {frame}, or is in its place, is not what was written"
+            )?;
+        }
+        if self.damaged.baseless_frames > 0 {
+            let count = self.damaged.baseless_frames;
+            write!(
+                f,
+                "\n{count} frames build on a damaged one: they are not rendered again"
+            )?;
         }
         if self.damaged.rest_is_lost {
             f.write_str("\nwhat comes behind cannot be read")?;
