@@ -58,6 +58,8 @@ const after = [await value(COLOURS), await value("document.getElementById('momen
 if (!(Number(await moment(".max")) === 39 && after[0] > 100 && parseFloat(after[1]) > parseFloat(before[1]))) {
   throw new Error(`the record played ${JSON.stringify([before, after])}`);
 }
+// At rest it is compared with what the desk recorded.
+await until("document.getElementById('compared').textContent.startsWith('the same as recorded')");
 await shot("1280-record.png");
 // An eye is measured by keys, and what is found is shown.
 await value("document.getElementById('measure').click()");

@@ -1,7 +1,8 @@
 // A visitor's own acuity: how large the screen is, how far away, and how small a gap is seen beside
 // the line of sight.
 
-const CARD = 0.0856; // A bank card's width, metres (ISO/IEC 7810 ID-1).
+const CARD = [0.0856, 0.05398]; // A bank card's sides, metres (ISO/IEC 7810 ID-1).
+const NARROW = 500; // Pixels across, in which a card has no room but upright.
 const TRIALS = 10; // Of each eccentricity.
 const SHOWN = 350; // Milliseconds: too short to look there.
 const DEGREE = Math.PI / 180;
@@ -14,9 +15,12 @@ export function measureFovea(dialog) {
   const pages = [...dialog.querySelectorAll("section")];
   const turn = (number) => pages.forEach((page, at) => { page.hidden = at !== number; });
   let pixelsAMetre = 96 / 0.0254;
+  const isUpright = innerWidth < NARROW;
+  const [across, down] = isUpright ? [...CARD].reverse() : CARD;
+  $("upright").hidden = !isUpright;
   const size = () => {
-    pixelsAMetre = Number($("card").value) / CARD;
-    Object.assign($("box").style, { width: `${CARD * pixelsAMetre}px`, height: `${0.05398 * pixelsAMetre}px` });
+    pixelsAMetre = Number($("card").value) / across;
+    Object.assign($("box").style, { width: `${across * pixelsAMetre}px`, height: `${down * pixelsAMetre}px` });
   };
   $("card").oninput = size;
   size();

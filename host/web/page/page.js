@@ -254,6 +254,7 @@ function frame() {
     samples: detail === "foveated" ? 4 : 1,
     acuity: state.acuity ?? ACUITY,
     pictures,
+    recorded: isAsRecorded() ? played.frames[Number($("moment").value)] : null,
     ...state.left,
     gaze: state.flown
       ? { place: plus(state.flown(eye()), state.origin), forward: state.flown(forward), up: state.flown(up) }
@@ -322,8 +323,8 @@ const REST = 300;
 function begin() {
   const now = performance.now();
   const isFree = flights.size < 2 && [...flights.values()].every(({ parts }) => parts.length > 0);
-  const rests = !stale && !isHashed && flights.size === 0 && now - turned > REST && !state.steps && !state.scene?.dome
-    && !state.screen && !state.head;
+  const isComparable = played ? isAsRecorded() : !state.screen && !state.scene?.dome;
+  const rests = !stale && !isHashed && flights.size === 0 && now - turned > REST && !state.steps && isComparable;
   if (isFree && (stale || rests) && !state.frozen && state.scene && workers.length) {
     if (stale) turned = now;
     stale = false;
@@ -385,6 +386,7 @@ let glanced = 0;
 function report(took) {
   if (took.frame.detail === "full" && !state.steps) full = took.steps;
   $("hash").textContent = "–";
+  $("compared").textContent = "";
   $("save").disabled = true;
   document.body.dataset.frames = number;
   const now = performance.now();
@@ -407,7 +409,11 @@ function report(took) {
 function showHash(took) {
   const hashes = hashesOf(took);
   $("hash").textContent = hashes.map(({ hash }) => hash.toString(16).padStart(16, "0")).join(" ");
-  $("save").disabled = false;
+  const { recorded } = took.frame;
+  $("save").disabled = Boolean(recorded);
+  if (!recorded) return;
+  const isSame = hashes.every(({ hash }, wall) => hash === recorded.hashes[wall]);
+  $("compared").textContent = isSame ? "the same as recorded, bit for bit" : "not the bits that were recorded";
 }
 
 function hashesOf(took) {
@@ -571,7 +577,7 @@ let played = null;
 
 async function openRecord(file) {
   try {
-    const { sessions, isWhole } = readRecord(own, new Uint8Array(await file.arrayBuffer()));
+    const { sessions, isWhole, damaged } = readRecord(own, new Uint8Array(await file.arrayBuffer()));
     if (sessions.length === 0) throw new Error("the record has no frames");
     const { setup, frames } = sessions[0];
     const words = setup.arguments.flatMap((word) => {
@@ -606,14 +612,16 @@ async function openRecord(file) {
     const unfollowed = others.filter((name) => words.includes(name));
     if (unfollowed.length > 0) notes.push(`without ${unfollowed.join(", ")}: shisen replay has it`);
     if (frames.some(({ place }) => place.some((number) => number !== 0))) notes.push("where the viewer flew alike, not the same bits");
-    if (sessions.length > 1) notes.push("the first session alone");
-    if (!isWhole) notes.push("the record was cut off");
     const [side] = setup.pictures[0].size;
     const isSquare = setup.pictures.every(({ size }) => size[0] === side && size[1] === side);
     if (isSquare && setup.tile === TILE) state.size = side;
     else notes.push("in another size, and what budgets cut off is not shown");
     mark("sizes", String(state.size));
-    played = { setup, frames, notes, exact, side: isSquare && setup.tile === TILE ? side : 0 };
+    const isSame = notes.length === 0;
+    if (sessions.length > 1) notes.push("the first session alone");
+    if (damaged.length > 0) notes.push(`not what was recorded: frame ${damaged.join(", ")}`);
+    else if (!isWhole) notes.push("the record was cut off");
+    played = { setup, frames, notes, exact, isSame, detail, side: isSquare && setup.tile === TILE ? side : 0 };
     say("");
     Object.assign($("moment"), { max: frames.length - 1, value: 0, disabled: false });
     $("play").disabled = $("leave").disabled = false;
@@ -623,6 +631,9 @@ async function openRecord(file) {
     say(String(error.message));
   }
 }
+
+/// Whether a record is played as the desk rendered it, to the bit.
+const isAsRecorded = () => played?.isSame && state.size === played.side && state.detail === played.detail;
 
 /// Shows the frame of the time line.
 function showMoment() {

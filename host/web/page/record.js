@@ -47,30 +47,41 @@ export function writeRecord(core, { frame, scene, size }, walls) {
   ]);
 }
 
-/// The frames of a record, as far as it can be read: {setup, frames: [{at, time, place, head, turn,
-/// forward, up, rung, cuts, hashes}], isWhole}. `core` computes hashes.
+/// The frames of a record, as far as it can be read: {sessions: [{setup, frames: [{number, at, time,
+/// place, head, turn, forward, up, rung, cuts, hashes}]}], isWhole, damaged}, the latter frames by number.
+/// `core` computes hashes.
 export function readRecord(core, bytes) {
   const first = new TextDecoder().decode(bytes.slice(0, 16));
   if (first !== "shisen record 1\n") {
     throw new Error(first.startsWith("shisen record ") ? "a record of another version" : "this file is no record");
   }
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  const sessions = [];
-  let at = 16;
+  const [sessions, damaged] = [[], []];
+  let [at, next] = [16, 0];
   let isWhole = false;
   while (at + 9 <= bytes.length && !isWhole) {
     const [kind, length] = [bytes[at], view.getUint32(at + 1, true)];
     const end = at + 5 + length;
     if (end + 4 > bytes.length) break;
     const check = BigInt.asUintN(32, core.hashOf(bytes.slice(at, end)));
-    if (Number(check) !== view.getUint32(end, true)) throw new Error(`frame ${sessions.at(-1)?.frames.length ?? 0} is not what was recorded`);
-    const content = bytes.slice(at + 5, end);
-    if (kind === 1) sessions.push({ setup: JSON.parse(new TextDecoder().decode(content)), frames: [] });
-    if (kind === 2) sessions.at(-1)?.frames.push(readFrame(content, sessions.at(-1).setup));
-    isWhole = kind === 4;
     at = end + 4;
+    if (Number(check) !== view.getUint32(end, true)) {
+      damaged.push(next);
+      next += kind === 2;
+      // Another kind or length would lead nowhere.
+      if (kind === 2 || kind === 3) continue;
+      break;
+    }
+    const content = bytes.slice(end - length, end);
+    if (kind === 1) sessions.push({ setup: JSON.parse(new TextDecoder().decode(content)), frames: [] });
+    if (kind === 2 && sessions.length > 0) {
+      const frame = readFrame(content, sessions.at(-1).setup);
+      sessions.at(-1).frames.push(frame);
+      next = frame.number + 1;
+    }
+    isWhole = kind === 4;
   }
-  return { sessions: sessions.filter(({ frames }) => frames.length > 0), isWhole };
+  return { sessions: sessions.filter(({ frames }) => frames.length > 0), isWhole, damaged };
 }
 
 function readFrame(bytes, setup) {
@@ -89,8 +100,7 @@ function readFrame(bytes, setup) {
   const floats = (count) => Array.from({ length: count }, () => { at += 4; return view.getFloat32(at - 4, true); });
   const doubles = (count) => Array.from({ length: count }, () => { at += 8; return view.getFloat64(at - 8, true); });
   const flags = byte();
-  number();
-  const frame = { at: number() / 1e6, rung: number(), steps: flags & 1 ? number() : 0 };
+  const frame = { number: number(), at: number() / 1e6, rung: number(), steps: flags & 1 ? number() : 0 };
   [frame.time] = doubles(1);
   frame.place = flags & 4 ? doubles(4) : [0, 0, 0, 0];
   [frame.head, frame.turn, frame.forward, frame.up] = [floats(3), floats(4), floats(3), floats(3)];
