@@ -1,10 +1,13 @@
-// Renders the described frames of folders, and prints how many are what a record has.
+// Renders described frames, and prints a table of how many are what a record has.
 //
-//   node same.mjs PAGE FOLDER...   in node and in a browser, by the programs of the page in PAGE; a
-//                                  folder is one of `shisen replay --describe`, with what a
-//                                  microcontroller printed in a file device
-//   node same.mjs --pack FOLDER    prints the memory of a microcontroller, as
-//                                  tests/firmware/src/bin/replay.rs reads it
+//   node same.mjs PAGE WORK EFFECTS   in node and in a browser, by the programs of the page in PAGE; each
+//                                     folder SCENE-SIZE of WORK is one of `shisen replay --describe`, with
+//                                     what a microcontroller printed in a file device, and beside it are
+//                                     the reports of `replay --verify`, avx2-SCENE-SIZE and
+//                                     portable-SCENE-SIZE; fails where a frame differs, or one of so many
+//                                     effects, a spent budget or a moved object is not among them
+//   node same.mjs --pack FOLDER       prints the memory of a microcontroller, as
+//                                     tests/firmware/src/bin/replay.rs reads it
 import fs from "node:fs";
 import http from "node:http";
 import path from "node:path";
@@ -12,6 +15,7 @@ import { openBrowser } from "../web/browser.mjs";
 import { described, hashes } from "./hashes.js";
 
 const PROGRAMS = { shisen: "wasm", "shisen-simd": "wasm simd128" };
+const PATHS = { avx2: "AVX2", portable: "no vectors" };
 const here = import.meta.dirname;
 const read = (...parts) => new Uint8Array(fs.readFileSync(path.join(...parts)));
 const framesOf = (folder) => fs.readdirSync(folder).filter((name) => name.endsWith(".frame")).sort();
@@ -60,7 +64,7 @@ function equal(recorded, lines) {
   return recorded.filter((hashes, number) => hashes.every((hash) => has.has(`${number} ${hash}`))).length;
 }
 
-async function compare(page, folders) {
+async function compare(page, work) {
   const frame = await import(path.join(page, "frame.js"));
   let folder = null;
   const server = await serve(page, () => folder);
@@ -68,23 +72,28 @@ async function compare(page, folders) {
   await browser.send("Page.navigate", { url: `http://127.0.0.1:${server.address().port}/frame.js` });
   while (!(await browser.value("location.protocol === 'http:'"))) await new Promise((done) => setTimeout(done, 20));
   const found = [];
-  for (folder of folders) {
+  const folders = fs.readdirSync(work).filter((name) => fs.existsSync(path.join(work, name, "scene.shisen")));
+  for (const own of folders) {
+    folder = path.join(work, own);
     const scene = read(folder, "scene.shisen");
     const names = framesOf(folder);
     const frames = names.map((name) => read(folder, name));
     const recorded = names.map((name) =>
       fs.readFileSync(path.join(folder, name.replace(".frame", ".hashes")), "utf8").trim().split("\n"));
     const counts = {};
+    for (const [device, name] of Object.entries(PATHS)) {
+      counts[name] = JSON.parse(fs.readFileSync(path.join(work, `${device}-${own}`), "utf8")).verified.equal;
+    }
     for (const [program, name] of Object.entries(PROGRAMS)) {
-      const own = await hashes(frame, read(page, `${program}.wasm`), scene, frames);
-      counts[`${name}, node`] = equal(recorded, own);
+      const traced = await hashes(frame, read(page, `${program}.wasm`), scene, frames);
+      counts[`${name}, node`] = equal(recorded, traced);
       counts[`${name}, browser`] = equal(recorded, await browser.value(inBrowser(program, names)));
     }
     const device = path.join(folder, "device");
     if (fs.existsSync(device)) counts["Cortex-M7"] = equal(recorded, fs.readFileSync(device, "utf8").split("\n"));
     const held = frames.map(described);
     found.push({
-      folder: path.basename(folder), frames: recorded.length, equal: counts,
+      scene: own.slice(0, own.lastIndexOf("-")), frames: recorded.length, equal: counts,
       effects: held.reduce((all, { effects }) => all | effects, 0),
       cut: held.filter(({ cuts }) => cuts > 0).length,
       moved: held.filter(({ moved }) => moved > 0).length,
@@ -95,10 +104,29 @@ async function compare(page, folders) {
   return found;
 }
 
-const [, , first, ...folders] = process.argv;
+/// Prints the table; returns whether all is equal, and all is there that is to be compared.
+function print(found, most) {
+  const columns = [...new Set(found.flatMap(({ equal }) => Object.keys(equal)))];
+  console.log(`| Scene | ${columns.join(" | ")} |\n|---|${"---:|".repeat(columns.length)}`);
+  for (const scene of new Set(found.map(({ scene }) => scene))) {
+    const cells = columns.map((column) => {
+      const own = found.filter((one) => one.scene === scene && column in one.equal);
+      const sum = (of) => own.reduce((sum, one) => sum + of(one), 0);
+      return own.length > 0 ? `${sum(({ equal }) => equal[column])} of ${sum(({ frames }) => frames)}` : "–";
+    });
+    console.log(`| ${scene} | ${cells.join(" | ")} |`);
+  }
+  const bits = found.reduce((all, { effects }) => all | effects, 0);
+  const effects = [...Array(32).keys()].filter((bit) => bits & (1 << bit)).length;
+  const [cut, moved] = ["cut", "moved"].map((what) => found.reduce((sum, one) => sum + one[what], 0));
+  console.log(`${effects} of ${most} effects, ${cut} frames that a budget cut off, ${moved} frames with moved objects`);
+  const isEqual = found.every(({ frames, equal }) => Object.values(equal).every((count) => count === frames));
+  return isEqual && effects >= most && cut > 0 && moved > 0;
+}
+
+const [, , first, second, effects] = process.argv;
 if (first === "--pack") {
-  fs.writeFileSync(1, pack(folders[0]));
+  fs.writeFileSync(1, pack(second));
 } else {
-  console.log(JSON.stringify(await compare(path.resolve(first), folders), null, 1));
-  process.exit(0);
+  process.exit(print(await compare(path.resolve(first), second), Number(effects)) ? 0 : 1);
 }

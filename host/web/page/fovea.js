@@ -23,9 +23,11 @@ export function measureFovea(dialog) {
     Object.assign($("box").style, { width: `${across * pixelsAMetre}px`, height: `${down * pixelsAMetre}px` });
   };
   $("card").oninput = size;
-  size();
   turn(0);
   dialog.showModal();
+  // A box that does not fit would be narrower than it says.
+  $("card").max = Math.min(700, pages[0].clientWidth);
+  size();
   return new Promise((resolve) => {
     let answer = null;
     const end = (found) => {
