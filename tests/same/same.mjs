@@ -9,9 +9,8 @@
 //   node same.mjs --pack FOLDER       prints the memory of a microcontroller, as
 //                                     tests/firmware/src/bin/replay.rs reads it
 import fs from "node:fs";
-import http from "node:http";
 import path from "node:path";
-import { openBrowser } from "../web/browser.mjs";
+import { openBrowser, serve } from "../web/browser.mjs";
 import { described, hashes } from "./hashes.js";
 
 const PROGRAMS = { shisen: "wasm", "shisen-simd": "wasm simd128" };
@@ -36,20 +35,6 @@ function pack(folder) {
   return memory;
 }
 
-/// Serves the page, and a folder's files under /case/.
-function serve(page, folder) {
-  const types = { ".js": "text/javascript", ".html": "text/html" };
-  const server = http.createServer(({ url }, answer) => {
-    const [, first, ...rest] = url.split("/");
-    const root = { case: folder(), same: here }[first];
-    const file = root ? path.join(root, ...rest) : path.join(page, first, ...rest);
-    if (!fs.existsSync(file)) return answer.writeHead(404).end();
-    answer.writeHead(200, { "content-type": types[path.extname(file)] ?? "application/octet-stream" });
-    answer.end(fs.readFileSync(file));
-  });
-  return new Promise((done) => server.listen(0, "127.0.0.1", () => done(server)));
-}
-
 /// What a browser runs: the same as node.
 const inBrowser = (program, names) => `(async () => {
   const bytes = async (url) => new Uint8Array(await (await fetch(url)).arrayBuffer());
@@ -67,9 +52,13 @@ function equal(recorded, lines) {
 async function compare(page, work) {
   const frame = await import(path.join(page, "frame.js"));
   let folder = null;
-  const server = await serve(page, () => folder);
+  // The page, and besides it what is compared.
+  const server = await serve((first, ...rest) => {
+    const root = { case: folder, same: here }[first];
+    return root ? path.join(root, ...rest) : path.join(page, first, ...rest);
+  });
   const browser = await openBrowser();
-  await browser.send("Page.navigate", { url: `http://127.0.0.1:${server.address().port}/frame.js` });
+  await browser.send("Page.navigate", { url: `${server.url}/frame.js` });
   while (!(await browser.value("location.protocol === 'http:'"))) await new Promise((done) => setTimeout(done, 20));
   const found = [];
   const folders = fs.readdirSync(work).filter((name) => fs.existsSync(path.join(work, name, "scene.shisen")));

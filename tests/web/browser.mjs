@@ -1,8 +1,22 @@
 // A browser without a window, driven by its own protocol (CDP).
 import { spawn } from "node:child_process";
 import fs from "node:fs";
+import http from "node:http";
 import os from "node:os";
 import path from "node:path";
+
+/// Serves files to this machine: {url, close}. `find` names the file of a path, which comes in parts.
+export async function serve(find) {
+  const types = { ".js": "text/javascript", ".html": "text/html", ".css": "text/css" };
+  const server = http.createServer(({ url }, answer) => {
+    const file = find(...url.slice(1).split("/"));
+    if (!fs.existsSync(file)) return answer.writeHead(404).end();
+    answer.writeHead(200, { "content-type": types[path.extname(file)] ?? "application/octet-stream" });
+    answer.end(fs.readFileSync(file));
+  });
+  await new Promise((done) => server.listen(0, "127.0.0.1", done));
+  return { url: `http://127.0.0.1:${server.address().port}`, close: () => server.close() };
+}
 
 /// Starts it: {send, value, complaints, close}. `value` evaluates an expression, or what it promises.
 export async function openBrowser() {
