@@ -4,7 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 /// What the page is made of.
-const SOURCES: [&str; 3] = ["web/page", "web/src", "../core/src"];
+const SOURCES: [&str; 6] = [
+    "web/page",
+    "web/src",
+    "web/Cargo.toml",
+    "web/Cargo.lock",
+    "web/build",
+    "../core/src",
+];
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
@@ -41,18 +48,13 @@ fn changed(file: &Path) -> Option<SystemTime> {
     file.metadata().ok()?.modified().ok()
 }
 
-/// Returns the files in folders, and in those within them.
-fn files(mut folders: Vec<PathBuf>) -> impl Iterator<Item = PathBuf> {
+/// Returns the files among paths, and those in their folders.
+fn files(mut paths: Vec<PathBuf>) -> impl Iterator<Item = PathBuf> {
     let mut found = Vec::new();
-    while let Some(folder) = folders.pop() {
-        for entry in folder.read_dir().into_iter().flatten().flatten() {
-            let path = entry.path();
-            let list = if path.is_dir() {
-                &mut folders
-            } else {
-                &mut found
-            };
-            list.push(path);
+    while let Some(path) = paths.pop() {
+        match path.read_dir() {
+            Ok(entries) => paths.extend(entries.flatten().map(|entry| entry.path())),
+            Err(_) => found.push(path),
         }
     }
     found.into_iter()

@@ -117,6 +117,35 @@ fn what_would_have_been_is_told_and_shown() {
     assert!(cut["what_if"]["steps"].as_f64() < Some(1.0), "{cut}");
 }
 
+/// Frames build on those before them by both ways, the walls are the record's, and what another detail
+/// has not is left out.
+#[test]
+fn what_is_rendered_twice_is_of_one_session() {
+    let folder = folder();
+    let folder = folder.path();
+    let walls = "[[wall]]\nname = \"screen\"\nlower_left = [-1, -1, -1]\n\
+                 lower_right = [1, -1, -1]\nupper_left = [-1, 1, -1]\n";
+    fs::write(folder.join("room.toml"), walls).expect("a room");
+    let words =
+        "--scene A --walls room.toml --size 48 --view png --fill previous --budget off --frames 8";
+    replayed(folder, words, "");
+    fs::remove_file(folder.join("room.toml")).expect("a room");
+    let again = report(
+        folder,
+        "replay record --frame 7 --against portable --verify",
+    );
+    for key in ["against", "verified"] {
+        assert_eq!(count(&again[key], "equal"), 1, "{again}");
+    }
+    let words = "--scene gallery --size 32 --quality 5 --budget 30000steps --frames 3";
+    let off = replayed(folder, words, "--frame 2 --what-if lod=off");
+    assert_eq!(count(&off["what_if"], "frames"), 1, "{off}");
+    let same = report(folder, "replay record --what-if budget=30000steps");
+    assert_eq!(same["what_if"]["largest"], 0.0, "{same}");
+    let refused = refusal(&mut line(folder, "replay record --verify --frame 9"), 2);
+    assert!(refused.contains("frames 0 to 2"), "{refused}");
+}
+
 #[test]
 fn damage_and_other_scenes_are_told() {
     let folder = folder();
@@ -174,7 +203,7 @@ fn damage_and_other_scenes_are_told() {
     fs::remove_file(folder.join("ball.toml")).expect("a file");
     let refused = refusal(&mut line(folder, "replay record --verify"), 1);
     assert!(
-        refused.contains("--scene FILE says where it is now"),
+        refused.contains("--scene FILE says where the scene is now"),
         "{refused}"
     );
 }

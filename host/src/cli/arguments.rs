@@ -201,7 +201,7 @@ impl FromStr for Exposure {
     }
 }
 
-#[derive(Debug, Clone, Args)]
+#[derive(Debug, Default, Clone, Args)]
 pub struct LevelArguments {
     /// Faces of each mesh at its coarsest polygon level, for the rim of the visual field, and
     /// at its finest: 500..5804, or 500.. for all faces it has [default: 500..]

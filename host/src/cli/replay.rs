@@ -136,12 +136,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         .or(arguments.from)
         .or(arguments.to)
         .is_some();
-    if !arguments.renders() && (chooses || arguments.device.is_some()) {
+    let is_told_how =
+        arguments.device.is_some() || arguments.scene.is_some() || arguments.threads.is_some();
+    if !arguments.renders() && (chooses || is_told_how) {
         return Err(misuse!(
             "say what to do with the frames: --verify, --out, --against, --what-if or --describe"
         ));
     }
-    if wanted == 0 && report.damaged.is_none() && arguments.renders() {
+    if wanted == 0 && !report.damaged.is_altered() && arguments.renders() {
         let last = all().last().map_or(0, |frame| frame.number);
         return Err(match all().next() {
             Some(_) => misuse!("the record has frames 0 to {last}, and none of those"),

@@ -23,6 +23,7 @@ use crate::files::with_help;
 use crate::live::{Latch, SessionSettings, Share, SwapLock, eyes_of};
 use crate::outputs::Outputs;
 use crate::projection::Projection;
+use crate::record::Setup;
 use crate::render::{CaptureOptions, Observer};
 use crate::show::stereo::Stereo;
 use crate::tracker::{By, Navigation};
@@ -231,10 +232,25 @@ impl Arguments {
         self.project.direct(&self.outputs, cave, needs_screens)
     }
 
-    pub(super) fn live(&self) -> Result<LiveArguments, Failure> {
+    fn live(&self) -> Result<LiveArguments, Failure> {
         let capture = Change::Capture(self.capture_for(self.fill));
         let mut live = self.live.changed(capture);
         live.direct = self.direct(&live.room.cave()?)?;
+        Ok(live)
+    }
+
+    /// Returns how the frames of a session were rendered: in its walls, with the projectors whose own
+    /// pixels it has.
+    pub(super) fn of_session(&self, setup: &Setup) -> Result<LiveArguments, Failure> {
+        let mut live = self.live.clone();
+        if let Some(walls) = &setup.walls {
+            live.room.set_walls(walls.clone());
+        }
+        let cave = live.room.cave()?;
+        let names = setup.pictures.iter().map(|picture| &picture.name);
+        let of_projector = |name: &&String| cave.screens().all(|screen| screen.name() != **name);
+        live.direct = names.filter(of_projector).cloned().collect();
+        live.direct.dedup();
         Ok(live)
     }
 
@@ -275,13 +291,19 @@ fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
 
 /// Follows the tracker, and tells other machines what to render.
 fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
-    let log = arguments.report.as_deref().map(Log::create).transpose()?;
-    let recorder = Recorder::create(arguments)?;
     let outputs = arguments.open_outputs(lock.share())?;
     let time = arguments.time(outputs.as_ref());
     let mut prepared = arguments.live()?.prepare(&time)?;
     let interrupt = Interrupt::watched();
-    let kept = (log, recorder);
+    let navigate = arguments.navigate.as_ref();
+    let flight = navigate.map(|navigation| navigation.flight);
+    let (tracker, raw) =
+        arguments
+            .live
+            .listen_raw(&arguments.tracker, navigate, &prepared.cave, arguments.raw)?;
+    // Files that are there are not written over before all else is known to be right.
+    let log = arguments.report.as_deref().map(Log::create).transpose()?;
+    let kept = (log, Recorder::create(arguments, raw)?);
     let mut frames = Frames::open(
         arguments,
         &interrupt,
@@ -290,13 +312,6 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
         lock.share(),
         outputs,
     )?;
-    let navigate = arguments.navigate.as_ref();
-    let flight = navigate.map(|navigation| navigation.flight);
-    let (tracker, raw) =
-        arguments
-            .live
-            .listen_raw(&arguments.tracker, navigate, &prepared.cave, arguments.raw)?;
-    frames.keep_raw(raw);
     let mut earlier = 0;
     // Once for each scene and level of detail that is asked for.
     loop {
@@ -311,7 +326,10 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
         if let Some(change) = frames.change.take() {
             earlier += played.report.frames;
             match prepared.arguments.changed(change).prepare(&time) {
-                Ok(next) => prepared = next,
+                Ok(next) => {
+                    prepared = next;
+                    frames.note(change);
+                }
                 // The scene before stays.
                 Err(failure) => {
                     let _ = failure.print();

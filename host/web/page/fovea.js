@@ -18,6 +18,7 @@ export function measureFovea(dialog) {
   const isUpright = innerWidth < NARROW;
   const [across, down] = isUpright ? [...CARD].reverse() : CARD;
   $("upright").hidden = !isUpright;
+  $("distance").value = isUpright ? 30 : 55;
   const size = () => {
     pixelsAMetre = Number($("card").value) / across;
     Object.assign($("box").style, { width: `${across * pixelsAMetre}px`, height: `${down * pixelsAMetre}px` });

@@ -63,10 +63,14 @@ function layOut() {
     canvases = pictures.map(() => Object.assign(document.createElement("canvas"), { width: size, height: size }));
     $("room").replaceChildren(...canvases);
     full = 0;
-    // What was frozen is not there any more.
-    if (state.frozen) $("frozen").click();
+    thaw();
   }
   place();
+}
+
+/// Ends the freeze of a picture that is not there any more.
+function thaw() {
+  if (state.frozen) $("frozen").click();
 }
 
 /// The rays of a picture where a record's viewer has flown.
@@ -222,7 +226,7 @@ async function open(scene) {
   if (turn !== opened) return started.forEach((worker) => worker.terminate());
   [workers, own] = [started, core];
   scene.desk = file;
-  scene.hash = own.hashOf(new Uint8Array(bytes)).toString(16).padStart(16, "0");
+  scene.hash = hashText(bytes);
   state.scene = scene;
   $("command").textContent = "";
   // Frames that the workers before were rendering do not come.
@@ -386,7 +390,7 @@ let glanced = 0;
 function report(took) {
   if (took.frame.detail === "full" && !state.steps) full = took.steps;
   $("hash").textContent = "–";
-  $("compared").textContent = "";
+  $("compared").textContent = $("command").textContent = "";
   $("save").disabled = true;
   document.body.dataset.frames = number;
   const now = performance.now();
@@ -408,13 +412,20 @@ function report(took) {
 /// Shows the hashes of a frame's walls, which a record of it has.
 function showHash(took) {
   const hashes = hashesOf(took);
-  $("hash").textContent = hashes.map(({ hash }) => hash.toString(16).padStart(16, "0")).join(" ");
+  $("hash").textContent = hashes.map(({ hash }) => text(hash)).join(" ");
   const { recorded } = took.frame;
   $("save").disabled = Boolean(recorded);
-  if (!recorded) return;
+  if (!recorded) {
+    const { desk, name } = took.scene;
+    $("command").textContent = `curl -O ${new URL(desk, location)}\nshisen replay ${name}.rec --verify`;
+    return;
+  }
   const isSame = hashes.every(({ hash }, wall) => hash === recorded.hashes[wall]);
   $("compared").textContent = isSame ? "the same as recorded, bit for bit" : "not the bits that were recorded";
 }
+
+const text = (hash) => hash.toString(16).padStart(16, "0");
+const hashText = (bytes) => text(own.hashOf(new Uint8Array(bytes)));
 
 function hashesOf(took) {
   const all = tiles(took.frame.pictures).map((tile) => took.hashes.get(String(tile)));
@@ -440,6 +451,7 @@ function say(text) {
 function look(forward) {
   if (!forward) return;
   state.forward = forward.map(Math.fround);
+  if (state.frozen) showMark();
   renew();
 }
 
@@ -492,7 +504,15 @@ function listen() {
     else act();
     event.preventDefault();
   });
-  addEventListener("resize", () => { place(); showMark(); });
+  addEventListener("resize", () => {
+    if (state.screen) {
+      screenOfEye();
+      again();
+    } else {
+      place();
+      showMark();
+    }
+  });
   $("levels").addEventListener("change", ({ target }) => { state.levels = target.checked; renew(); });
   $("frozen").addEventListener("change", ({ target }) => { state.frozen = target.checked; begin(); });
   $("budget").addEventListener("input", ({ target }) => {
@@ -508,12 +528,18 @@ function listen() {
     event.preventDefault();
     if (event.dataTransfer.files[0]) openRecord(event.dataTransfer.files[0]);
   });
-  $("moment").addEventListener("input", showMoment);
+  $("moment").addEventListener("input", () => {
+    began();
+    showMoment();
+  });
   $("play").addEventListener("click", play);
   $("save").addEventListener("click", save);
   $("measure").addEventListener("click", measure);
   $("usual").addEventListener("click", usual);
-  $("leave").addEventListener("click", usual);
+  $("leave").addEventListener("click", () => {
+    leave();
+    again();
+  });
   $("numbers-save").addEventListener("click", () => download("eye.json", JSON.stringify(state.eye, null, 1)));
 }
 
@@ -523,14 +549,10 @@ async function measure() {
   if (!found) return;
   if (!found.seen) return say("the screen is too narrow at this distance: sit nearer to it, 15 to 200 cm, and try again");
   usual();
-  const { pixelsAMetre, distance, slope, least } = found;
-  const half = $("stage").getBoundingClientRect().width / pixelsAMetre / 2;
-  state.screen = {
-    name: "screen", lowerLeft: [-half, -half, -distance], lowerRight: [half, -half, -distance],
-    upperLeft: [-half, half, -distance],
-  };
+  const { slope, least } = found;
   state.acuity = [slope, least, 0, 1, 0];
   state.eye = found;
+  screenOfEye();
   const minutes = (angle) => (60 * angle * 180 / Math.PI).toFixed(1);
   $("eye").textContent = `You see ${minutes(least)}′ where you look, and ${(60 * slope).toFixed(1)}′ more for each `
     + "degree beside it. Look at the pointer: the picture is rendered for that.";
@@ -539,15 +561,34 @@ async function measure() {
   again();
 }
 
+/// The window as large as the stage is on the visitor's screen, at their distance.
+function screenOfEye() {
+  const { pixelsAMetre, distance } = state.eye;
+  const half = $("stage").getBoundingClientRect().width / pixelsAMetre / 2;
+  state.screen = {
+    name: "screen", lowerLeft: [-half, -half, -distance], lowerRight: [half, -half, -distance],
+    upperLeft: [-half, half, -distance],
+  };
+}
+
+/// Goes back to the usual eye and its room.
 function usual() {
-  state.screen = state.acuity = state.eye = state.head = state.flown = state.up = state.left = undefined;
+  leave();
+  state.screen = state.acuity = state.eye = undefined;
   $("eye").textContent = "";
   $("numbers-save").disabled = $("usual").disabled = true;
+  again();
+}
+
+/// Leaves the record that is played.
+function leave() {
+  thaw();
   played = null;
+  state.head = state.flown = state.up = state.left = undefined;
   $("play").disabled = $("moment").disabled = $("leave").disabled = true;
   $("play").textContent = "Play";
-  $("moment-text").textContent = "";
-  again();
+  $("moment-text").textContent = $("compared").textContent = "";
+  say("");
 }
 
 function again() {
@@ -564,10 +605,7 @@ function download(name, bytes) {
 /// Saves the newest frame as a record that a desk replays.
 function save() {
   if (!newest) return;
-  const { name } = newest.scene;
-  const bytes = writeRecord(own, newest, hashesOf(newest));
-  download(`${name}.rec`, bytes);
-  $("command").textContent = `curl -O ${new URL(newest.scene.desk, location)}\nshisen replay ${name}.rec --verify`;
+  download(`${newest.scene.name}.rec`, writeRecord(own, newest, hashesOf(newest)));
 }
 
 // --- records -------------------------------------------------------------------------
@@ -578,16 +616,17 @@ let played = null;
 async function openRecord(file) {
   try {
     const { sessions, isWhole, damaged } = readRecord(own, new Uint8Array(await file.arrayBuffer()));
-    if (sessions.length === 0) throw new Error("the record has no frames");
+    if (sessions.length === 0) {
+      throw new Error(damaged.length > 0 ? "the record's session is not what was recorded: record it again"
+        : "the record has no frames");
+    }
     const { setup, frames } = sessions[0];
     const words = setup.arguments.flatMap((word) => {
       const [, option, value] = /^(--[a-z-]+)=(.*)$/.exec(word) ?? [];
       return option ? [option, value] : [word];
     });
     const option = (name, usual) => (words.includes(name) ? words[words.indexOf(name) + 1] : usual);
-    const wanted = setup.scene.split(/[\\/]/).at(-1);
-    const scene = scenes.find(({ file, paper, name }) => [file, paper, name].includes(wanted)
-      || (wanted === "A" && name === "animal"));
+    const scene = (await sceneOf(setup.scene_hash)) ?? (words.includes("--mesh") ? undefined : sceneNamed(setup.scene));
     if (!scene) throw new Error(`the record's scene ${setup.scene} is not on this page: shisen replay shows it`);
     if (setup.walls || option("--walls", "three-wall") !== "three-wall") {
       throw new Error("the record is of other walls than these three: shisen replay shows it");
@@ -608,7 +647,9 @@ async function openRecord(file) {
     const notes = [];
     if (scene.hash !== setup.scene_hash) notes.push("the scene was baked otherwise: alike, not the same bits");
     if (option("--eyes", "2") === "2") notes.push("for one eye in the middle");
-    const others = ["--depth", "--effects", "--quality", "--acuity", "--dispersion", "--wavelengths", "--each", "--range"];
+    if (setup.fill !== "background") notes.push("without what earlier frames left where the gaze skips rays");
+    const others = ["--fixate", "--up", "--animation", "--depth", "--effects", "--quality", "--acuity", "--dispersion",
+      "--wavelengths", "--each", "--range"];
     const unfollowed = others.filter((name) => words.includes(name));
     if (unfollowed.length > 0) notes.push(`without ${unfollowed.join(", ")}: shisen replay has it`);
     if (frames.some(({ place }) => place.some((number) => number !== 0))) notes.push("where the viewer flew alike, not the same bits");
@@ -628,8 +669,24 @@ async function openRecord(file) {
     $("player").open = true;
     showMoment();
   } catch (error) {
-    say(String(error.message));
+    say(error.constructor === Error ? error.message : `the record cannot be read: ${error.message}`);
   }
+}
+
+/// The scene of the page that has a hash; undefined without.
+async function sceneOf(hash) {
+  for (const scene of scenes) {
+    for (const file of [scene.file, scene.paper].filter(Boolean)) {
+      if (hashText(await load(file)) === hash) return scene;
+    }
+  }
+}
+
+/// The scene of the page that has a desk's name for it.
+function sceneNamed(desk) {
+  const wanted = desk.split(/[\\/]/).at(-1);
+  return scenes.find(({ file, paper, name }) => [file, paper, name].includes(wanted)
+    || (wanted === "A" && name === "animal"));
 }
 
 /// Whether a record is played as the desk rendered it, to the bit.
@@ -637,22 +694,31 @@ const isAsRecorded = () => played?.isSame && state.size === played.side && state
 
 /// Shows the frame of the time line.
 function showMoment() {
-  const { setup, frames, notes, exact, side } = played;
+  const { setup, frames, notes, side } = played;
+  const isItsDetail = state.detail === played.detail;
   const frame = frames[Number($("moment").value)];
   const { eye, turned, origin, up, left } = seen(frame, setup);
-  Object.assign(state, { head: eye, flown: turned, origin, up, left: { ...left, ...exact } });
-  if (state.size !== side) state.left.cuts = [];
+  Object.assign(state, { head: eye, flown: turned, origin, up, left });
+  if (isItsDetail) Object.assign(left, played.exact);
+  if (!isItsDetail || state.size !== side) left.cuts = [];
   $("moment-text").textContent = [`${frame.at.toFixed(2)} s`, ...notes].join("; ");
   layOut();
   look(frame.forward);
 }
 
-/// Plays the record in its own time.
+/// When the record would have begun to play to be where it is.
+let beginning = 0;
+function began() {
+  beginning = performance.now() - 1000 * played.frames[Number($("moment").value)].at;
+}
+
+/// Plays the record in its own time, again from the start where it has ended.
 function play() {
-  const begun = performance.now() - 1000 * played.frames[Number($("moment").value)].at;
+  if ($("moment").value === $("moment").max) $("moment").value = 0;
+  began();
   const step = () => {
     if ($("play").textContent !== "Pause") return;
-    const now = (performance.now() - begun) / 1000;
+    const now = (performance.now() - beginning) / 1000;
     const next = played.frames.findLastIndex(({ at }) => at <= now);
     $("moment").value = Math.max(0, next);
     showMoment();
@@ -683,13 +749,14 @@ async function start() {
   state.size = Number(sizes.find((size) => size === wanted.get("size")) ?? (innerWidth < 800 ? 128 : 256));
   state.detail = details.find((detail) => detail === wanted.get("detail")) ?? state.detail;
   choices("scenes", scenes.map(({ name }) => name), first.name, (name) => {
-    usual();
+    leave();
     open(scenes.find((scene) => scene.name === name)).catch((error) => say(error.message));
   });
   choices("details", details, state.detail, (detail) => {
     const needsLevels = state.scene.paper && (detail === "paper") !== (state.detail === "paper");
     state.detail = detail;
-    renew();
+    if (played) showMoment();
+    else renew();
     if (needsLevels) open(state.scene).catch((error) => say(error.message));
   });
   choices("views", ["net", "viewer"], state.view, (view) => { state.view = view; place(); showMark(); });

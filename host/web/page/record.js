@@ -2,6 +2,7 @@
 import { lowered, tiles } from "./frame.js";
 
 const text = new TextEncoder();
+const LARGEST = 16384; // Pixels along a side of a wall.
 
 /// A record of one frame, which `shisen replay` renders on a desk.
 export function writeRecord(core, { frame, scene, size }, walls) {
@@ -53,7 +54,8 @@ export function writeRecord(core, { frame, scene, size }, walls) {
 export function readRecord(core, bytes) {
   const first = new TextDecoder().decode(bytes.slice(0, 16));
   if (first !== "shisen record 1\n") {
-    throw new Error(first.startsWith("shisen record ") ? "a record of another version" : "this file is no record");
+    const [, version] = /^shisen record (\S+)/.exec(first) ?? [];
+    throw new Error(version ? `a record of version ${version}, and this page reads version 1` : "this file is no record");
   }
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const [sessions, damaged] = [[], []];
@@ -73,7 +75,12 @@ export function readRecord(core, bytes) {
       break;
     }
     const content = bytes.slice(end - length, end);
-    if (kind === 1) sessions.push({ setup: JSON.parse(new TextDecoder().decode(content)), frames: [] });
+    if (kind === 1) {
+      const setup = JSON.parse(new TextDecoder().decode(content));
+      const fits = ({ size }) => size.every((side) => side >= 1 && side <= LARGEST);
+      if (!setup.pictures.every(fits)) throw new RangeError("a picture has no size");
+      sessions.push({ setup, frames: [] });
+    }
     if (kind === 2 && sessions.length > 0) {
       const frame = readFrame(content, sessions.at(-1).setup);
       sessions.at(-1).frames.push(frame);
@@ -87,7 +94,10 @@ export function readRecord(core, bytes) {
 function readFrame(bytes, setup) {
   const view = new DataView(bytes.buffer);
   let at = 0;
-  const byte = () => bytes[at++];
+  const byte = () => {
+    if (at >= bytes.length) throw new RangeError("a frame ends too early");
+    return bytes[at++];
+  };
   const number = () => {
     let [value, factor] = [0, 1];
     for (;;) {

@@ -264,13 +264,42 @@ impl LodArguments {
         given.or(of_quality).unwrap_or(Acuity::GUENTER)
     }
 
-    /// Returns the same with another choice.
-    #[must_use]
-    pub fn with(&self, lod: Choice) -> Self {
-        Self {
-            lod,
-            ..self.clone()
+    /// Returns the same with another choice, without the arguments that do not go with it, and the
+    /// names of these.
+    pub fn with(&self, lod: Choice) -> (Self, Vec<&'static str>) {
+        let (mut with, mut dropped) = (
+            Self {
+                lod,
+                ..self.clone()
+            },
+            Vec::new(),
+        );
+        if lod == Choice::Off {
+            dropped.extend(with.fixate.take().map(|_| "--fixate"));
+            dropped.extend(with.up.take().map(|_| "--up"));
         }
+        if lod != Choice::Foveated {
+            dropped.extend(with.quality.take().map(|_| "--quality"));
+            dropped.extend(with.acuity.take().map(|_| "--acuity"));
+        }
+        if !with.has_levels() {
+            dropped.extend(with.levels.given());
+            with.levels = LevelArguments::default();
+        }
+        (with, dropped)
+    }
+
+    /// Checks that the picture follows the viewer's line of sight.
+    pub fn check_gaze(&self) -> Result<(), Failure> {
+        if self.fixate.is_some() {
+            return Err(misuse!(
+                "with --fixate the eyes look at a point, whatever the gaze: record without it"
+            ));
+        }
+        if !self.is_on() {
+            return Err(misuse!("with --lod off nothing follows the gaze"));
+        }
+        Ok(())
     }
 
     pub const fn choice(&self) -> Choice {

@@ -29,8 +29,8 @@ pub(super) enum Other {
     WhatIf(WhatIf),
 }
 
-/// The options of `shisen run` that name files.
-const FILES: [&str; 5] = ["--scene", "--mesh", "--walls", "--calibration", "--outputs"];
+/// The options of `shisen run` that name files which a replay reads.
+const FILES: [&str; 2] = ["--scene", "--mesh"];
 
 /// The arguments of `shisen run`, as a record has them.
 #[derive(Debug, Parser)]
@@ -140,13 +140,21 @@ impl<'r> Again<'r> {
             Other::Device(simd) => second.options.simd = *simd,
             Other::WhatIf(WhatIf::Lod(choice)) => {
                 let mut arguments = second.arguments.clone();
-                arguments.lod = arguments.lod.with(*choice);
+                let without;
+                (arguments.lod, without) = arguments.lod.with(*choice);
+                if !without.is_empty() {
+                    let (without, lod) = (without.join(", "), arguments.lod.name());
+                    say(&format!(
+                        "--lod {lod} is rendered without {without} of the record"
+                    ));
+                }
                 second = arguments.prepare(&TimeArguments::of(FrameBudget::Off))?;
                 if let Some(threads) = self.arguments.threads {
                     second.options.threads = threads.get();
                 }
             }
-            Other::WhatIf(_) => {}
+            Other::WhatIf(WhatIf::Gaze(_)) => second.arguments.lod.check_gaze()?,
+            Other::WhatIf(WhatIf::Budget(_)) => {}
         }
         Ok(Some(second))
     }
@@ -154,10 +162,7 @@ impl<'r> Again<'r> {
     /// Returns the scene and the room of a session, as they were.
     fn prepare(&self, setup: &Setup) -> Result<Prepared, Failure> {
         let arguments = self.recorded(setup)?;
-        let mut live = arguments.run.live()?;
-        if let Some(walls) = &setup.walls {
-            live.room.set_walls(walls.clone());
-        }
+        let mut live = arguments.run.of_session(setup)?;
         for change in &setup.changes {
             live = live.changed(match change.strip_prefix("scene ") {
                 Some(name) => Change::Scene(name.parse::<PaperScene>().or_fail()?),
@@ -171,7 +176,8 @@ impl<'r> Again<'r> {
             .prepare(&TimeArguments::of(FrameBudget::Off))
             .inspect_err(|_| {
                 say(&format!(
-                    "the record is of scene {}, {}, in {}; --scene FILE says where it is now",
+                    "the record is of scene {}, {}; its files are looked for in {} and here, and \
+                     --scene FILE says where the scene is now",
                     setup.scene, setup.scene_hash, setup.folder
                 ));
             })?;
@@ -191,8 +197,7 @@ impl<'r> Again<'r> {
         Ok(prepared)
     }
 
-    /// Reads the arguments of a session. Files that are not here are looked for where it was
-    /// recorded.
+    /// Reads the arguments of a session. Its files are looked for where it was recorded, then here.
     fn recorded(&self, setup: &Setup) -> Result<Recorded, Failure> {
         let words = setup.arguments.iter();
         let mut words: Vec<String> = words
@@ -205,7 +210,7 @@ impl<'r> Again<'r> {
         for at in 1..words.len() {
             let (word, option) = (Path::new(&words[at]), words[at - 1].as_str());
             let there = Path::new(&setup.folder).join(word);
-            if FILES.contains(&option) && word.is_relative() && !word.exists() && there.is_file() {
+            if FILES.contains(&option) && word.is_relative() && there.is_file() {
                 words[at] = there.display().to_string();
             }
         }
@@ -239,16 +244,15 @@ impl<'r> Again<'r> {
     ) -> Result<(), Failure> {
         let setup = &segment.setup;
         let fills = setup.fill == "previous";
-        let mut eyes = Vec::new();
+        let (mut eyes, mut other_eyes) = (Vec::new(), Vec::new());
         let (mut pictures, mut others) = (Vec::new(), Vec::new());
         let (mut tiles, mut walls) = (Vec::new(), Vec::new());
         for &frame in frames {
             let wanted = self.arguments.wants(frame.number);
             let begun = Instant::now();
-            let look = frame.look;
             let steps = self.render(
                 (setup, frame),
-                &look,
+                &frame.look,
                 ((&mut *engine, &mut *observe), &mut eyes),
                 Some(&frame.cuts),
             )?;
@@ -256,14 +260,7 @@ impl<'r> Again<'r> {
             if fills || wanted && shows {
                 engine.pictures(&mut pictures, fills)?;
             }
-            if !wanted {
-                continue;
-            }
-            if let Some(folder) = &self.arguments.describe {
-                let described = engine.describe(&eyes, &frame.cuts).or_fail()?;
-                describe(folder, frame, &described, prepared)?;
-            }
-            if self.report.verified.is_some() {
+            if wanted && self.report.verified.is_some() {
                 if fills {
                     of_pictures(setup, &pictures, &mut walls);
                 } else {
@@ -272,18 +269,29 @@ impl<'r> Again<'r> {
                 }
                 self.verify(setup, frame, &walls, begun.elapsed());
             }
-            if let Some((engine, observe)) = &mut other {
-                let mut eyes = Vec::new();
+            if let Some((engine, observe)) = &mut other
+                && (wanted || fills)
+            {
                 let (look, cuts) = match &self.other {
-                    Some(Other::WhatIf(change)) => (change.look(&look), None),
-                    _ => (look, Some(frame.cuts.as_slice())),
+                    Some(Other::WhatIf(change)) => (change.look(&frame.look), None),
+                    _ => (frame.look, Some(frame.cuts.as_slice())),
                 };
-                let parts = ((&mut **engine, &mut **observe), &mut eyes);
+                let parts = ((&mut **engine, &mut **observe), &mut other_eyes);
                 let other_steps = self.render((setup, frame), &look, parts, cuts)?;
                 engine.pictures(&mut others, fills)?;
-                self.steps[0] += steps as f64;
-                self.steps[1] += other_steps as f64;
-                self.write(prepared, frame.number, &others, &eyes, Some("other"))?;
+                if wanted {
+                    self.steps[0] += steps as f64;
+                    self.steps[1] += other_steps as f64;
+                    let (number, eyes) = (frame.number, &other_eyes);
+                    self.write(prepared, number, &others, eyes, Some("other"))?;
+                }
+            }
+            if !wanted {
+                continue;
+            }
+            if let Some(folder) = &self.arguments.describe {
+                let described = engine.describe(&eyes, &frame.cuts)?;
+                describe(folder, frame, &described, prepared)?;
             }
             self.write(prepared, frame.number, &pictures, &eyes, None)?;
             if other.is_some() {
@@ -326,12 +334,7 @@ impl<'r> Again<'r> {
                     engine.render_frame(eyes, quality, steps, whole_fovea)?
                 }
             };
-            // What was cut off was rendered whole here.
-            let spent = frame
-                .decision
-                .steps
-                .filter(|_| cuts.is_some_and(|cuts| !cuts.is_empty()));
-            Ok(rendered.steps.min(spent.unwrap_or(u64::MAX)))
+            Ok(rendered.steps)
         };
         Ok({ render }()?)
     }
@@ -430,7 +433,7 @@ impl<'r> Again<'r> {
                     count += 1.0;
                     seen += weight * apart;
                     weights += weight;
-                    changed.largest = changed.largest.max(weight * apart);
+                    changed.largest = changed.largest.max(apart);
                 }
             }
             let before = changed.frames as f64;

@@ -41,9 +41,9 @@ pub(super) struct Damaged {
 }
 
 impl Damaged {
-    /// Returns whether all of the record was read.
-    pub(super) const fn is_none(&self) -> bool {
-        self.frames.is_empty() && self.before.is_empty() && !self.is_cut_off
+    /// Returns whether anything is not what was written.
+    pub(super) const fn is_altered(&self) -> bool {
+        !self.frames.is_empty() || !self.before.is_empty()
     }
 }
 
@@ -126,9 +126,9 @@ pub(super) struct Changed {
     pub(super) mean_difference: f64,
     /// The same, each pixel weighted by how finely the eye sees there.
     pub(super) seen_difference: f64,
-    /// The largest of a pixel, weighted.
+    /// The largest of a pixel.
     pub(super) largest: f64,
-    /// Steps beside those of the frame as it was.
+    /// Steps beside those of the pixels that the frame had.
     pub(super) steps: f64,
 }
 

@@ -16,7 +16,7 @@ use crate::outputs::Outputs;
 use crate::picture::Picture;
 use crate::render::Observer;
 use crate::show::dashboard::About;
-use crate::tracker::{RawBytes, Steering};
+use crate::tracker::Steering;
 use glam::Vec3;
 
 enum Output {
@@ -103,10 +103,10 @@ impl<'s> Frames<'s> {
         })
     }
 
-    /// Keeps the bytes of trackers in the record.
-    pub(super) fn keep_raw(&mut self, raw: Vec<RawBytes>) {
+    /// Takes note of what a key changed.
+    pub(super) fn note(&mut self, change: Change) {
         if let Some(recorder) = &mut self.recorder {
-            recorder.keep_raw(raw);
+            recorder.note(change);
         }
     }
 
@@ -209,9 +209,6 @@ impl<'s> Frames<'s> {
         while let Ok(command) = watch.commands.try_recv() {
             match command {
                 Command::Change(change) => {
-                    if let Some(recorder) = &mut self.recorder {
-                        recorder.note(&change);
-                    }
                     self.change = Some(change);
                     return false;
                 }

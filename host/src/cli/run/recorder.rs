@@ -27,7 +27,10 @@ pub(super) struct Recorder {
 
 impl Recorder {
     /// Creates the file, if one is asked for.
-    pub(super) fn create(arguments: &Arguments) -> Result<Option<Self>, Failure> {
+    pub(super) fn create(
+        arguments: &Arguments,
+        raw: Vec<RawBytes>,
+    ) -> Result<Option<Self>, Failure> {
         let Some(path) = &arguments.record else {
             return Ok(None);
         };
@@ -53,7 +56,7 @@ impl Recorder {
                 pictures: Vec::new(),
                 rungs: Quality::LADDER.to_vec(),
             },
-            raw: Vec::new(),
+            raw,
             seen: None,
             begun: None,
             frame: RecordedFrame {
@@ -76,12 +79,8 @@ impl Recorder {
         }))
     }
 
-    pub(super) fn keep_raw(&mut self, raw: Vec<RawBytes>) {
-        self.raw = raw;
-    }
-
-    /// Takes note of what a key changes before the next session.
-    pub(super) fn note(&mut self, change: &Change) {
+    /// Takes note of what a key changed before the next session.
+    pub(super) fn note(&mut self, change: Change) {
         match change {
             Change::Scene(scene) => self.setup.changes.push(format!("scene {}", scene.name())),
             Change::Detail => self.setup.changes.push("detail".to_owned()),
