@@ -627,7 +627,10 @@ async function openRecord(file) {
     });
     const option = (name, usual) => (words.includes(name) ? words[words.indexOf(name) + 1] : usual);
     const scene = (await sceneOf(setup.scene_hash)) ?? (words.includes("--mesh") ? undefined : sceneNamed(setup.scene));
-    if (!scene) throw new Error(`the record's scene ${setup.scene} is not on this page: shisen replay shows it`);
+    if (!scene) {
+      const name = [setup.scene, option("--mesh")].filter(Boolean).join(" of ");
+      throw new Error(`the record's scene ${name} is not on this page: shisen replay shows it`);
+    }
     if (setup.walls || option("--walls", "three-wall") !== "three-wall") {
       throw new Error("the record is of other walls than these three: shisen replay shows it");
     }
