@@ -33,7 +33,9 @@ mod serving {
     use crate::cli::prelude::*;
     use crate::cli::tracker::Interrupt;
     use std::borrow::Cow;
-    use tiny_http::{Header, Method, Response, Server};
+    use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};
+    use std::net::{TcpListener, TcpStream};
+    use std::sync::Arc;
 
     /// Files of the page, each with its type.
     macro_rules! files {
@@ -49,6 +51,7 @@ mod serving {
         "frame.js": "text/javascript",
         "fovea.js": "text/javascript",
         "record.js": "text/javascript",
+        "stage.js": "text/javascript",
         "worker.js": "text/javascript",
         "shisen.wasm": "application/wasm",
         "shisen-simd.wasm": "application/wasm",
@@ -63,70 +66,87 @@ mod serving {
     /// The path of the scene of `--scene`.
     const OWN: &str = "own.shisen";
 
+    /// How long a browser may take to ask and to take what it asked for.
+    const PATIENCE: Duration = Duration::from_secs(10);
+
+    /// Most bytes of a request.
+    const MOST_ASKED: u64 = 64 << 10;
+
     pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let own = arguments.scene.as_deref().map(baked).transpose()?;
-        let address = ("127.0.0.1", arguments.port);
-        let server = Server::http(address).map_err(|reason| {
+        let listener = TcpListener::bind(("127.0.0.1", arguments.port)).map_err(|reason| {
             let message = format!("port {} cannot be served: {reason}", arguments.port);
             Fault::new(message, "give another one with --port, or 0 for a free one")
         })?;
+        let address = listener.local_addr().or_fail()?;
         let interrupt = Interrupt::watched();
-        say(&format!(
-            "the page is http://{}/ until Ctrl-C",
-            server.server_addr()
-        ));
+        say(&format!("the page is http://{address}/ until Ctrl-C"));
+        let own: Arc<[u8]> = own.unwrap_or_default().into();
+        std::thread::spawn(move || {
+            for stream in listener.incoming().flatten() {
+                let own = Arc::clone(&own);
+                // Those who leave before they have it miss nothing.
+                std::thread::spawn(move || answer(&stream, &own));
+            }
+        });
         while !interrupt.came() {
-            let asked = server.recv_timeout(Duration::from_millis(200)).or_fail()?;
-            let Some(request) = asked else {
-                continue;
-            };
-            let path = request.url().split(['?', '#']).next().unwrap_or_default();
-            let path = match path.trim_start_matches('/') {
-                "" => "index.html",
-                path => path,
-            };
-            let found = match *request.method() {
-                Method::Get | Method::Head => file(path, own.as_deref()),
-                _ => None,
-            };
-            // Those who leave before they have it miss nothing.
-            let _ = match found {
-                Some((kind, bytes)) => {
-                    let kind = Header::from_bytes("Content-Type", kind);
-                    let mut response = Response::from_data(bytes.into_owned());
-                    if let Ok(kind) = kind {
-                        response.add_header(kind);
-                    }
-                    request.respond(response)
-                }
-                None => {
-                    request.respond(Response::from_string("no such file").with_status_code(404))
-                }
-            };
+            std::thread::sleep(Duration::from_millis(100));
         }
         Ok(())
     }
 
-    /// Returns a file of the page and its type.
-    fn file<'a>(path: &str, own: Option<&'a [u8]>) -> Option<(&'static str, Cow<'a, [u8]>)> {
-        let (_, kind, bytes) = FILES
-            .iter()
-            .find(|(name, ..)| *name == path)
-            .copied()
-            .or_else(|| {
-                own.filter(|_| path == OWN)
-                    .map(|_| (OWN, "application/octet-stream", &[][..]))
-            })?;
-        Some(match (path, own) {
-            (OWN, Some(own)) => (kind, Cow::Borrowed(own)),
-            ("scenes.json", Some(_)) => {
-                // The own one first.
-                let text = String::from_utf8_lossy(bytes);
-                let entry = format!("[\n{{\"name\":\"own\",\"file\":\"{OWN}\"}},");
-                (kind, Cow::Owned(text.replacen('[', &entry, 1).into_bytes()))
-            }
-            _ => (kind, Cow::Owned(bytes.to_vec())),
-        })
+    /// Answers one request of a browser. The connection ends with it.
+    fn answer(mut stream: &TcpStream, own: &[u8]) -> io::Result<()> {
+        stream.set_read_timeout(Some(PATIENCE))?;
+        stream.set_write_timeout(Some(PATIENCE))?;
+        let mut lines = BufReader::new(stream.take(MOST_ASKED)).lines();
+        let asked = lines.next().transpose()?.unwrap_or_default();
+        // A browser that has not been heard to its end sees its connection fail.
+        while lines
+            .next()
+            .transpose()?
+            .is_some_and(|line| !line.is_empty())
+        {}
+        let mut words = asked.split(' ');
+        let (method, path) = (
+            words.next().unwrap_or_default(),
+            words.next().unwrap_or_default(),
+        );
+        let path = path.split(['?', '#']).next().unwrap_or_default();
+        let path = match path.trim_start_matches('/') {
+            "" => "index.html",
+            path => path,
+        };
+        let found = Some(path).filter(|_| matches!(method, "GET" | "HEAD"));
+        let (status, (kind, bytes)) = match found.and_then(|path| file(path, own)) {
+            Some(found) => ("200 OK", found),
+            None => ("404 Not Found", ("text/plain", b"no such file".into())),
+        };
+        write!(
+            stream,
+            "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\n\
+             Connection: close\r\n\r\n",
+            bytes.len()
+        )?;
+        if method != "HEAD" {
+            stream.write_all(&bytes)?;
+        }
+        stream.flush()
+    }
+
+    /// Returns a file of the page and its type. Where `own` is empty there is no scene of `--scene`.
+    fn file<'a>(path: &str, own: &'a [u8]) -> Option<(&'static str, Cow<'a, [u8]>)> {
+        if path == OWN && !own.is_empty() {
+            return Some(("application/octet-stream", own.into()));
+        }
+        let (_, kind, bytes) = FILES.iter().find(|(name, ..)| *name == path)?;
+        if path == "scenes.json" && !own.is_empty() {
+            // The own one first.
+            let text = String::from_utf8_lossy(bytes);
+            let entry = format!("[\n{{\"name\":\"own\",\"file\":\"{OWN}\"}},");
+            return Some((kind, text.replacen('[', &entry, 1).into_bytes().into()));
+        }
+        Some((kind, (*bytes).into()))
     }
 
     /// Returns a scene in the compact layout.

@@ -1,13 +1,11 @@
 // The page: the walls, the gaze, and workers that render tiles.
-import { ACUITY, Core, TILE, WALLS, byGaze, domePicture, encode, tiles, vectors, wallPicture } from "./frame.js";
+import { ACUITY, Core, TILE, byGaze, domePicture, encode, tiles, vectors, wallPicture } from "./frame.js";
 import { measureFovea } from "./fovea.js";
-import { readRecord, seen, writeRecord } from "./record.js";
+import { playable, readRecord, seen, writeRecord } from "./record.js";
+import { angles, directionAt, eyeOf, placeOf, placeWalls, wallsOf } from "./stage.js";
 
-const { plus, minus, times, dot, cross, unit } = vectors;
+const { plus } = vectors;
 const $ = (id) => document.getElementById(id);
-
-/// Where the eye is in the room: in the middle, or where a record has it.
-const eye = () => state.head ?? [0, 0, 0];
 
 // --- what is chosen ----------------------------------------------------------
 
@@ -50,15 +48,11 @@ function mark(id, value) {
 let pictures = [];
 let canvases = [];
 
-/// Where each wall of the net is, and its part of the stage's width.
-const CELLS = [[0, 0], [1, 0], [0, 1]];
-const walls = () => (state.screen ? [state.screen] : WALLS);
-const share = () => (state.screen ? 1 : 0.5);
-
 function layOut() {
   const { size } = state;
   const isDome = state.scene?.dome;
-  pictures = isDome ? [domePicture(size)] : walls().map((wall) => inScene(wallPicture(wall, eye(), [size, size])));
+  pictures = isDome ? [domePicture(size)]
+    : wallsOf(state).map((wall) => inScene(wallPicture(wall, eyeOf(state), [size, size])));
   if (canvases.length !== pictures.length || canvases[0].width !== size) {
     canvases = pictures.map(() => Object.assign(document.createElement("canvas"), { width: size, height: size }));
     $("room").replaceChildren(...canvases);
@@ -80,108 +74,11 @@ function inScene(picture) {
   return { ...picture, vectors: [plus(from, state.origin), ...others] };
 }
 
-/// Puts the walls as a net, or around the viewer.
-function place() {
-  const { width } = $("stage").getBoundingClientRect();
-  const isDome = state.scene?.dome;
-  const isViewer = state.view === "viewer" && !isDome && !state.screen;
-  $("room").className = isViewer ? "viewer" : "";
-  const half = width / 2;
-  if (isDome) {
-    Object.assign(canvases[0].style, { left: 0, top: 0, width: `${width}px`, transform: "" });
-    return;
-  }
-  if (!isViewer) {
-    const side = share() * width;
-    canvases.forEach((canvas, wall) => Object.assign(canvas.style, {
-      left: `${CELLS[wall][0] * side}px`, top: `${CELLS[wall][1] * side}px`,
-      width: `${side}px`, height: `${side}px`, transform: "",
-    }));
-    return;
-  }
-  // A cube of 1000 pixels around the viewer, who is as far from the screen as its perspective.
-  const side = 1000, distance = half;
-  const [yaw, pitch] = angles(camera());
-  const turned = `translateZ(${distance}px) rotateX(${-pitch}rad) rotateY(${yaw}rad)`;
-  const faces = ["", "rotateY(-90deg)", "rotateX(90deg)"];
-  $("room").style.perspective = `${distance}px`;
-  canvases.forEach((canvas, wall) => Object.assign(canvas.style, {
-    left: `${half - side / 2}px`, top: `${half - side / 2}px`, width: `${side}px`, height: `${side}px`,
-    transform: `${turned} ${faces[wall]} translateZ(${-side / 2}px)`,
-  }));
-}
-
-const angles = ([x, y, z]) => [Math.atan2(x, -z), Math.asin(Math.max(-1, Math.min(1, y)))];
-
-/// Where the viewer's head looks: towards the corner of the three walls.
-const camera = () => unit([0.55, -0.45, -1]);
-
-/// The axes of the head: right, up, forward.
-function head() {
-  const forward = camera();
-  const right = unit(cross(forward, [0, 1, 0]));
-  return [right, cross(right, forward), forward];
-}
-
-/// The direction from the eye to what is at a place of the stage; null off the walls.
-function directionAt(x, y) {
-  const { width } = $("stage").getBoundingClientRect();
-  const half = width / 2;
-  if (state.scene?.dome) {
-    const [u, v] = [x / half - 1, 1 - y / half];
-    const radius = Math.hypot(u, v);
-    if (radius > 1) return null;
-    const angle = radius * Math.PI / 2;
-    const [sin, cos] = [Math.sin(angle), Math.cos(angle)];
-    return radius === 0 ? [0, 1, 0] : [sin * u / radius, cos, sin * v / radius];
-  }
-  if (state.view === "viewer" && !state.screen) {
-    const [right, up, forward] = head();
-    return unit(plus(plus(times(right, x - half), times(up, half - y)), times(forward, half)));
-  }
-  const side = share() * width;
-  const [column, row] = [Math.floor(x / side), Math.floor(y / side)];
-  const wall = CELLS.findIndex(([atX, atY]) => atX === column && atY === row);
-  if (!walls()[wall]) return null;
-  const { lowerLeft, lowerRight, upperLeft } = walls()[wall];
-  const across = times(minus(lowerRight, lowerLeft), x / side - column);
-  const down = times(minus(lowerLeft, upperLeft), y / side - row);
-  return unit(minus(plus(plus(upperLeft, across), down), eye()));
-}
-
-/// Where a direction is on the stage; null where it is not.
-function placeOf(forward) {
-  const { width } = $("stage").getBoundingClientRect();
-  const half = width / 2;
-  if (state.scene?.dome) {
-    const [x, y, z] = forward;
-    const angle = Math.acos(Math.max(-1, Math.min(1, y)));
-    const level = Math.hypot(x, z) || 1;
-    const radius = angle / (Math.PI / 2);
-    return radius > 1 ? null : [half * (1 + radius * x / level), half * (1 - radius * z / level)];
-  }
-  if (state.view === "viewer" && !state.screen) {
-    const [right, up, ahead] = head();
-    const along = dot(forward, ahead);
-    if (along <= 0.01) return null;
-    return [half + half * dot(forward, right) / along, half - half * dot(forward, up) / along];
-  }
-  const side = share() * width;
-  for (const [number, { lowerLeft, lowerRight, upperLeft }] of walls().entries()) {
-    const [column, row] = CELLS[number];
-    const [across, down] = [minus(lowerRight, lowerLeft), minus(lowerLeft, upperLeft)];
-    const normal = cross(across, down);
-    const distance = dot(minus(upperLeft, eye()), normal) / dot(forward, normal);
-    if (!(distance > 0)) continue;
-    const at = minus(plus(eye(), times(forward, distance)), upperLeft);
-    const [s, t] = [dot(at, across) / dot(across, across), dot(at, down) / dot(down, down)];
-    if (s >= 0 && s <= 1 && t >= 0 && t <= 1) return [side * (column + s), side * (row + t)];
-  }
-  return null;
-}
+const width = () => $("stage").getBoundingClientRect().width;
+const place = () => placeWalls(state, $("room"), canvases, width());
 
 function showMark() {
-  const at = placeOf(state.forward);
+  const at = placeOf(state, width(), state.forward);
   $("mark").hidden = !at;
   if (at) Object.assign($("mark").style, { left: `${at[0]}px`, top: `${at[1]}px` });
 }
@@ -261,8 +158,8 @@ function frame() {
     recorded: isAsRecorded() ? played.frames[Number($("moment").value)] : null,
     ...state.left,
     gaze: state.flown
-      ? { place: plus(state.flown(eye()), state.origin), forward: state.flown(forward), up: state.flown(up) }
-      : { place: eye(), forward, up },
+      ? { place: plus(state.flown(eyeOf(state)), state.origin), forward: state.flown(forward), up: state.flown(up) }
+      : { place: eyeOf(state), forward, up },
   };
 }
 
@@ -281,7 +178,7 @@ function render(frame, isChecked) {
   });
   const took = { steps: 0, rays: 0, unfinished: 0, hashes: new Map() };
   return new Promise((resolve, reject) => {
-    flights.set(number, { took, frame, parts: [], begun: performance.now(), resolve, reject });
+    flights.set(number, { took, canvases, parts: [], begun: performance.now(), resolve, reject });
   });
 }
 
@@ -289,7 +186,7 @@ function render(frame, isChecked) {
 function arrive({ data }) {
   const flight = flights.get(data.number);
   if (!flight) return;
-  const { took, parts, frame } = flight;
+  const { took, parts } = flight;
   parts.push(data);
   if (data.failed) {
     flights.delete(data.number);
@@ -297,8 +194,7 @@ function arrive({ data }) {
   } else if (parts.length === workers.length) {
     flights.delete(data.number);
     for (const part of parts) {
-      // The walls have changed meanwhile where they are not the frame's.
-      if (frame.pictures === pictures) show(part);
+      if (flight.canvases === canvases) show(part);
       took.steps += part.steps;
       took.rays += part.rays;
       took.unfinished += part.unfinished;
@@ -488,7 +384,7 @@ function listen() {
   const follow = (event) => {
     if (played) return;
     const { left, top } = stage.getBoundingClientRect();
-    look(directionAt(event.clientX - left, event.clientY - top));
+    look(directionAt(state, width(), [event.clientX - left, event.clientY - top]));
   };
   stage.addEventListener("pointermove", follow);
   stage.addEventListener("pointerdown", follow);
@@ -564,7 +460,7 @@ async function measure() {
 /// The window as large as the stage is on the visitor's screen, at their distance.
 function screenOfEye() {
   const { pixelsAMetre, distance } = state.eye;
-  const half = $("stage").getBoundingClientRect().width / pixelsAMetre / 2;
+  const half = width() / pixelsAMetre / 2;
   state.screen = {
     name: "screen", lowerLeft: [-half, -half, -distance], lowerRight: [half, -half, -distance],
     upperLeft: [-half, half, -distance],
@@ -621,51 +517,24 @@ async function openRecord(file) {
         : "the record has no frames");
     }
     const { setup, frames } = sessions[0];
-    const words = setup.arguments.flatMap((word) => {
-      const [, option, value] = /^(--[a-z-]+)=(.*)$/.exec(word) ?? [];
-      return option ? [option, value] : [word];
-    });
-    const option = (name, usual) => (words.includes(name) ? words[words.indexOf(name) + 1] : usual);
-    const scene = (await sceneOf(setup.scene_hash)) ?? (words.includes("--mesh") ? undefined : sceneNamed(setup.scene));
-    if (!scene) {
-      const name = [setup.scene, option("--mesh")].filter(Boolean).join(" of ");
-      throw new Error(`the record's scene ${name} is not on this page: shisen replay shows it`);
-    }
-    if (setup.walls || option("--walls", "three-wall") !== "three-wall") {
-      throw new Error("the record is of other walls than these three: shisen replay shows it");
-    }
-    const lod = option("--lod", /^[A-D]$/.test(setup.scene) ? "paper" : "foveated");
+    const way = playable(setup, frames);
+    const scene = (await sceneOf(setup.scene_hash)) ?? (way.hasMesh ? undefined : sceneNamed(setup.scene));
+    if (!scene) throw new Error(`the record's scene ${way.scene} is not on this page: shisen replay shows it`);
     usual();
-    const detail = { off: "full", paper: "paper", "paper-ellipse": "paper" }[lod] ?? "foveated";
-    const isOther = state.scene !== scene || (scene.paper && (detail === "paper") !== (state.detail === "paper"));
-    state.detail = detail;
-    mark("details", detail);
+    const isOther = state.scene !== scene || (scene.paper && (way.detail === "paper") !== (state.detail === "paper"));
+    state.detail = way.detail;
+    mark("details", way.detail);
     mark("scenes", scene.name);
     if (isOther) await open(scene);
-    const samples = Number(option("--samples", lod === "foveated" ? 4 : 1));
-    const exact = {
-      samples: lod === "foveated" ? 4 * Math.ceil(samples / 4) : samples,
-      ...(lod === "paper-ellipse" ? { detail: "ellipse" } : {}),
-    };
-    const notes = [];
-    if (scene.hash !== setup.scene_hash) notes.push("the scene was baked otherwise: alike, not the same bits");
-    if (option("--eyes", "2") === "2") notes.push("for one eye in the middle");
-    if (setup.fill !== "background") notes.push("without what earlier frames left where the gaze skips rays");
-    const others = ["--fixate", "--up", "--animation", "--depth", "--effects", "--quality", "--acuity", "--dispersion",
-      "--wavelengths", "--each", "--range"];
-    const unfollowed = others.filter((name) => words.includes(name));
-    if (unfollowed.length > 0) notes.push(`without ${unfollowed.join(", ")}: shisen replay has it`);
-    if (frames.some(({ place }) => place.some((number) => number !== 0))) notes.push("where the viewer flew alike, not the same bits");
-    const [side] = setup.pictures[0].size;
-    const isSquare = setup.pictures.every(({ size }) => size[0] === side && size[1] === side);
-    if (isSquare && setup.tile === TILE) state.size = side;
-    else notes.push("in another size, and what budgets cut off is not shown");
+    const notes = [...way.notes];
+    if (scene.hash !== setup.scene_hash) notes.unshift("the scene was baked otherwise: alike, not the same bits");
+    if (way.side > 0) state.size = way.side;
     mark("sizes", String(state.size));
     const isSame = notes.length === 0;
     if (sessions.length > 1) notes.push("the first session alone");
     if (damaged.length > 0) notes.push(`not what was recorded: frame ${damaged.join(", ")}`);
     else if (!isWhole) notes.push("the record was cut off");
-    played = { setup, frames, notes, exact, isSame, detail, side: isSquare && setup.tile === TILE ? side : 0 };
+    played = { ...way, setup, frames, notes, isSame };
     say("");
     Object.assign($("moment"), { max: frames.length - 1, value: 0, disabled: false });
     $("play").disabled = $("leave").disabled = false;

@@ -1,7 +1,10 @@
 // Records of frames: see host/doc/record.md.
-import { lowered, tiles } from "./frame.js";
+import { TILE, lowered, tiles } from "./frame.js";
 
 const text = new TextEncoder();
+/// The options of `shisen run` that the page does not follow.
+const OTHERS = ["--fixate", "--up", "--animation", "--depth", "--effects", "--quality", "--acuity", "--dispersion",
+  "--wavelengths", "--each", "--range"];
 const LARGEST = 16384; // Pixels along a side of a wall.
 
 /// A record of one frame, which `shisen replay` renders on a desk.
@@ -119,6 +122,40 @@ function readFrame(bytes, setup) {
   frame.cuts = Array.from({ length: number() }, () => [tile += number(), number()]);
   frame.hashes = setup.pictures.map(() => { at += 8; return view.getBigUint64(at - 8, true); });
   return frame;
+}
+
+/// How the page plays a session: {scene, its name and the file of its mesh; hasMesh; detail; exact, of a
+/// frame in that detail; side, of its pictures, 0 where they are not squares; notes, on what is otherwise}.
+export function playable(setup, frames) {
+  const words = setup.arguments.flatMap((word) => {
+    const [, option, value] = /^(--[a-z-]+)=(.*)$/.exec(word) ?? [];
+    return option ? [option, value] : [word];
+  });
+  const option = (name, usual) => (words.includes(name) ? words[words.indexOf(name) + 1] : usual);
+  if (setup.walls || option("--walls", "three-wall") !== "three-wall") {
+    throw new Error("the record is of other walls than these three: shisen replay shows it");
+  }
+  const lod = option("--lod", /^[A-D]$/.test(setup.scene) ? "paper" : "foveated");
+  const samples = Number(option("--samples", lod === "foveated" ? 4 : 1));
+  const exact = {
+    samples: lod === "foveated" ? 4 * Math.ceil(samples / 4) : samples,
+    ...(lod === "paper-ellipse" ? { detail: "ellipse" } : {}),
+  };
+  const notes = [];
+  if (option("--eyes", "2") === "2") notes.push("for one eye in the middle");
+  if (setup.fill !== "background") notes.push("without what earlier frames left where the gaze skips rays");
+  const unfollowed = OTHERS.filter((name) => words.includes(name));
+  if (unfollowed.length > 0) notes.push(`without ${unfollowed.join(", ")}: shisen replay has it`);
+  if (frames.some(({ place }) => place.some((number) => number !== 0))) {
+    notes.push("where the viewer flew alike, not the same bits");
+  }
+  const [side] = setup.pictures[0].size;
+  const isSquare = setup.tile === TILE && setup.pictures.every(({ size }) => size[0] === side && size[1] === side);
+  if (!isSquare) notes.push("in another size, and what budgets cut off is not shown");
+  const detail = { off: "full", paper: "paper", "paper-ellipse": "paper" }[lod] ?? "foveated";
+  const hasMesh = words.includes("--mesh");
+  const scene = [setup.scene, option("--mesh")].filter(Boolean).join(" of ");
+  return { scene, hasMesh, detail, exact, side: isSquare ? side : 0, notes };
 }
 
 /// What an eye in the middle of the head saw in a frame: {eye, in the room; turned, which turns what is
