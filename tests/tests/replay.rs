@@ -140,10 +140,15 @@ fn what_is_rendered_twice_is_of_one_session() {
     let words = "--scene gallery --size 32 --quality 5 --budget 30000steps --frames 3";
     let off = replayed(folder, words, "--frame 2 --what-if lod=off");
     assert_eq!(count(&off["what_if"], "frames"), 1, "{off}");
-    let same = report(folder, "replay record --what-if budget=30000steps");
+    // A frame that no budget cut off is what it was where nothing is changed, in full quality more.
+    let words = "--scene gallery --size 32 --budget 60000steps --frames 9";
+    let same = replayed(folder, words, "--frame 8 --what-if gaze=0,0");
+    assert_eq!(count(&same["what_if"], "cut_frames"), 0, "{same}");
     assert_eq!(same["what_if"]["largest"], 0.0, "{same}");
+    let whole = report(folder, "replay record --frame 8 --what-if budget=off");
+    assert!(whole["what_if"]["steps"].as_f64() > Some(1.5), "{whole}");
     let refused = refusal(&mut line(folder, "replay record --verify --frame 9"), 2);
-    assert!(refused.contains("frames 0 to 2"), "{refused}");
+    assert!(refused.contains("frames 0 to 8"), "{refused}");
 }
 
 #[test]

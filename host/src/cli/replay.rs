@@ -7,7 +7,7 @@ mod what_if;
 use crate::cli::prelude::*;
 use crate::record::{Damage, Entry, Reader, RecordedFrame, Setup};
 use again::{Again, Other};
-use report::{Damaged, Report, Session};
+use report::{Damaged, Decided, Report, Session};
 use shisen_core::Simd;
 use what_if::WhatIf;
 
@@ -17,7 +17,7 @@ pub(super) struct Arguments {
     /// File of `shisen run --record`
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// The one frame N, counted from 0
+    /// The one frame N, counted from 0. With nothing else to do, what decided it is printed
     #[arg(long, value_name = "N", value_parser = whole::<u64>(0..),
           conflicts_with_all = ["from", "to"])]
     frame: Option<u64>,
@@ -37,8 +37,8 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, value_name = "PATH", conflicts_with = "what_if")]
     against: Option<Device>,
     /// Render frames as they would have been, too, and say how far they differ where the viewer
-    /// looked: lod=off, paper, paper-ellipse or foveated; gaze=RIGHT,UP in degrees; budget=off or a
-    /// number of steps
+    /// looked: lod=off, paper, paper-ellipse or foveated, or gaze=RIGHT,UP in degrees, both whole, in
+    /// the quality that the frames had; budget=off, in full quality; or budget=N, cut off after N steps
     #[arg(long, value_name = "CHANGE")]
     what_if: Option<WhatIf>,
     /// The scene, where it is not at the recorded path
@@ -110,7 +110,17 @@ impl Arguments {
 
     fn other(&self) -> Result<Option<Other>, Failure> {
         Ok(match (self.against, &self.what_if) {
-            (Some(device), _) => Some(Other::Device(device.simd()?)),
+            (Some(device), _) => {
+                let own = self.device.map_or(Ok(Simd::detect()), Device::simd)?;
+                let other = device.simd()?;
+                if own.name() == other.name() {
+                    return Err(misuse!(
+                        "--against {0} and --device {0} are one path: nothing is compared",
+                        own.name()
+                    ));
+                }
+                Some(Other::Device(other))
+            }
             (None, Some(change)) => Some(Other::WhatIf(*change)),
             (None, None) => None,
         })
@@ -138,12 +148,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         .is_some();
     let is_told_how =
         arguments.device.is_some() || arguments.scene.is_some() || arguments.threads.is_some();
-    if !arguments.renders() && (chooses || is_told_how) {
+    if !arguments.renders() && is_told_how {
         return Err(misuse!(
             "say what to do with the frames: --verify, --out, --against, --what-if or --describe"
         ));
     }
-    if wanted == 0 && !report.damaged.is_altered() && arguments.renders() {
+    if wanted == 0 && !report.damaged.is_altered() && (arguments.renders() || chooses) {
         let last = all().last().map_or(0, |frame| frame.number);
         return Err(match all().next() {
             Some(_) => misuse!("the record has frames 0 to {last}, and none of those"),
@@ -157,6 +167,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
              with --from and --to"
         ));
     }
+    if !arguments.renders() && chooses {
+        let wanted = all().filter(|frame| arguments.wants(frame.number));
+        report.frames.extend(wanted.map(Decided::of));
+    }
     if arguments.renders() {
         let other = arguments.other()?;
         let mut again = Again::new(arguments, other, &mut report)?;
@@ -165,6 +179,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     print(&report, arguments.json)?;
+    for folder in [&arguments.out, &arguments.describe].into_iter().flatten() {
+        say(&format!("the frames are in {}", folder.display()));
+    }
     match report.fault() {
         None => Ok(()),
         Some(what) => {

@@ -362,6 +362,9 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
         if arguments.view() == View::Png && files.is_ok() {
             say(&format!("the pictures are in {}", arguments.out.display()));
         }
+        if let (Some(record), Ok(())) = (&arguments.record, &files) {
+            say(&format!("the record is {}", record.display()));
+        }
         return files;
     }
 }

@@ -1,17 +1,18 @@
 //! `shisen web`: the page that shows Shisen in a browser.
 
+use crate::cli::arguments::SceneName;
 use crate::cli::prelude::*;
 
 /// Serves a page that shows scenes in a browser, to this machine alone
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// Port of 127.0.0.1; 0 takes a free one
-    #[arg(long, value_name = "N", default_value_t = 8_760, value_parser = whole::<u16>(0..))]
+    #[arg(long, value_name = "N", default_value_t = 8_760, value_parser = whole::<u16>(0..=65_535))]
     port: u16,
     /// A scene of your own, beside those of the page: a model, a TOML description or a baked scene
     /// of the compact layout
     #[arg(long, value_name = "FILE")]
-    scene: Option<PathBuf>,
+    scene: Option<SceneName>,
 }
 
 #[cfg(not(feature = "web"))]
@@ -66,6 +67,12 @@ mod serving {
     /// The path of the scene of `--scene`.
     const OWN: &str = "own.shisen";
 
+    /// The scene of `--scene`.
+    struct Own {
+        name: SceneName,
+        bytes: Vec<u8>,
+    }
+
     /// How long a browser may take to ask and to take what it asked for.
     const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -73,7 +80,7 @@ mod serving {
     const MOST_ASKED: u64 = 64 << 10;
 
     pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
-        let own = arguments.scene.as_deref().map(baked).transpose()?;
+        let own = arguments.scene.as_ref().map(Own::baked).transpose()?;
         let listener = TcpListener::bind(("127.0.0.1", arguments.port)).map_err(|reason| {
             let message = format!("port {} cannot be served: {reason}", arguments.port);
             Fault::new(message, "give another one with --port, or 0 for a free one")
@@ -81,12 +88,12 @@ mod serving {
         let address = listener.local_addr().or_fail()?;
         let interrupt = Interrupt::watched();
         say(&format!("the page is http://{address}/ until Ctrl-C"));
-        let own: Arc<[u8]> = own.unwrap_or_default().into();
+        let own = Arc::new(own);
         std::thread::spawn(move || {
             for stream in listener.incoming().flatten() {
                 let own = Arc::clone(&own);
                 // Those who leave before they have it miss nothing.
-                std::thread::spawn(move || answer(&stream, &own));
+                std::thread::spawn(move || answer(&stream, own.as_ref().as_ref()));
             }
         });
         while !interrupt.came() {
@@ -96,7 +103,7 @@ mod serving {
     }
 
     /// Answers one request of a browser. The connection ends with it.
-    fn answer(mut stream: &TcpStream, own: &[u8]) -> io::Result<()> {
+    fn answer(mut stream: &TcpStream, own: Option<&Own>) -> io::Result<()> {
         stream.set_read_timeout(Some(PATIENCE))?;
         stream.set_write_timeout(Some(PATIENCE))?;
         let mut lines = BufReader::new(stream.take(MOST_ASKED)).lines();
@@ -134,32 +141,47 @@ mod serving {
         stream.flush()
     }
 
-    /// Returns a file of the page and its type. Where `own` is empty there is no scene of `--scene`.
-    fn file<'a>(path: &str, own: &'a [u8]) -> Option<(&'static str, Cow<'a, [u8]>)> {
-        if path == OWN && !own.is_empty() {
-            return Some(("application/octet-stream", own.into()));
+    /// Returns a file of the page and its type.
+    fn file<'a>(path: &str, own: Option<&'a Own>) -> Option<(&'static str, Cow<'a, [u8]>)> {
+        let page = FILES.iter().find(|(name, ..)| *name == path);
+        match (path, own, page) {
+            (OWN, Some(own), _) => Some(("application/octet-stream", own.bytes.as_slice().into())),
+            ("scenes.json", Some(own), Some((_, kind, bytes))) => {
+                // The own one first.
+                let text = String::from_utf8_lossy(bytes);
+                let text = text.replacen('[', &format!("[\n{},", own.entry()), 1);
+                Some((kind, text.into_bytes().into()))
+            }
+            (.., page) => page.map(|(_, kind, bytes)| (*kind, (*bytes).into())),
         }
-        let (_, kind, bytes) = FILES.iter().find(|(name, ..)| *name == path)?;
-        if path == "scenes.json" && !own.is_empty() {
-            // The own one first.
-            let text = String::from_utf8_lossy(bytes);
-            let entry = format!("[\n{{\"name\":\"own\",\"file\":\"{OWN}\"}},");
-            return Some((kind, text.replacen('[', &entry, 1).into_bytes().into()));
-        }
-        Some((kind, (*bytes).into()))
     }
 
-    /// Returns a scene in the compact layout.
-    fn baked(path: &Path) -> Result<Vec<u8>, Failure> {
-        let name = SceneName::File(path.to_owned());
-        let ticker = Ticker::start(format!("baking {}", path.display()), false);
-        let source = Source::load(&name, &ModelArguments::default())?;
-        let baked = source.baked(Layout::Compact, None, &ticker)?.baked;
-        if baked.layout() != Layout::Compact {
-            let message = format!("{} was baked in the fast layout", path.display());
-            let help = "a page takes the compact one: shisen bake SCENE --layout compact";
-            return Err(Fault::new(message, help).into());
+    impl Own {
+        /// Bakes a scene in the compact layout.
+        fn baked(name: &SceneName) -> Result<Self, Failure> {
+            let ticker = Ticker::start(format!("baking {name}"), false);
+            let source = Source::load(name, &ModelArguments::default())?;
+            let baked = source.baked(Layout::Compact, None, &ticker)?.baked;
+            if baked.layout() != Layout::Compact {
+                let message = format!("{name} was baked in the fast layout");
+                let help = "a page takes the compact one: shisen bake SCENE --layout compact";
+                return Err(Fault::new(message, help).into());
+            }
+            Ok(Self {
+                name: name.clone(),
+                bytes: baked.as_bytes().to_vec(),
+            })
         }
-        Ok(baked.as_bytes().to_vec())
+
+        /// Returns its entry of `scenes.json`: its name, its file, and what a desk calls it.
+        fn entry(&self) -> serde_json::Value {
+            let text = self.name.to_string();
+            let desk = Path::new(&text);
+            serde_json::json!({
+                "name": desk.file_stem().unwrap_or_default().to_string_lossy(),
+                "file": OWN,
+                "source": desk.file_name().unwrap_or_default().to_string_lossy(),
+            })
+        }
     }
 }

@@ -90,6 +90,8 @@ let workers = [];
 let module = null;
 let own = null;
 let opened = 0;
+/// The newest scene that was chosen.
+let opening = null;
 
 const SIMD = new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0,
   65, 0, 253, 15, 253, 98, 11]);
@@ -103,6 +105,7 @@ async function load(path) {
 /// Opens a scene on all workers.
 async function open(scene) {
   const turn = (opened += 1);
+  opening = scene;
   say(`loading ${scene.name}`);
   const file = state.detail === "paper" ? scene.paper ?? scene.file : scene.file;
   const bytes = await load(file);
@@ -281,17 +284,21 @@ const few = (number) => number >= 1e6 ? `${(number / 1e6).toFixed(2)} M` : `${(n
 
 /// Milliseconds between two looks at the numbers.
 const GLANCE = 200;
-let glanced = 0;
+let glance = 0;
 
 function report(took) {
   if (took.frame.detail === "full" && !state.steps) full = took.steps;
-  $("hash").textContent = "–";
+  $("hash").textContent = state.steps ? "– (not within a budget: slide it to its end)"
+    : state.screen || state.scene.dome ? "– (not of this picture: three walls have one)" : "–";
   $("compared").textContent = $("command").textContent = "";
   $("save").disabled = true;
   document.body.dataset.frames = number;
-  const now = performance.now();
-  if (now - glanced < GLANCE) return;
-  glanced = now;
+  glance ||= setTimeout(showNumbers, GLANCE);
+}
+
+function showNumbers() {
+  glance = 0;
+  const took = newest;
   const rate = 1 / took.seconds;
   $("rate").textContent = rate.toFixed(1);
   $("rays").textContent = few(took.rays);
@@ -410,7 +417,11 @@ function listen() {
     }
   });
   $("levels").addEventListener("change", ({ target }) => { state.levels = target.checked; renew(); });
-  $("frozen").addEventListener("change", ({ target }) => { state.frozen = target.checked; begin(); });
+  $("frozen").addEventListener("change", ({ target }) => {
+    state.frozen = target.checked;
+    $("play").textContent = "Play";
+    begin();
+  });
   $("budget").addEventListener("input", ({ target }) => {
     const part = Number(target.value);
     state.steps = part >= 40 ? 0 : Math.round(10 ** (3 + part / 10));
@@ -519,9 +530,9 @@ async function openRecord(file) {
     const { setup, frames } = sessions[0];
     const way = playable(setup, frames);
     const scene = (await sceneOf(setup.scene_hash)) ?? (way.hasMesh ? undefined : sceneNamed(setup.scene));
-    if (!scene) throw new Error(`the record's scene ${way.scene} is not on this page: shisen replay shows it`);
+    if (!scene) throw new Error(`the record's scene ${way.scene} is not on this page: shisen web --scene serves it, shisen replay shows it`);
     usual();
-    const isOther = state.scene !== scene || (scene.paper && (way.detail === "paper") !== (state.detail === "paper"));
+    const isOther = opening !== scene || (scene.paper && (way.detail === "paper") !== (state.detail === "paper"));
     state.detail = way.detail;
     mark("details", way.detail);
     mark("scenes", scene.name);
@@ -557,7 +568,7 @@ async function sceneOf(hash) {
 /// The scene of the page that has a desk's name for it.
 function sceneNamed(desk) {
   const wanted = desk.split(/[\\/]/).at(-1);
-  return scenes.find(({ file, paper, name }) => [file, paper, name].includes(wanted)
+  return scenes.find(({ file, paper, name, source }) => [file, paper, name, source].includes(wanted)
     || (wanted === "A" && name === "animal"));
 }
 
@@ -568,6 +579,7 @@ const isAsRecorded = () => played?.isSame && state.size === played.side && state
 function showMoment() {
   const { setup, frames, notes, side } = played;
   const isItsDetail = state.detail === played.detail;
+  thaw();
   const frame = frames[Number($("moment").value)];
   const { eye, turned, origin, up, left } = seen(frame, setup);
   Object.assign(state, { head: eye, flown: turned, origin, up, left });
@@ -586,6 +598,7 @@ function began() {
 
 /// Plays the record in its own time, again from the start where it has ended.
 function play() {
+  thaw();
   if ($("moment").value === $("moment").max) $("moment").value = 0;
   began();
   const step = () => {
@@ -616,6 +629,7 @@ async function start() {
   module = await WebAssembly.compile(await load(hasSimd ? "shisen-simd.wasm" : "shisen.wasm"));
   $("notes").textContent = notes.join("; ");
   const wanted = new URLSearchParams(location.hash.slice(1));
+  $("last-scene").textContent = scenes.length;
   const first = scenes.find(({ name }) => name === wanted.get("scene")) ?? scenes[0];
   const [sizes, details] = [["128", "256", "512"], ["full", "paper", "foveated"]];
   state.size = Number(sizes.find((size) => size === wanted.get("size")) ?? (innerWidth < 800 ? 128 : 256));
@@ -625,11 +639,11 @@ async function start() {
     open(scenes.find((scene) => scene.name === name)).catch((error) => say(error.message));
   });
   choices("details", details, state.detail, (detail) => {
-    const needsLevels = state.scene.paper && (detail === "paper") !== (state.detail === "paper");
+    const needsLevels = opening.paper && (detail === "paper") !== (state.detail === "paper");
     state.detail = detail;
     if (played) showMoment();
     else renew();
-    if (needsLevels) open(state.scene).catch((error) => say(error.message));
+    if (needsLevels) open(opening).catch((error) => say(error.message));
   });
   choices("views", ["net", "viewer"], state.view, (view) => { state.view = view; place(); showMark(); });
   choices("sizes", sizes, String(state.size), (size) => {

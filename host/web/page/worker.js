@@ -24,7 +24,7 @@ function render({ number, frame, tiles, steps, isChecked }) {
   const hashes = [];
   let [at, left, spent, rays, unfinished] = [0, steps, 0, 0, 0];
   for (const tile of tiles) {
-    // One step is too few for any pixel: 0 would be no limit.
+    // One step is too few for any sample: 0 would be no limit.
     const done = core.render(tile, steps === 0 ? 0 : Math.max(1, left));
     pixels.set(done.pixels, at);
     at += done.pixels.length;

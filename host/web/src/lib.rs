@@ -120,14 +120,15 @@ impl State {
         self.pixels.resize(area, Pixel::default());
         let mut budget = match steps {
             0 => Budget::UNLIMITED,
-            steps => Budget::steps(steps.into()),
+            steps => Budget::steps(steps.into()).with_overrun(0),
         };
+        let budgeted = budget.left();
         let before = self.workspace.statistics;
         let (pixels, workspace) = (&mut self.pixels, &mut self.workspace);
         let rendered = frame.render((picture, tile), pixels, &mut budget, workspace);
         self.is_whole = rendered.ok_or(Fault::Tile)?;
         let after = &self.workspace.statistics;
-        self.steps = after.steps.wrapping_sub(before.steps);
+        self.steps = budgeted - budget.left();
         self.rays = after.rays().wrapping_sub(before.rays());
         pixels::show(&self.pixels, &mut self.shown);
         Ok(())

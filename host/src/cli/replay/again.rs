@@ -6,9 +6,7 @@ use super::{Arguments, Segment};
 use crate::cli::play::{Change, Prepared, TimeArguments};
 use crate::cli::prelude::*;
 use crate::cli::run::files::Files;
-use crate::live::{
-    Cut, Decision, Engine, FrameBudget, Look, Observe, Quality, SessionError, Share,
-};
+use crate::live::{Cut, Engine, FrameBudget, Look, Observe, Quality, SessionError, Share};
 use crate::picture::{Picture, colour_differences};
 use crate::record::{RecordedFrame, Setup, WallHash, of_pictures, of_tiles};
 use crate::render::{self, Observer};
@@ -176,9 +174,11 @@ impl<'r> Again<'r> {
             .prepare(&TimeArguments::of(FrameBudget::Off))
             .inspect_err(|_| {
                 say(&format!(
-                    "the record is of scene {}, {}; its files are looked for in {} and here, and \
-                     --scene FILE says where the scene is now",
-                    setup.scene, setup.scene_hash, setup.folder
+                    "the record is of scene {}, {}; its files are looked for {}beside the record and \
+                     here, and --scene FILE says where the scene is now",
+                    setup.scene,
+                    setup.scene_hash,
+                    in_folder(setup)
                 ));
             })?;
         prepared.options.tile = setup.tile;
@@ -186,18 +186,27 @@ impl<'r> Again<'r> {
         if found != setup.scene_hash {
             return Err(Fault::new(
                 format!(
-                    "the record is of scene {}, {} (version {} of the program, in {}); what is here \
-                     is {found}",
-                    setup.scene, setup.scene_hash, setup.program, setup.folder
+                    "the record is of scene {}, {}; what is here is {found}",
+                    setup.scene, setup.scene_hash
                 ),
-                "give the same scene with --scene FILE, and take the version that recorded it",
+                format!(
+                    "give the scene as it was with --scene FILE{}, and take the version that \
+                     recorded it ({})",
+                    if setup.folder.is_empty() {
+                        ""
+                    } else {
+                        ": it has changed since"
+                    },
+                    setup.program
+                ),
             )
             .into());
         }
         Ok(prepared)
     }
 
-    /// Reads the arguments of a session. Its files are looked for where it was recorded, then here.
+    /// Reads the arguments of a session. Its files are looked for where it was recorded, then beside
+    /// the record, then here.
     fn recorded(&self, setup: &Setup) -> Result<Recorded, Failure> {
         let words = setup.arguments.iter();
         let mut words: Vec<String> = words
@@ -209,9 +218,15 @@ impl<'r> Again<'r> {
             .collect();
         for at in 1..words.len() {
             let (word, option) = (Path::new(&words[at]), words[at - 1].as_str());
-            let there = Path::new(&setup.folder).join(word);
-            if FILES.contains(&option) && word.is_relative() && there.is_file() {
-                words[at] = there.display().to_string();
+            let beside = self.arguments.file.parent();
+            let folders = [Some(Path::new(&setup.folder)), beside];
+            let mut files = folders
+                .into_iter()
+                .flatten()
+                .map(|folder| folder.join(word));
+            let found = files.find(|file| file.is_file());
+            if let (true, Some(file)) = (FILES.contains(&option), found) {
+                words[at] = file.display().to_string();
             }
         }
         if let Some(scene) = &self.arguments.scene {
@@ -324,15 +339,15 @@ impl<'r> Again<'r> {
             let quality = quality.unwrap_or(&Quality::FULL);
             let rendered = match (cuts, &self.other) {
                 (Some(cuts), _) => engine.render_cut(eyes, quality, cuts)?,
-                (None, Some(Other::WhatIf(WhatIf::Budget(steps)))) => {
-                    engine.render(eyes, quality, *steps)?
+                (None, Some(Other::WhatIf(WhatIf::Budget(Some(steps))))) => {
+                    // A budget is dealt by what the frame before took.
+                    engine.render(eyes, quality, None)?;
+                    engine.render(eyes, quality, Some(*steps))?
                 }
-                (None, _) => {
-                    let Decision {
-                        steps, whole_fovea, ..
-                    } = frame.decision;
-                    engine.render_frame(eyes, quality, steps, whole_fovea)?
+                (None, Some(Other::WhatIf(WhatIf::Budget(None)))) => {
+                    engine.render(eyes, setup.rungs.first().unwrap_or(quality), None)?
                 }
+                (None, _) => engine.render(eyes, quality, None)?,
             };
             Ok(rendered.steps)
         };
@@ -438,11 +453,21 @@ impl<'r> Again<'r> {
             }
             let before = changed.frames as f64;
             changed.frames += 1;
+            changed.cut_frames += u64::from(!frame.cuts.is_empty());
             let mean = |old: f64, new: f64| (old * before + new) / (before + 1.0);
             changed.mean_difference = mean(changed.mean_difference, sum / f64::max(count, 1.0));
             changed.seen_difference = mean(changed.seen_difference, seen / f64::max(weights, 1e-9));
             changed.steps = self.steps[1] / self.steps[0].max(1.0);
         }
+    }
+}
+
+/// Returns where a session was recorded, for a list of folders.
+fn in_folder(setup: &Setup) -> String {
+    if setup.folder.is_empty() {
+        String::new()
+    } else {
+        format!("in {}, ", setup.folder)
     }
 }
 

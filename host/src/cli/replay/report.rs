@@ -13,6 +13,8 @@ pub(in crate::cli) struct Report {
     file: String,
     /// Its sessions: another begins where a key changed scene, detail or fill.
     pub(super) sessions: Vec<Session>,
+    /// What decided the frames of --frame, --from and --to where they are not rendered.
+    pub(super) frames: Vec<Decided>,
     #[serde(flatten)]
     pub(super) damaged: Damaged,
     /// Frames that were rendered and compared with the record, or null without --verify.
@@ -49,6 +51,9 @@ impl Damaged {
 
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Session {
+    /// The version that recorded it, and its arguments.
+    program: String,
+    arguments: Vec<String>,
     /// The scene.
     scene: String,
     /// The hash of the baked scene.
@@ -65,6 +70,25 @@ pub(super) struct Session {
     cut_frames: usize,
     /// Whether a frame builds on those before it, so that a replay begins at the first.
     builds_on_earlier: bool,
+}
+
+/// What decided a frame.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Decided {
+    /// The frame.
+    frame: u64,
+    /// When it was shown, since the first: seconds.
+    shown: f64,
+    /// The head's place in the room, metres.
+    head: [f32; 3],
+    /// The line of sight in the room.
+    forward: [f32; 3],
+    /// The place of its quality among all, from 0, the best.
+    rung: usize,
+    /// Its budget, or null without one.
+    steps: Option<u64>,
+    /// Tiles that the budget cut off.
+    cut_tiles: usize,
 }
 
 #[derive(Debug, Default, Serialize, JsonSchema)]
@@ -122,6 +146,8 @@ pub(super) struct Unequal {
 pub(super) struct Changed {
     /// Frames.
     pub(super) frames: u64,
+    /// Frames of these that their budget cut off: what would have been is whole.
+    pub(super) cut_frames: u64,
     /// Mean difference of colours (CIEDE2000, of which about 1 is seen).
     pub(super) mean_difference: f64,
     /// The same, each pixel weighted by how finely the eye sees there.
@@ -136,6 +162,8 @@ impl Session {
     pub(super) fn of(setup: &Setup, frames: &[RecordedFrame]) -> Self {
         let ends = frames.first().zip(frames.last());
         Self {
+            program: setup.program.clone(),
+            arguments: setup.arguments.clone(),
             scene: setup.scene.clone(),
             scene_hash: setup.scene_hash.clone(),
             first_frame: frames.first().map(|frame| frame.number),
@@ -146,6 +174,37 @@ impl Session {
             pictures: setup.pictures.len(),
             cut_frames: frames.iter().filter(|frame| !frame.cuts.is_empty()).count(),
             builds_on_earlier: setup.fill == "previous",
+        }
+    }
+}
+
+impl Decided {
+    pub(super) fn of(frame: &RecordedFrame) -> Self {
+        Self {
+            frame: frame.number,
+            shown: frame.shown_us as f64 * 1.0e-6,
+            head: frame.look.head.position.to_array(),
+            forward: frame.look.forward.to_array(),
+            rung: frame.decision.rung,
+            steps: frame.decision.steps,
+            cut_tiles: frame.cuts.len(),
+        }
+    }
+}
+
+impl fmt::Display for Decided {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ([x, y, z], [right, up, back]) = (self.head, self.forward);
+        write!(
+            f,
+            "\n  frame {} at {:.3} s: head at {x:.3},{y:.3},{z:.3} m, looks along \
+             {right:.3},{up:.3},{back:.3}, quality {} (0 is the best)",
+            self.frame, self.shown, self.rung
+        )?;
+        match (self.steps, self.cut_tiles) {
+            (None, _) => Ok(()),
+            (Some(steps), 0) => write!(f, ", within {steps} steps"),
+            (Some(steps), cut) => write!(f, ", {cut} tiles cut off after {steps} steps"),
         }
     }
 }
@@ -163,6 +222,7 @@ impl Report {
         Self {
             file: file.display().to_string(),
             sessions: Vec::new(),
+            frames: Vec::new(),
             damaged,
             verified: None,
             against: None,
@@ -216,6 +276,11 @@ impl fmt::Display for Report {
             if session.builds_on_earlier {
                 f.write_str("; each builds on those before it")?;
             }
+            let (program, words) = (&session.program, session.arguments.join(" "));
+            write!(f, "\n    by {program}: {words}")?;
+        }
+        for frame in &self.frames {
+            frame.fmt(f)?;
         }
         for frame in &self.damaged.frames {
             write!(f, "\nframe {frame} is not what was written")?;
@@ -282,6 +347,13 @@ impl fmt::Display for Report {
                 changed.seen_difference,
                 changed.largest
             )?;
+            if changed.cut_frames > 0 {
+                write!(
+                    f,
+                    "; {} of the frames were cut off by their budget",
+                    changed.cut_frames
+                )?;
+            }
         }
         Ok(())
     }

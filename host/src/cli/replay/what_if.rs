@@ -38,7 +38,8 @@ impl FromStr for WhatIf {
             _ => None,
         };
         text.split_once('=').and_then(read).ok_or_else(|| {
-            "give lod=off, gaze=+2,0 (degrees to the right and up) or budget=2000000steps"
+            "give lod=off, paper, paper-ellipse or foveated; gaze=+2,0 (degrees to the right and up); \
+             or budget=off or 2000000steps"
                 .to_owned()
         })
     }
