@@ -21,7 +21,7 @@ export function writeRecord(core, { frame, scene, size }, walls) {
   };
   const lod = { full: "off", paper: "paper", foveated: "foveated" }[frame.detail];
   const setup = {
-    program: "page",
+    program: "a page",
     arguments: ["run", "--scene", scene.desk, "--layout", "compact", "--size", String(size), "--eyes", "1", "--lod", lod],
     folder: "",
     changes: [],
