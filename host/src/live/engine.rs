@@ -476,6 +476,7 @@ where
         for (number, tile) in shared.tiles.iter().enumerate() {
             let mut tile = lock(tile);
             tile.job = TileJob::new(tile.job.tile());
+            tile.hash = None;
             (tile.spent, tile.kept) = (0, None);
             if plan.dark.get(tile.part) == Some(&true) {
                 tile.pixels.fill(Pixel::default());

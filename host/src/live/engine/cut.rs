@@ -9,6 +9,7 @@ use crate::picture::tile_hash;
 use rayon::prelude::*;
 use shisen_core::frame::TileJob;
 use shisen_core::{Runs, Simd};
+use std::sync::atomic::Ordering;
 use std::sync::{Mutex, MutexGuard};
 
 /// A tile that a frame's budget cut off.
@@ -30,6 +31,7 @@ where
         let now = self.stage.as_ref().map(Stage::scene);
         let posed = now.map(|now| renderer.posed(now));
         let renderer = posed.as_ref().unwrap_or(renderer);
+        tile.hash = None;
         let given_up = tile.job.give_up(renderer, view, &mut tile.pixels);
         debug_assert!(given_up.is_ok(), "its own pixels");
     }
@@ -76,7 +78,12 @@ where
         let count = capture.as_ref().map(|capture| capture.tile);
         let tiles = &self.shared.tiles;
         let tiles = tiles.get(..count.unwrap_or(tiles.len())).unwrap_or(tiles);
-        let hash = |tile: &Mutex<LiveTile>| tile_hash([lock(tile).pixels.as_slice()]);
+        self.shared.hashes.store(true, Ordering::Relaxed);
+        let hash = |tile: &Mutex<LiveTile>| {
+            let tile = lock(tile);
+            let of_pixels = || tile_hash([tile.pixels.as_slice()]);
+            tile.hash.unwrap_or_else(of_pixels)
+        };
         tiles.par_iter().map(hash).collect_into_vec(hashes);
     }
 }

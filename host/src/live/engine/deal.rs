@@ -1,6 +1,7 @@
 //! Allots a budget of steps to tiles, which stay from frame to frame.
 
 use crate::live::lock;
+use crate::picture::tile_hash;
 use shisen_core::frame::{Pixel, Tile, TileJob};
 use std::ops::Range;
 use std::sync::Mutex;
@@ -49,6 +50,8 @@ pub(super) struct LiveTile {
     pub(super) expected: u64,
     /// The pixels that it kept when it was given up.
     pub(super) kept: Option<u32>,
+    /// The hash of its pixels, where it was finished while hashes are asked for.
+    pub(super) hash: Option<u64>,
 }
 
 impl LiveTile {
@@ -61,7 +64,14 @@ impl LiveTile {
             spent: 0,
             expected: area as u64 * UNKNOWN_PIXEL,
             kept: None,
+            hash: None,
         }
+    }
+
+    /// Not inlined: most frames are not hashed.
+    #[inline(never)]
+    pub(super) fn keep_hash(&mut self) {
+        self.hash = Some(tile_hash([self.pixels.as_slice()]));
     }
 
     /// Returns the steps still expected; for a tile that took more than expected, as many again.

@@ -72,6 +72,8 @@ pub(super) struct Shared<'s, const W: usize> {
     pub(super) begin: Barrier,
     pub(super) end: Barrier,
     pub(super) over: AtomicBool,
+    /// Whether tiles are hashed when they are finished: from the first time that hashes are asked for.
+    pub(super) hashes: AtomicBool,
 }
 
 impl<'s, const W: usize> Shared<'s, W>
@@ -91,6 +93,7 @@ where
             begin: Barrier::new(threads),
             end: Barrier::new(threads),
             over: AtomicBool::new(false),
+            hashes: AtomicBool::new(false),
         }
     }
 
@@ -156,6 +159,10 @@ where
                 let outcome = job.render(renderer, view, pixels, &mut budget, workspace);
                 debug_assert!(outcome.is_ok(), "its own tile");
                 tile.spent += workspace.statistics.steps - before;
+                if self.hashes.load(Ordering::Relaxed) && tile.job.is_finished() {
+                    // Its pixels are still in the cache.
+                    tile.keep_hash();
+                }
             }
             let spent = workspace.statistics.steps - begun;
             self.spent.fetch_add(spent, Ordering::SeqCst);
@@ -179,6 +186,7 @@ where
             let fill = Fill::Surroundings(surroundings);
             let filled = renderer.fill(view, tile.job.tile(), &fill, &mut tile.pixels);
             debug_assert!(filled.is_ok(), "its own pixels");
+            tile.hash = None;
         }
     }
 }
