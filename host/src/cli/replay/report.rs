@@ -51,8 +51,9 @@ impl Damaged {
 
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Session {
-    /// The version that recorded it, and its arguments.
+    /// The version that recorded it.
     program: String,
+    /// The arguments of the run.
     arguments: Vec<String>,
     /// The scene.
     scene: String,

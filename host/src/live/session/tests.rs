@@ -154,30 +154,20 @@ fn check(report: &SessionReport, records: &[FrameRecord], period: u64) {
     assert!(refreshes >= refresh as f64 - 0.01, "{refreshes} {refresh}");
 }
 
-/// Returns what one of `parts` frames is below, of some measure: 2 for the median.
-fn part(parts: usize, records: &[FrameRecord], of: fn(&[FrameRecord]) -> u64) -> u64 {
+fn median(records: &[FrameRecord], of: fn(&[FrameRecord]) -> u64) -> u64 {
     let mut all: Vec<u64> = records.windows(2).map(of).collect();
     all.sort_unstable();
-    all[all.len() / parts]
-}
-
-fn refreshes(pair: &[FrameRecord]) -> u64 {
-    pair[1].refresh - pair[0].refresh
+    all[all.len() / 2]
 }
 
 /// Refreshes from a frame to the next one.
 fn gap(records: &[FrameRecord]) -> u64 {
-    part(2, records, refreshes)
-}
-
-/// The same of the quickest quarter: a busy machine holds others up.
-fn least_gap(records: &[FrameRecord]) -> u64 {
-    part(4, records, refreshes)
+    median(records, |pair| pair[1].refresh - pair[0].refresh)
 }
 
 /// Returns microseconds from when a frame is shown until the next takes the gaze.
 fn wait(records: &[FrameRecord]) -> u64 {
-    part(2, records, |pair| pair[1].latch_us - pair[0].present_us)
+    median(records, |pair| pair[1].latch_us - pair[0].present_us)
 }
 
 const TRACKER: &str = "mock:rate=1000";
@@ -209,12 +199,15 @@ fn a_frame_that_is_held_up_is_late_and_the_next_ones_are_not() {
         |frame| [0, if frame == 20 { 55_000 } else { 0 }],
     ];
     for delays in held_up {
-        let (_, records) = play(settings(100, 40), delays, TRACKER);
-        assert!(records[20].late, "{:?}", records[20]);
-        let skipped = records[20].refresh - records[19].refresh;
-        assert!(skipped >= 6, "{skipped}");
-        let (before, after) = records.split_at(20);
-        assert_eq!([before, after].map(least_gap), [1; 2]);
+        // A busy machine holds up others, too: one of three runs is quiet.
+        let is_quiet = (0..3).any(|_| {
+            let (_, records) = play(settings(100, 40), delays, TRACKER);
+            assert!(records[20].late, "{:?}", records[20]);
+            let skipped = records[20].refresh - records[19].refresh;
+            assert!(skipped >= 6, "{skipped}");
+            [gap(&records[20..]), gap(&records[..20])] == [1; 2]
+        });
+        assert!(is_quiet, "frames after one that was held up were late, too");
     }
 }
 
